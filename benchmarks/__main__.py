@@ -1,7 +1,7 @@
 """Answer the questions named on the command line, or all but the long ones: a table each here, and
 JSON and pictures in benchmarks/results/. With --keep, evidence, work_precision, chain
 and flume write their pages, too.
-``thesis`` has options of its own: ``python -m benchmarks thesis --help``."""
+The tables of the thesis are made by ``python -m cases.reverse_float_over.thesis``."""
 
 from __future__ import annotations
 
@@ -12,32 +12,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in hydrosim's own comma
 
 from importlib import import_module
 
+from benchmarks import ELSEWHERE
 from benchmarks.report import keep, machine, save
-from benchmarks.thesis.command import main as make_tables_of_thesis
 
 QUESTIONS = (
-    *("start_up", "steps_per_second", "method_costs", "error_against_step", "stability_map"),
-    "step_limits",
-    *("cost", "skips", "linear_scene", "radiation_fits", "radiation_motions", "memory"),
-    *("synthesis", "headings", "many_runs", "set_up", "long_runs"),
-    *("databases", "extremes", "kills", "lines"),
+    *("start_up", "steps_per_second", "method_costs", "step_limits", "wave_models"),
+    *("many_runs", "kills"),
 )
-LONG = (
-    "evidence",
-    "automatic",
-    "work_precision",
-    "catenaries",
-    "short_waves",
-    "draughts",
-    "operability",
-    "largest",
-    "short_runs",
-    "cluster",
-    "simulated_extremes",
-    "decay_intervals",
-    "chain",
-    "flume",
-)  # if named
+LONG = ("evidence", "work_precision", "chain", "flume")  # if named
 
 
 def main(asked: list[str]) -> None:
@@ -51,13 +33,10 @@ def main(asked: list[str]) -> None:
     here = machine()
     print("\n".join(f"{name}: {value}" for name, value in here.items()))
     for question in asked or QUESTIONS:
-        answer = import_module(f"benchmarks.{question}").answer()
+        answer = import_module(ELSEWHERE.get(question, f"benchmarks.{question}")).answer()
         print(f"\n# {question}\n\n{answer}")
         for path in [*save(question, answer, here), *(keep(answer) if keeps else ())]:
             print(f"written: {path}")
 
 
-if sys.argv[1:2] == ["thesis"]:
-    make_tables_of_thesis(sys.argv[2:])
-else:
-    main(sys.argv[1:])
+main(sys.argv[1:])

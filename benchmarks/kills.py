@@ -21,8 +21,8 @@ from time import perf_counter, process_time
 import numpy as np
 import xarray as xr
 
-from benchmarks.base_case import base_case
 from benchmarks.report import ROOT, Answer, Row
+from benchmarks.scenes import base_case
 from hydrosim import simulate
 from hydrosim.compare.exact import differences
 from hydrosim.outputs import Output

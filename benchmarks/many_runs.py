@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import psutil
 
-from benchmarks.base_case import base_case
 from benchmarks.report import Answer, Row
+from benchmarks.scenes import base_case
 from hydrosim import simulate, simulate_many
 from hydrosim.scene import Scene
 

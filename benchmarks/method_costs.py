@@ -23,10 +23,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks import sphere_with_numpy as by_numpy
-from benchmarks.base_case import FINEST, motions, short_case
-from benchmarks.compiled import Several, compiled, with_states
 from benchmarks.report import Answer, Row
-from benchmarks.sphere import sphere
+from benchmarks.scenes import FINEST, Several, compiled, motions, short_case, sphere, with_states
 from benchmarks.timing import Timed, interleaved, time_all, time_loop, timed
 from hydrosim import SimulationError
 from hydrosim.forces import Fender, StickSlip

@@ -1,235 +1,104 @@
-"""Mutants of the shipped cases: every key, in every way that a hand may slip, or mean harm.
+"""What becomes of mutants of the shipped cases, and of all other files that are read?
 
-A case is taken with what it extends and with all its defaults, so that every key that it could have
-is there; one of them is changed. `Mutant` numbers are the same for a seed and a set of cases.
+A message or a run: no traceback, no hang, no crash, nothing that is not finite, no other reading in
+silence.
+
+    python -m benchmarks.mutants --check 3000 --run 500 --seed 1 [--write FOLDER]
+    python -m benchmarks.mutants --papers 1500 --seed 1 [--kinds NAMES]
+
+`hydrosim check` is asked of so many, and so many with other numbers are run, shortened to 10 s,
+each by a worker that is killed after 20 s of CPU time, with 8 GB of memory. Papers are studies,
+recipes, results and files of other programs (`tests.generators.mutant_papers`).
 """
 
 from __future__ import annotations
 
-import random
-import re
-import warnings
-from collections.abc import Callable, Iterator
-from copy import deepcopy
-from functools import cache
+import argparse
+import os
+import resource
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from tempfile import TemporaryDirectory
 
-import yaml
+from tests.generators import mutant_papers
+from tests.generators.mutant_trials import Asked, Outcome, prepare, tried
+from tests.generators.mutants import SHORT, Mutant, mutants, text_of
+from tests.generators.worker import COMPILING, Question, Worker
 
-from hydrosim.case import load_case
-from hydrosim.case.resolve import resolved_case_text
-from hydrosim.documents.layers import read_case
-from hydrosim.documents.nodes import plain_values
+LIMIT = 20.0  # s of CPU time
+MEMORY = 8_000_000_000  # bytes
+BAD = ("hang", "crash", "silent")
 
-CASES = Path(__file__).parents[1] / "cases"
-NUMBER = re.compile(r"^[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
-SHORT = 10.0  # s: the duration of what is run
-GONE = object()
-
-Keys = tuple[str | int, ...]
-Change = Callable[[Any], Any]
+Trial = tuple[str, Outcome, Mutant | None]
+"""What was asked of which mutant, what came of it, and the mutant if it is one of a case."""
 
 
-class Mutant(NamedTuple):
-    """The shipped case ``case`` with what is at ``keys`` changed by the mutation ``how``."""
-
-    case: str
-    keys: Keys
-    how: str
+def tried_in_little_memory(asked: Asked) -> Outcome:
+    """Try a mutant in a process that may have no more than `MEMORY`."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    return tried(asked)
 
 
-def itself(value: Any) -> Any:
-    """A list in itself, by an alias."""
-    around: list[Any] = [value]
-    around.append(around)
-    return around
+def try_cases(checks: int, runs: int, seed: int) -> Iterator[Trial]:
+    """Mutants of cases that are checked, and others that are run."""
+    chosen = [("check", mutant) for mutant in mutants(checks, seed)]
+    chosen += [("run", mutant) for mutant in mutants(runs, seed, of_values=True)]
+    with TemporaryDirectory() as folder:
+        prepare(Path(folder))
+        died = Outcome("crash", "the process died")
+        worker = Worker({"try": Question(tried_in_little_memory, LIMIT, died, patience=COMPILING)})
+        for command, mutant in chosen:
+            outcome = worker.ask("try", (command, mutant, folder)) or Outcome("hang")
+            yield command, outcome, mutant
 
 
-def bomb(value: Any) -> Any:
-    """Nine levels of nine aliases."""
-    for _ in range(9):
-        value = [value] * 9
-        value = [value[0]] * 9
-    return value
+def try_papers(count: int, seed: int, kinds: list[str]) -> Iterator[Trial]:
+    """Mutants of other files, of each of the ``kinds`` in turn."""
+    with TemporaryDirectory() as folder:
+        mutant_papers.prepare(Path(folder))
+        for k in range(count):
+            kind = kinds[k % len(kinds)]
+            what, outcome = mutant_papers.trial(kind, seed * 1_000_000 + k, Path(folder))
+            yield f"{kind} {what}", outcome, None
 
 
-def deep(value: Any) -> Any:
-    """Lists in lists."""
-    for _ in range(200):
-        value = [value]
-    return value
+def read_arguments() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
+    parser.add_argument("--check", type=int, default=0, help="how many cases to check")
+    parser.add_argument("--run", type=int, default=0, help="how many cases to run")
+    parser.add_argument("--papers", type=int, default=0, help="how many other files to read")
+    parser.add_argument("--kinds", default="", help="of papers, by commas; default: all")
+    parser.add_argument("--seed", type=int, default=1, help="of all mutants")
+    parser.add_argument("--write", type=Path, help="folder for case files of offenders")
+    parser.add_argument("--messages", action="store_true", help="print what is said of each")
+    return parser.parse_args()
 
 
-def scaled(factor: float) -> Change:
-    """The number times a factor, in the unit that it has."""
-
-    def change(value: Any) -> Any:
-        if isinstance(value, bool) or not isinstance(value, int | float | str):
-            return [scaled(factor)(item) for item in value] if isinstance(value, list) else value
-        if not isinstance(value, str):
-            return value * factor
-        return NUMBER.sub(lambda found: repr(float(found.group()) * factor), value)
-
-    return change
-
-
-def of_list(change: Change) -> Change:
-    """What is done to lists; anything else is put in one."""
-    return lambda value: change(value if isinstance(value, list) else [value])
-
-
-CHANGES: dict[str, Change] = {
-    "deleted": lambda value: GONE,
-    "nothing": lambda value: None,
-    "text": lambda value: "abc",
-    "empty text": lambda value: "",
-    "blank": lambda value: " ",
-    "true": lambda value: True,
-    "one": lambda value: 1,
-    "zero": lambda value: 0,
-    "sign": scaled(-1.0),
-    "thousand times": scaled(1e3),
-    "a thousandth": scaled(1e-3),
-    "a million times": scaled(1e6),
-    "a millionth": scaled(1e-6),
-    "a large number": lambda value: 1e15,
-    "a huge number": lambda value: 1e300,
-    "a huge negative number": lambda value: -1e300,
-    "a whole number that is too large": lambda value: 10**40,
-    "a tiny number": lambda value: 1e-300,
-    "1e12": lambda value: 1e12,
-    "nan": lambda value: float("nan"),
-    "nan in words": lambda value: "nan",
-    "infinity": lambda value: float("inf"),
-    "infinite": lambda value: "infinite",
-    "no unit that there is": lambda value: "3 parsecs",
-    "another kind of unit": lambda value: "3 degC",
-    "a weight": lambda value: "3 kg",
-    "a comma": lambda value: "1,5",
-    "octal": lambda value: "0o17",
-    "a date": lambda value: "2020-01-01",
-    "an expression": lambda value: "__import__('os').getcwd()",
-    "a list": lambda value: [value],
-    "a mapping": lambda value: {"a": value},
-    "an empty list": lambda value: [],
-    "an empty mapping": lambda value: {},
-    "a longer list": of_list(lambda value: [*value, *value[-1:]]),
-    "a shorter list": of_list(lambda value: value[:-1]),
-    "a list of many": of_list(lambda value: value * 3000),
-    "a list that begins anew": of_list(lambda value: [*value[::-1], *value]),
-    "a list of nothing": of_list(lambda value: [None] * len(value)),
-    "a list with a word": of_list(lambda value: [*value[:-1], "abc"]),
-    "other alphabets": lambda value: "Größe 漢字 🙂 \u202e",
-    "a line": lambda value: "a\nb: c",
-    "what steers a terminal": lambda value: "\x1b[2J",
-    "half a character": lambda value: "\ud800",
-    "a zero byte": lambda value: "a\0b",
-    "a long text": lambda value: "x" * 5000,
-    "a folder": lambda value: ".",
-    "a device": lambda value: "/dev/zero",
-    "another file": lambda value: "../../README.md",
-    "in itself": itself,
-    "aliases": bomb,
-    "deep": deep,
-    "several": lambda value: [value, value],
-}
-VALUES = (
-    *("deleted", "one", "zero", "sign", "thousand times", "a thousandth", "a million times"),
-    *("a millionth", "a large number", "1e12"),
-)
-"""Changes of numbers that may be numbers of the same kind still."""
-RENAMES: dict[str, Callable[[str], str]] = {
-    "unknown key": lambda key: f"{key}s",
-    "long key": lambda key: key * 1000,
-    "odd key": lambda key: f"{key}\u202e🙂",
-    "steering key": lambda key: f"{key}\x1b[2J",
-    "empty key": lambda key: "",
-    "number for a key": lambda key: "1",
-}
+def main() -> int:
+    """Answer what the command line asks: 1 if any mutant is an offence."""
+    given = read_arguments()
+    kinds = given.kinds.split(",") if given.kinds else [*mutant_papers.papers()]
+    trials = [try_cases(given.check, given.run, given.seed)] if given.check + given.run else []
+    trials += [try_papers(given.papers, given.seed, kinds)] if given.papers else []
+    ends = Counter[str]()
+    for number, (what, outcome, mutant) in enumerate(t for group in trials for t in group):
+        ends[outcome.status] += 1
+        if number % 100 == 99:
+            print(f"{number + 1} done", flush=True)
+        if outcome.status in BAD or (given.messages and outcome.message):
+            about = f"{what} {mutant or ''}".strip()
+            print(f"\n{number} {about}: {outcome.status}\n{outcome.message}", flush=True)
+        if outcome.status in BAD and given.write and mutant:
+            text = text_of(mutant, SHORT if what == "run" else None)
+            (given.write / f"{number}_{what}.yaml").write_text(text)
+    print(f"{ends.total()} mutants of seed {given.seed}, {dict(ends)}")
+    return int(any(ends[status] for status in BAD))
 
 
-def shipped() -> list[str]:
-    """Names of all shipped cases."""
-    return sorted(str(path.relative_to(CASES).with_suffix("")) for path in CASES.glob("*/*.yaml"))
-
-
-@cache
-def whole(name: str) -> dict[str, Any]:
-    """A case with all that it could say, in its own units where it says it."""
-    path = CASES / f"{name}.yaml"
-    everything = yaml.safe_load(resolved_case_text(load_case(path).data, path.parent))
-    return dict(_over(everything, plain_values(read_case(path)[1])))
-
-
-def mutants(count: int, seed: int, of_values: bool = False) -> list[Mutant]:
-    """So many mutants; ``of_values`` those of numbers alone that are numbers still, or nothing."""
-    every = [
-        Mutant(name, keys, how)
-        for name in shipped()
-        for keys in places(whole(name))
-        for how in (VALUES if of_values else (*CHANGES, *RENAMES))
-        if (how not in RENAMES or isinstance(keys[-1], str))
-        and (not of_values or _is_number(_at(whole(name), keys)))
-    ]
-    return random.Random(seed).sample(every, count)
-
-
-def _at(case: Any, keys: Keys) -> Any:
-    for key in keys:
-        case = case[key]
-    return case
-
-
-def _is_number(value: Any) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number or (isinstance(value, str) and NUMBER.match(value) is not None)
-
-
-def text_of(mutant: Mutant, duration: float | None = None) -> str:
-    """The case file of a mutant, of another ``duration`` if that is not what is changed."""
-    case = deepcopy(whole(mutant.case))
-    if duration is not None:
-        case["duration"] = duration
-    change(case, mutant.keys, mutant.how)
-    return written(case)
-
-
-def change(document: Any, keys: Keys, how: str) -> None:
-    """Change what is at ``keys`` of a document by the mutation ``how``."""
-    *above, last = keys
-    home = _at(document, tuple(above))
-    if how in RENAMES:
-        home[RENAMES[how](str(last))] = home.pop(last)
-    else:
-        home[last] = CHANGES[how](home[last])
-        if home[last] is GONE:
-            del home[last]
-
-
-def written(document: Any) -> str:
-    """A document as YAML."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return str(yaml.dump(document, Dumper=yaml.SafeDumper, sort_keys=False))
-
-
-def _over(under: Any, over: Any) -> Any:
-    """What is said, over what is taken for it."""
-    if isinstance(under, list) and isinstance(over, dict):
-        return [_over(under[0], over)]
-    if isinstance(under, dict) and isinstance(over, dict):
-        return under | {key: _over(under.get(key), value) for key, value in over.items()}
-    return over
-
-
-def places(value: Any, above: Keys = ()) -> Iterator[Keys]:
-    """The keys to everything in a case."""
-    items: Any = ()
-    if isinstance(value, dict):
-        items = value.items()
-    elif isinstance(value, list):
-        items = enumerate(value[:2])  # one is as the next
-    for key, item in items:
-        yield (*above, key)
-        yield from places(item, (*above, key))
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -2,10 +2,9 @@
 
     python -m benchmarks.scene_trials --kind joints --number 300 [--from 0] [--write FOLDER]
 
-A `Maker` draws a case from a number, and turns it about the vertical. Each case is run in a worker
-that is killed after 60 s of CPU time. The scene is run again turned about the vertical, and from a
-state on the way: with a fixed step it must go on to the bit. Whether it is right, `error_scenes`
-tells.
+`tests.generators.scene_trials` judges each in a worker that is killed after 60 s of CPU time.
+Scenes with contacts are not turned, since their generator turns none.
+Whether a scene is right, `error_scenes` tells.
 """
 
 from __future__ import annotations
@@ -14,170 +13,56 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import warnings
+import argparse
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from functools import partial
-from math import cos, sin
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from time import process_time
-from traceback import format_exc
-from typing import NamedTuple
 
-import numpy as np
-import xarray as xr
-
-import hydrosim as hs
-from benchmarks.articulated_cases import articulated_case
-from benchmarks.moored_cases import moored_case
-from benchmarks.random_cases import Case, read_arguments, text_of
-from benchmarks.random_trial import LEAST, OPEN, WITHIN
-from benchmarks.worker import COMPILING, Question, Worker
-from hydrosim.errors import HydrosimError, InputError
-from hydrosim.scene import Kinematics, Scene, Start
+from tests.generators.articulated_cases import articulated_case
+from tests.generators.moored_cases import moored_case
+from tests.generators.random_cases import random_case, text_of
+from tests.generators.scene_trials import Maker, Trial, offences, tried
+from tests.generators.worker import COMPILING, Question, Worker
 
 LIMIT = 60.0  # s of CPU
-TURN = 0.7  # rad
-TURNED = 1e-7  # of the range of a point, with a fixed step: rounding that grows
-
-Maker = Callable[[int, float], Case]
-"""Draws the case of a number, turned by an angle [rad]."""
-MAKERS: Mapping[str, Maker] = {"joints": articulated_case, "lines": moored_case}
-
-
-class Trial(NamedTuple):
-    """How a run ended, what was said, and what was wrong with it; its CPU time [s], evaluations and
-    events; how far the turned scene is from it, and the limit of that."""
-
-    status: str
-    said: str = ""
-    wrong: tuple[str, ...] = ()
-    cpu: float = 0.0
-    evaluations: int = 0
-    events: int = 0
-    turned: float = float("nan")
-    turns_within: float = WITHIN
+MAKERS: Mapping[str, Maker] = {
+    "joints": articulated_case,
+    "lines": moored_case,
+    "contacts": random_case,
+}
+TURNING = ("joints", "lines")
 
 
-def scene_of(case_of: Maker, number: int, turn: float = 0.0) -> Scene:
-    """The scene of a case, by way of its file."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder, "case.yaml")
-        path.write_text(text_of(case_of(number, turn)))
-        return hs.load_case(path).scene()
-
-
-def tried(case_of: Maker, number: int) -> Trial:
-    """Run a case, and what must not matter."""
-    begin = process_time()
-    try:
-        scene = scene_of(case_of, number)
-        run = _run(replace(scene, output_states=True))
-    except InputError as error:
-        return Trial("refused", str(error))
-    except HydrosimError as error:
-        return Trial("failed", str(error), cpu=process_time() - begin)
-    except Exception:
-        return Trial("crash", format_exc(limit=-4))
-    cpu = process_time() - begin
-    status = str(run.attrs["status"])
-    found = Trial(
-        status,
-        str(run.attrs.get("warnings") or ""),
-        tuple(_wrong(run)),
-        cpu,
-        int(run.attrs["solver_evaluations"]),
-        int(run.attrs["solver_events"]),
-    )
-    if status != "complete":
-        return found
-    try:
-        wrong = [*found.wrong, *_not_continued(number, scene, run)]
-        turned = float("nan")
-        if scene.solver.kinematics is Kinematics.EXACT:  # small angles know one heading alone
-            turned = distance(_turned_back(_run(scene_of(case_of, number, TURN))), _points(run))
-    except Exception:
-        return found._replace(status="crash", said=format_exc(limit=-4))
-    within = WITHIN if scene.solver.method.adapts else TURNED
-    return found._replace(turned=turned, turns_within=within, wrong=tuple(wrong))
-
-
-def _run(scene: Scene) -> xr.Dataset:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return hs.simulate(scene)
-
-
-def _wrong(run: xr.Dataset) -> Iterator[str]:
-    over_time = (values for values in run.data_vars.values() if "time" in values.dims)
-    numbers = (x for x in over_time if x.dtype.kind == "f" and "contact_group" not in x.dims)
-    if run.attrs["status"] == "complete" and not all(np.isfinite(x).all() for x in numbers):
-        yield "not finite, and complete"
-    residual = float(run.attrs["energy_residual_relative"])
-    if not run.attrs.get("warnings") and not residual <= OPEN:
-        yield f"open ledger, {residual:.1e}, no warning"
-
-
-def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
-    """A run from a state at a random time goes on to the bit, with a method that does not choose
-    its steps. The record of a convolution has its memory at the end alone."""
-    if scene.solver.method.adapts or "memory_row" in run.dims:
-        return
-    first = int(np.random.default_rng(number).integers(1, run.time.size - 1))
-    begin = float(run.time[first])
-    rest = scene.duration - begin
-    after = _run(replace(scene, initial=Start(run, begin), at_rest=False, duration=rest))
-    if not np.array_equal(_points(after), _points(run)[first:]):
-        apart = distance(_points(after), _points(run)[first:])
-        yield f"from {begin:g} s it does not go on to the bit, {apart:.1e} apart"
-
-
-def _points(run: xr.Dataset) -> np.ndarray:
-    """Named points (nt, np, 3)."""
-    return np.asarray(run.point_position.values)
-
-
-def _turned_back(run: xr.Dataset) -> np.ndarray:
-    c, s = cos(TURN), sin(TURN)
-    return _points(run) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def distance(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """Largest difference of points (nt, np, 3) over the range of the point in ``theirs``."""
-    ranges = np.ptp(theirs, axis=0).max(axis=1)
-    differences = np.abs(ours - theirs).max(axis=(0, 2))
-    return float((differences / np.maximum(ranges, LEAST)).max())
-
-
-def trials(case_of: Maker, first: int, count: int) -> Iterator[tuple[int, Trial]]:
-    """Run ``count`` cases from ``first`` on."""
+def trials(kind: str, first: int, count: int) -> Iterator[tuple[int, Trial]]:
+    """Run ``count`` cases of a ``kind`` from ``first`` on."""
     died = Trial("crash", "the process died")
-    worker = Worker({"try": Question(partial(tried, case_of), LIMIT, died, COMPILING)})
+    answer = partial(tried, MAKERS[kind], turns=kind in TURNING)
+    worker = Worker({"try": Question(answer, LIMIT, died, COMPILING)})
     for number in range(first, first + count):
         yield number, worker.ask("try", number) or Trial("hang", cpu=LIMIT)
 
 
-def offences(trial: Trial) -> Iterator[str]:
-    """What is wrong with a trial."""
-    yield from trial.wrong
-    if trial.status in ("crash", "hang"):
-        yield trial.status
-    if trial.turned > trial.turns_within:
-        yield f"turned, {trial.turned:.1e} apart"
+def read_arguments() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--kind", choices=tuple(MAKERS), default="joints")
+    parser.add_argument("--number", type=int, default=300, help="how many cases")
+    parser.add_argument("--from", type=int, default=0, dest="first", help="number of the first")
+    parser.add_argument("--write", type=Path, help="folder for case files of those that are wrong")
+    return parser.parse_args()
 
 
 def main() -> None:
     """The command line."""
-    given = read_arguments(__doc__, 300, tuple(MAKERS))
+    given = read_arguments()
     case_of = MAKERS[given.kind]
     found = {}
-    for number, trial in trials(case_of, given.first, given.number):
+    for number, trial in trials(given.kind, given.first, given.number):
         found[number] = trial
         print(_line(case_of, number, trial), flush=True)
         if given.write and any(offences(trial)):
-            (given.write / f"{number}.yaml").write_text(text_of(case_of(number, 0.0)))
+            (given.write / f"{number}.yaml").write_text(text_of(case_of(number)))
     print(dict(Counter(trial.status for trial in found.values())))
     for number, trial in found.items():
         for offence in offences(trial):
@@ -186,7 +71,7 @@ def main() -> None:
 
 def _line(case_of: Maker, number: int, t: Trial) -> str:
     said = t.said.replace("\n", " | ")
-    method = case_of(number, 0.0)["solver"]["method"]
+    method = case_of(number)["solver"]["method"]
     return (
         f"{number} {method} {t.status} turned {t.turned:.1e} cpu {t.cpu:.1f}"
         f" evaluations {t.evaluations} events {t.events} {'; '.join(t.wrong)}: {said[:300]}"

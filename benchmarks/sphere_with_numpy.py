@@ -17,8 +17,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import interp1d
 from scipy.linalg import block_diag
 
-from benchmarks.compiled import Several
-from benchmarks.limit_sphere import sphere_of, wave_loads
+from benchmarks.limit import sphere_of, wave_loads
+from benchmarks.scenes import Several
 from hydrosim import compile_scene
 
 TABLE = 0.0025  # s, of the wave loads

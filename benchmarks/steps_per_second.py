@@ -1,7 +1,7 @@
 """How many steps per second, by scene, and how near is that to the limit?
 
 The limit are bare loops that do the least that a scene asks for, and for the sphere also the same
-arithmetic as hydrosim, energies and exact rotations included (`limit`, `limit_sphere`). The same
+arithmetic as hydrosim, energies and exact rotations included (`limit`). The same
 equations as one writes them with numpy and scipy (`sphere_with_numpy`) are the other end. All are
 compared with hydrosim's motions and energies: so they are the same computation. Times are CPU times
 of the time loop, records included; all kernels are compiled before.
@@ -17,12 +17,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from benchmarks import limit, limit_sphere
+from benchmarks import limit
 from benchmarks import sphere_with_numpy as by_numpy
-from benchmarks.base_case import barges, base_case, free_barge, motions, touches, with_fenders
-from benchmarks.compiled import Several, compiled, with_states
 from benchmarks.report import Answer, Row
-from benchmarks.sphere import sphere
+from benchmarks.scenes import (
+    Several,
+    barges,
+    base_case,
+    compiled,
+    free_barge,
+    motions,
+    sphere,
+    touches,
+    with_fenders,
+    with_states,
+)
 from benchmarks.timing import Timed, interleaved, time_loop, timed
 from hydrosim import simulate
 from hydrosim.scene import ConvolutionRadiation, Kinematics, Scene
@@ -109,13 +118,13 @@ def _with_states() -> dict[str, Timed]:
         with_states(compiled(sphere(DURATION, kinematics=kinematics)), STATES)
         for kinematics in (Kinematics.EXACT, Kinematics.LINEAR)
     )
-    p, turning = limit_sphere.sphere_of(small), limit_sphere.sphere_of(exact)
+    p, turning = limit.sphere_of(small), limit.sphere_of(exact)
     plain = by_numpy.equation(small)
     quick = replace(plain, by_hand=True)
     loops = {
-        LIMIT: partial(limit_sphere.run_states, p, STEPS, STEP, EVERY),
-        LEDGER: partial(limit_sphere.run_with_energies, p, STEPS, STEP, EVERY),
-        ROTATIONS: partial(limit_sphere.run_exact, turning, STEPS, STEP, EVERY),
+        LIMIT: partial(limit.run_states, p, STEPS, STEP, EVERY),
+        LEDGER: partial(limit.run_with_energies, p, STEPS, STEP, EVERY),
+        ROTATIONS: partial(limit.run_exact, turning, STEPS, STEP, EVERY),
     }
     slow = {
         SOLVE_IVP: partial(_solve_ivp, plain.with_states, plain.sizes),
@@ -131,12 +140,12 @@ def _with_convolution() -> dict[str, Timed]:
         compiled(sphere(DURATION, MEMORY, kinematics))
         for kinematics in (Kinematics.EXACT, Kinematics.LINEAR)
     )
-    p, plain = limit_sphere.sphere_of(small), by_numpy.equation(small)
-    memory = limit_sphere.memory_of(small.model.convolution, STEP)
+    p, plain = limit.sphere_of(small), by_numpy.equation(small)
+    memory = limit.memory_of(small.model.convolution, STEP)
     K, quick = plain.kernel.transpose(1, 2, 0).copy(), replace(plain, by_hand=True)
     loops = {
-        LIMIT: partial(limit_sphere.run_convolution, p, memory, STEPS, STEP, EVERY),
-        "bare loop, first order": partial(limit_sphere.run_once_a_step, p, K, STEPS, STEP, EVERY),
+        LIMIT: partial(limit.run_convolution, p, memory, STEPS, STEP, EVERY),
+        "bare loop, first order": partial(limit.run_once_a_step, p, K, STEPS, STEP, EVERY),
     }
     slow: dict[str, Callable[[], np.ndarray]] = {
         SOLVE_IVP: lambda: _solve_ivp(by_numpy.Convolution(plain).rates, np.ones(12)),

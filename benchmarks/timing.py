@@ -8,7 +8,7 @@ from statistics import median
 from time import process_time
 from typing import Any, NamedTuple, TypeVar
 
-from benchmarks.compiled import Several
+from benchmarks.scenes import Several
 from hydrosim.studies.run.simulation import run_compiled
 
 Key = TypeVar("Key")

@@ -18,16 +18,23 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.error_report import GOOD, WITHIN, is_warned
+from benchmarks.error_scenes import GOOD, WITHIN, is_warned
 from benchmarks.evidence import with_block
-from benchmarks.motion_errors import least_ranges, motion_errors
-from benchmarks.precision_scenes import named_scene, scene_names, shipped_cases
-from benchmarks.references import COARSE, FINE, at_stable_step, compile_reference, run_reference
 from benchmarks.report import ROOT, Answer, Row, page_table
 from benchmarks.timing import timed
 from hydrosim.errors import HydrosimError
 from hydrosim.scene import Kinematics, Method, Scene
 from hydrosim.studies.run.simulation import compiled_to_run, run_compiled
+from tests.generators.precision_scenes import named_scene, scene_names, shipped_cases
+from tests.generators.references import (
+    COARSE,
+    FINE,
+    at_stable_step,
+    compile_reference,
+    least_ranges,
+    motion_errors,
+    run_reference,
+)
 
 ASKED = (1e-3, 1e-4, 1e-5, 1e-6)  # of the range of a motion
 RK4 = "rk4"

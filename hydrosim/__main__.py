@@ -86,11 +86,11 @@ def _version(asked: bool) -> None:
     if asked:
         from hydrosim.program import program_version
 
-        print_lines(f"hydrosim {program_version()}", *_shipped())
+        print_lines(f"hydrosim {program_version()}", *_shipped_kernels(), *_shipped_fits())
         raise typer.Exit
 
 
-def _shipped() -> list[str]:
+def _shipped_kernels() -> list[str]:
     """Line on the machine code that came with the package; empty without such code."""
     from hydrosim.jit.shipped import SHIPPED, describe_shipped
 
@@ -101,6 +101,19 @@ def _shipped() -> list[str]:
     from hydrosim.jit.kernels import kernel_folder
 
     return [describe_shipped(kernel_folder(), get_host_cpu_features())]
+
+
+def _shipped_fits() -> list[str]:
+    """Line on the fits of radiation that came with the package; empty if they cannot be read."""
+    from zipfile import BadZipFile, ZipFile
+
+    from hydrosim.program import SHIPPED_FITS
+
+    try:
+        with ZipFile(SHIPPED_FITS) as archive:
+            return [f"{len(archive.namelist())} fits of radiation came with the package"]
+    except (OSError, BadZipFile):
+        return []
 
 
 @app.callback()
@@ -143,7 +156,7 @@ def _run_command() -> None:
     except KeyboardInterrupt:  # raised before a command began
         raise SystemExit(130) from None
     except HydrosimError as error:
-        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        err.print(f"[bold red]error[/] {_plain_message(error)}", highlight=False, soft_wrap=True)
         raise SystemExit(error.exit_code) from None
     except Exception as error:
         if lack := _lack_of_memory(error):
@@ -151,7 +164,7 @@ def _run_command() -> None:
             raise SystemExit(3) from None
         if not isinstance(error, OSError):
             raise
-        err.print(f"[bold red]error[/] {_plain(error)}", highlight=False, soft_wrap=True)
+        err.print(f"[bold red]error[/] {_plain_message(error)}", highlight=False, soft_wrap=True)
         os._exit(3)  # the remaining output cannot be printed
 
 
@@ -191,7 +204,7 @@ def _lack_of_memory(error: BaseException | None) -> str:
     return ""
 
 
-def _plain(error: Exception) -> str:
+def _plain_message(error: Exception) -> str:
     return printable(str(error)).replace("[", "\\[")
 
 

@@ -50,7 +50,7 @@ class RunAccessor:
     def _repr_html_(self) -> str:
         return self.summary()._repr_html_()
 
-    def _one(self) -> xr.Dataset:
+    def _single_run(self) -> xr.Dataset:
         """The run; InputError if the dataset holds many."""
         from hydrosim.errors import InputError
 
@@ -75,14 +75,14 @@ class RunAccessor:
         """Names of all channels, including those derived from recorded ones."""
         from hydrosim.results.channels import channel_names
 
-        return channel_names(self._one())
+        return channel_names(self._single_run())
 
     def channel(self, name: str) -> xr.DataArray:
         """Channel (nt,) over time, with its unit. Raises InputError if the run has no channel of
         that name."""
         from hydrosim.results.channels import channel_series
 
-        run = self._one()
+        run = self._single_run()
         values, unit = channel_series(run, name)
         return xr.DataArray(values, {"time": run.time}, ("time",), name, {"units": unit})
 
@@ -91,7 +91,7 @@ class RunAccessor:
         Raises InputError if there is no such picture, or if the run has no data for it."""
         from hydrosim.plot.draw import figure
 
-        return figure(self._one(), name)
+        return figure(self._single_run(), name)
 
     def statistics(self, start: float = 0.0, channels: Sequence[str] = ()) -> xr.Dataset:
         """Means, periods and extremes with confidence intervals, from ``start`` [s] on. They cover
@@ -101,7 +101,7 @@ class RunAccessor:
         from hydrosim.results.channels import channel_names, match_channels
         from hydrosim.statistics.statistics import enough_from, statistics
 
-        run = self._one()
+        run = self._single_run()
         end = float(run.time[-1])
         if not (isinstance(start, int | float) and enough_from(run, start)):
             raise InputError(
@@ -130,5 +130,5 @@ class RunAccessor:
         from hydrosim.report.run import run_document
 
         output = as_output(path, "report")
-        written_page(run_document(self._one()), output)
+        written_page(run_document(self._single_run()), output)
         return output.path

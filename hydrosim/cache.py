@@ -59,7 +59,7 @@ def stored(name: str) -> bytes | None:
     """Content stored under ``name``; None if there is none, or if it was changed."""
     path = _path(name)
     try:
-        trusted = path.is_file() and not _exposed(path)
+        trusted = path.is_file() and not _exposure(path)
         found = path.read_bytes() if trusted else b""
     except OSError:
         return None
@@ -129,10 +129,10 @@ def _refusal(folder: Path) -> str:
         return "it cannot be written to"
     for parent in filter(_lets_all_rename, parents):
         return f"every user may rename it in {parent} (to prevent this: chmod +t {parent})"
-    return _exposed(folder)
+    return _exposure(folder)
 
 
-def _exposed(path: Path) -> str:
+def _exposure(path: Path) -> str:
     """Reason why other users may have written a file or a folder; empty if they may not."""
     about = path.stat()
     if hasattr(os, "geteuid") and about.st_uid not in (os.geteuid(), 0):

@@ -8,7 +8,7 @@ DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 MIRROR_SIGN = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """+1 where a mirror image in y = 0 keeps the sign of a load or motion: surge, heave, pitch."""
-SMALL = 1e-6
+SYMMETRY_RTOL = 1e-6
 """Relative size below which a coefficient that symmetry makes zero counts as zero (tables of six
 digits)."""
 

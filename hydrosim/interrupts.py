@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from types import CodeType, FrameType
 from typing import TypeVar
 
-ENDING = [
+ENDING_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 HANG_UP = getattr(signal, "SIGHUP", None)
@@ -58,13 +58,13 @@ def install_signal_handlers() -> None:
     def interrupt(number: int, frame: FrameType | None) -> None:
         _received.append(number)
         if number == HANG_UP:
-            _leave(terminals)
+            _discard_output(terminals)
         if _must_wait(frame):
             _waiting.append(number)
         else:
             raise KeyboardInterrupt
 
-    for number in ENDING:
+    for number in ENDING_SIGNALS:
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, interrupt)
 
@@ -92,7 +92,7 @@ def _must_wait(frame: FrameType | None) -> bool:
     return frame is not None
 
 
-def _leave(terminals: list[int]) -> None:
+def _discard_output(terminals: list[int]) -> None:
     """Discard output after a hang-up: writing to the lost terminal would end the program."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in terminals:
@@ -101,14 +101,14 @@ def _leave(terminals: list[int]) -> None:
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
+def delay_interrupts() -> Iterator[None]:
     """Delay signals that would end the program until this context is left."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     came: list[int] = []
-    before = {number: signal.getsignal(number) for number in ENDING}
-    for number in ENDING:
+    before = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
+    for number in ENDING_SIGNALS:
         if before[number] != signal.SIG_IGN:
             signal.signal(number, lambda number, _: came.append(number))
     try:

@@ -52,15 +52,15 @@ def is_folder(path: Path) -> bool:
     return path.is_dir() and not path.is_symlink()
 
 
-def is_plain(path: Path) -> bool:
+def is_regular_file(path: Path) -> bool:
     """Whether a path is a plain file, not a link to one."""
     return path.is_file() and not path.is_symlink()
 
 
-def is_marked(path: Path, what: str) -> bool:
+def has_mark(path: Path, what: str) -> bool:
     """Whether a plain file is marked as ``what`` ("sweep"). netCDF that a killed process left, or
     that is damaged, has no readable mark: it counts as marked."""
-    if not is_plain(path):
+    if not is_regular_file(path):
         return False
     said = content(path)
     return said.startswith(f"{what} of ") if said else _says_nothing(path)

@@ -18,16 +18,16 @@ if sys.platform != "win32":
     from fcntl import LOCK_EX, LOCK_NB, flock
 
 HOLDER = re.compile(r"(\d+@\S*\n)?")
-"""Line that a lock file holds: its `owner`."""
+"""Line that a lock file holds: its `this_process`."""
 
 
-def owner() -> str:
+def this_process() -> str:
     """Name of this process for other processes: number, start and machine."""
     return f"{os.getpid()}@{node()}"
 
 
-def is_gone(who: str) -> bool:
-    """Whether an `owner` was a process of this machine that no longer exists."""
+def is_dead_process(who: str) -> bool:
+    """Whether an `this_process` was a process of this machine that no longer exists."""
     number, _, host = who.partition("@")
     if os.name != "posix" or host != node() or not number.isdecimal():
         return False
@@ -41,13 +41,13 @@ def is_gone(who: str) -> bool:
 
 
 @contextmanager
-def alone(path: Path, what: Path) -> Iterator[None]:
+def file_lock(path: Path, what: Path) -> Iterator[None]:
     """Hold the lock file ``path`` while ``what`` is made; remove it at the end.
 
     Raises InputError if another process holds it, or if it is not a lock file. The system releases
     the lock of a process that was killed, so its remaining file blocks nobody.
     """
-    with _locked(path, what):
+    with _lock_held(path, what):
         try:
             yield
         finally:
@@ -56,34 +56,34 @@ def alone(path: Path, what: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _locked(path: Path, what: Path) -> Iterator[None]:
+def _lock_held(path: Path, what: Path) -> Iterator[None]:
     """Open and lock the file. Try again if its earlier owner removed it meanwhile."""
     while True:
-        with _opened(path) as file:
+        with _open_lock(path) as file:
             if not _lock(file):
                 raise InputError(
                     f"{what}: is being written by another process, {file.read(100).strip()}. Wait"
                     f" until it ends, or give another name. If it no longer exists, remove {path}."
                 )
             if _is_at(file, path):
-                _sign(file, path, what)
+                _write_owner(file, path, what)
                 yield
                 return
 
 
-def _sign(file: TextIO, path: Path, what: Path) -> None:
+def _write_owner(file: TextIO, path: Path, what: Path) -> None:
     """Write the owner of the lock. On a full disk, WritingError is raised and the file is
     removed."""
     try:
         file.truncate(0)
         os.lseek(file.fileno(), 0, os.SEEK_SET)
-        os.write(file.fileno(), f"{owner()}\n".encode())  # write at once, without a buffer
+        os.write(file.fileno(), f"{this_process()}\n".encode())  # write at once, without a buffer
     except OSError as error:
         path.unlink()
         raise unwritable(what, error) from None
 
 
-def _opened(path: Path) -> TextIO:
+def _open_lock(path: Path) -> TextIO:
     """Opened lock file, at its beginning. Raises InputError if another kind of file stands
     there."""
     try:
@@ -128,7 +128,7 @@ def _has_owner(file: TextIO) -> bool:
     """Whether the file names another process that may live: one of another machine may."""
     name = file.read(300).strip()
     file.seek(0)
-    return name not in ("", owner()) and not is_gone(name)
+    return name not in ("", this_process()) and not is_dead_process(name)
 
 
 def _is_at(file: TextIO, path: Path) -> bool:

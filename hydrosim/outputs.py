@@ -29,22 +29,22 @@ from urllib.parse import quote
 from zlib import crc32
 
 from hydrosim.errors import InputError, unwritable
-from hydrosim.interrupts import undisturbed
-from hydrosim.locks import alone, is_gone, owner
+from hydrosim.interrupts import delay_interrupts
+from hydrosim.locks import file_lock, is_dead_process, this_process
 from hydrosim.program import program_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARK = re.compile(rb"hydrosim [^\s:]+: ([a-z -]+ of \[[\w.~/%-]+\])")
-SEEN = 65536  # bytes at both ends of a file; one of them holds the mark
+MARK_SEARCH_BYTES = 65536  # bytes at both ends of a file; one of them holds the mark
 HDF5 = b"\x89HDF\r\n\x1a\n"
-SHORT = 80  # bytes of a name that is part of a longer one
-LONGEST = 200  # bytes of a name: files beside it have longer names, and 255 is the limit
+MAX_PART_BYTES = 80  # bytes of a name that is part of a longer one
+MAX_NAME_BYTES = 200  # bytes of a name: files beside it have longer names, and 255 is the limit
 SETTINGS = "settings"  # attribute of netCDF
-LONG = 60  # characters of a value in a message
-SHOWN = 3  # different settings in a message
-KINDS = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
+MAX_VALUE_CHARACTERS = 60  # characters of a value in a message
+MAX_SETTINGS_TOLD = 3  # different settings in a message
+SPECIAL_FILES = {stat.S_IFDIR: "a directory", stat.S_IFLNK: "a link", stat.S_IFIFO: "a pipe"}
 
 
 @dataclass(frozen=True)
@@ -84,16 +84,16 @@ class Output:
         origin = os.path.relpath(self.origin.resolve(), self.path.parent.resolve())
         return f"{self.what} of [{quote(Path(origin).as_posix())}]"
 
-    def at(self, path: Path, what: str | None = None) -> Output:
+    def output_at(self, path: Path, what: str | None = None) -> Output:
         """Output of the same origin at another path."""
         return replace(self, path=path, what=what or self.what)
 
-    def checked(self) -> Output:
+    def checked_output(self) -> Output:
         """Return the output; raises InputError if it cannot be written or must not be replaced."""
         path = self.path
         folder = self.path.parent
-        if (size := len(os.fsencode(path.name))) > LONGEST:
-            self._refuse(f"{path} has a name of {size} bytes; expected {LONGEST} or fewer")
+        if (size := len(os.fsencode(path.name))) > MAX_NAME_BYTES:
+            self._refuse(f"{path} has a name of {size} bytes; expected {MAX_NAME_BYTES} or fewer")
         if not os.path.isdir(folder):  # Path.is_dir raises where a name is too long
             self._refuse(f"there is no folder {folder}; make it first")
         if not os.access(folder, os.W_OK):
@@ -105,7 +105,7 @@ class Output:
         except OSError as error:
             self._refuse(f"{path}: {error.strerror}")
         if kind != stat.S_IFREG:
-            other = KINDS.get(kind, "a device or a socket")
+            other = SPECIAL_FILES.get(kind, "a device or a socket")
             self._refuse(f"{path} is {other}, which is never replaced; expected a file")
         if not os.access(path, os.W_OK):
             self._refuse(f"{path} is write-protected; expected another name")
@@ -122,78 +122,85 @@ class Output:
 
     def reads_itself(self) -> bool:
         """Whether the path is one of the inputs."""
-        return any(_same(self.path, file) for file in self.inputs)
+        return any(_is_same_file(self.path, file) for file in self.inputs)
 
-    def aside(self) -> Output:
+    def fallback_path(self) -> Output:
         """Output at another path if the existing file is better: at a free name, or at the name of
         an earlier such file."""
         names = (f"{self.path.stem}.failed{k}{self.path.suffix}" for k in ("", *range(2, 100)))
         for name in names:
             with suppress(InputError):
-                return replace(self.at(self.path.with_name(name)), overwrite=False).checked()
-        return self.checked()
+                return replace(
+                    self.output_at(self.path.with_name(name)), overwrite=False
+                ).checked_output()
+        return self.checked_output()
 
-    def settled(self) -> Output:
-        """The output, or `aside` if a file has appeared that must not be replaced."""
+    def resolve_path(self) -> Output:
+        """The output, or `fallback_path` if a file has appeared that must not be replaced."""
         try:
-            return self.checked()
+            return self.checked_output()
         except InputError:
-            return self.aside()
+            return self.fallback_path()
 
     @property
-    def _beside(self) -> str:
+    def _temporary_prefix(self) -> str:
         """Prefix of temporary files and folders beside the output."""
         name = self.path.name
         whole = os.fsencode(name)
-        return f".hydrosim-{name if len(whole) <= SHORT else f'{name[:20]}~{crc32(whole):08x}'}"
+        short = name if len(whole) <= MAX_PART_BYTES else f"{name[:20]}~{crc32(whole):08x}"
+        return f".hydrosim-{short}"
 
     @property
-    def _room(self) -> str:
+    def _temporary_folder_prefix(self) -> str:
         """Prefix of temporary folders for writing; the name of the process follows."""
-        return f"{self._beside}-"
+        return f"{self._temporary_prefix}-"
 
-    def held(self) -> AbstractContextManager[None]:
+    def hold_lock(self) -> AbstractContextManager[None]:
         """Keep other processes from writing the same file. Raises InputError that names such a
         process."""
-        return alone(self.path.with_name(f"{self._beside}.lock"), self.path)
+        return file_lock(self.path.with_name(f"{self._temporary_prefix}.lock"), self.path)
 
     def clear(self) -> None:
         """Remove an earlier file of the same kind, and remains of a killed process."""
         if (content(self.path) or "").startswith(f"{self.what} of "):
             self.path.unlink()
-        self._tidy()
+        self._remove_leftovers()
 
-    def _tidy(self) -> None:
-        for room in self.path.parent.glob(f"{escape(self._room)}*"):
-            if is_gone(room.name.removeprefix(self._room).rpartition("-")[0]):
+    def _remove_leftovers(self) -> None:
+        for room in self.path.parent.glob(f"{escape(self._temporary_folder_prefix)}*"):
+            if is_dead_process(
+                room.name.removeprefix(self._temporary_folder_prefix).rpartition("-")[0]
+            ):
                 rmtree(room, ignore_errors=True)
 
     @contextmanager
-    def written(self) -> Iterator[Path]:
+    def write_complete(self) -> Iterator[Path]:
         """Yield a path to write to; then rename it, with all files beside it, to the final name.
         Signals that would end the program wait. Raises WritingError if the file cannot be written;
         an earlier file is then unchanged. Remains of a killed process are removed."""
-        self._tidy()
-        mine = f"{self._room}{owner()}-"
+        self._remove_leftovers()
+        mine = f"{self._temporary_folder_prefix}{this_process()}-"
         try:
-            with undisturbed(), TemporaryDirectory(dir=self.path.parent, prefix=mine) as room:
+            with delay_interrupts(), TemporaryDirectory(dir=self.path.parent, prefix=mine) as room:
                 yield Path(room, self.path.name)
                 parts = sorted(Path(room).iterdir())
-                outputs = [self.at(self.path.parent / part.name).checked() for part in parts]
+                outputs = [
+                    self.output_at(self.path.parent / part.name).checked_output() for part in parts
+                ]
                 for part in parts:
                     _to_disk(part)
                 for part, output in zip(parts, outputs, strict=True):
-                    output._put(part)
+                    output._put_file(part)
         except (OSError, RuntimeError) as error:  # netCDF and HDF5 raise RuntimeError
             raise unwritable(self.path, error) from None
 
     def take(self, path: Path) -> None:
         """Rename a complete file of the same file system to its final name."""
-        self.checked()
+        self.checked_output()
         _to_disk(path)
-        self._put(path)
+        self._put_file(path)
 
-    def _put(self, part: Path) -> None:
+    def _put_file(self, part: Path) -> None:
         """Rename a complete file to its final name. An earlier file of other settings is kept, with
         a warning."""
         if not self.overwrite and (said := _differences(settings_of(self.path), self.settings)):
@@ -226,15 +233,15 @@ def as_output(target: str | os.PathLike[str], what: str) -> Output:
     the same kind."""
     if isinstance(target, Output):
         return target
-    return Output(Path(target), what, Path(target), option="output").checked()
+    return Output(Path(target), what, Path(target), option="output").checked_output()
 
 
 def settings_text(*of: Mapping[str, Any]) -> str:
     """All values in nested mappings and lists, by dotted keys, as JSON: `Output.settings`."""
-    return json.dumps({key: value for values in of for key, value in _flat(values)})
+    return json.dumps({key: value for values in of for key, value in _flatten(values)})
 
 
-def _flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(values, Mapping):
         inside = [*values.items()]
     elif isinstance(values, list | tuple) and any(isinstance(v, Mapping | list) for v in values):
@@ -243,7 +250,7 @@ def _flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
         yield above, values
         return
     for key, value in inside:
-        yield from _flat(value, f"{above}.{key}" if above else str(key))
+        yield from _flatten(value, f"{above}.{key}" if above else str(key))
 
 
 def settings_of(path: Path) -> str:
@@ -261,15 +268,18 @@ def _differences(before: str, now: str) -> str:
         return "settings that cannot be read"
     other = json.loads(now)
     keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
-    told = [f"{key} {_shown(one, key)}, now {_shown(other, key)}" for key in keys[:SHOWN]]
-    more = [f"and {len(keys) - SHOWN} more"] if len(keys) > SHOWN else []
+    told = [
+        f"{key} {_value_text(one, key)}, now {_value_text(other, key)}"
+        for key in keys[:MAX_SETTINGS_TOLD]
+    ]
+    more = [f"and {len(keys) - MAX_SETTINGS_TOLD} more"] if len(keys) > MAX_SETTINGS_TOLD else []
     return "; ".join([*told, *more])
 
 
-def _shown(values: Mapping[str, Any], key: str) -> str:
+def _value_text(values: Mapping[str, Any], key: str) -> str:
     value = values.get(key, "not given")
     text = f"{value:g}" if isinstance(value, float) else str(value)
-    return text if len(text) <= LONG else f"{text[:LONG]}..."
+    return text if len(text) <= MAX_VALUE_CHARACTERS else f"{text[:MAX_VALUE_CHARACTERS]}..."
 
 
 def content(path: Path) -> str | None:
@@ -277,9 +287,9 @@ def content(path: Path) -> str | None:
     hdf5 = _is_hdf5(path)
     try:
         with path.open("rb") as file:
-            ends = file.read(SEEN)
-            if not hdf5 and path.stat().st_size > SEEN:
-                file.seek(max(SEEN, path.stat().st_size - SEEN))
+            ends = file.read(MARK_SEARCH_BYTES)
+            if not hdf5 and path.stat().st_size > MARK_SEARCH_BYTES:
+                file.seek(max(MARK_SEARCH_BYTES, path.stat().st_size - MARK_SEARCH_BYTES))
                 ends += file.read()
     except OSError:
         return None
@@ -291,7 +301,7 @@ def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
     """Write a figure of matplotlib in the format of the suffix; return its path."""
     output = as_output(target, "picture")
     key = "Software" if output.path.suffix == ".png" else "Creator"
-    with output.written() as path:
+    with output.write_complete() as path:
         figure.savefig(path, metadata={key: output.mark}, **options)
     return output.path
 
@@ -332,7 +342,7 @@ def _attribute(path: Path, name: str) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _same(one: Path, other: Path) -> bool:
+def _is_same_file(one: Path, other: Path) -> bool:
     with suppress(OSError):
         return one.samefile(other)
     return False

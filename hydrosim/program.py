@@ -10,6 +10,8 @@ from pathlib import Path
 from platform import python_version
 
 PACKAGE = Path(__file__).parent
+SHIPPED_FITS = PACKAGE / "radiation" / "shipped.zip"
+"""Fits of radiation that came with the package, under their names in the cache."""
 NUMERICAL = ("numpy", "scipy", "numba", "llvmlite")
 
 

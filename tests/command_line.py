@@ -1,8 +1,11 @@
-"""Runs `hydrosim` in this process, as the installed script does, or has a process heed signals."""
+"""Runs `hydrosim` in this process, as the installed script does, and programs in processes of their
+own."""
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -53,6 +56,19 @@ def command(
         return Result(int(caught.value.code or 0), out, err)
 
     return run
+
+
+def printed(program: str, *arguments: str, folder: Path | None = None, **environment: str) -> str:
+    """What a program of Python prints in a new process, which must not fail."""
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def without_progress(text: str) -> str:

@@ -6,13 +6,15 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the command: small m
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import hypothesis
 import kept_fits
 import pytest
 import xarray as xr
-from moored_barge import scene_of
+from command_line import Command, command
 from rich.console import Console
+from scenes import scene_of
 from stated_lines import WRITING, unlike
 
 import hydrosim as hs
@@ -38,6 +40,17 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def base_run() -> xr.Dataset:
     """The base case: 2000 s at a step of 0.1 s."""
     return hs.simulate(scene_of("base"))
+
+
+@pytest.fixture
+def hydrosim(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Command:
+    """Runs `hydrosim` in this process, as the installed script does: in an empty folder, on a wide
+    terminal."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return command(monkeypatch, capsys)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from pathlib import Path
 from zipfile import ZipFile
 
 from hydrosim.cache import store, stored
-from hydrosim.radiation.kept import SHIPPED
+from hydrosim.program import SHIPPED_FITS
 from hydrosim.radiation.ship import pack
 
 ARCHIVE = Path(__file__).parent / "data" / "fits.zip"
@@ -35,5 +35,5 @@ def unpack() -> None:
 
 
 if __name__ == "__main__":
-    kept = pack(Path(sys.argv[1]), ARCHIVE, without=names(SHIPPED))
+    kept = pack(Path(sys.argv[1]), ARCHIVE, without=names(SHIPPED_FITS))
     print(f"{len(kept)} fits, {ARCHIVE.stat().st_size / 1e6:.1f} MB, in {ARCHIVE}")

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import printed
 
-from benchmarks.cache_corruptions import KINDS, damage
 from hydrosim.cache import _usable, cache_root, limit_size, store, stored
+from tests.generators.cache_damage import KINDS, damage
 
 CONTENTS = {"units-1.json": b'{"km in m": 1000.0}', "fits/a.npz": b"numbers" * 40, "k/b.nbc": b""}
 ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
@@ -211,8 +210,8 @@ def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
 
 def computed(cache: Path) -> list[str]:
     """What `PROGRAM` prints in a new process."""
-    paths = {"PYTHONPATH": f"{KERNELS.parents[1]}:{KERNELS}", "HYDROSIM_CACHE_DIR": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM], env=paths, capture_output=True, text=True, check=True
-    )
-    return done.stdout.split()
+    paths = {
+        "PYTHONPATH": f"{KERNELS.parents[1]}:{KERNELS.parent}:{KERNELS}",
+        "HYDROSIM_CACHE_DIR": str(cache),
+    }
+    return printed(PROGRAM, **paths).split()

@@ -47,20 +47,20 @@ def ended_process() -> int:
 def test_without_locks_the_owner_in_the_file_counts(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, code: int, holder: str, is_free: bool
 ) -> None:
-    names = {"dead": f"{ended_process()}@{node()}\n", "own": f"{locks.owner()}\n"}
+    names = {"dead": f"{ended_process()}@{node()}\n", "own": f"{locks.this_process()}\n"}
     monkeypatch.setattr(locks, "flock", failing(code))
     path = tmp_path / "run.nc.lock"
     path.write_text(names.get(holder, holder))
     if is_free:
-        with locks.alone(path, tmp_path / "run.nc"):
-            assert path.read_text() == f"{locks.owner()}\n"
+        with locks.file_lock(path, tmp_path / "run.nc"):
+            assert path.read_text() == f"{locks.this_process()}\n"
         assert not path.exists()
         return
     with (
         pytest.raises(
             InputError, match=r"is being written by another process, \d+@.* remove .*lock"
         ),
-        locks.alone(path, tmp_path / "run.nc"),
+        locks.file_lock(path, tmp_path / "run.nc"),
     ):
         pass
     assert path.read_text() == holder

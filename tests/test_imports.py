@@ -42,6 +42,8 @@ MOST = 25
 """Files in a folder."""
 OPEN = {"commands"}
 """Folders of as many files as there are things to do."""
+OF_BENCHMARKS = {"test_error_scenes", "test_figures_on_pages", "test_work_precision"}
+"""Tests of benchmarks themselves, which may import them."""
 File = tuple[str, ...]
 """Folders and name of a file in the package."""
 
@@ -207,3 +209,15 @@ def test_a_long_chain_that_is_planted_is_found(tmp_path: Path, form: str) -> Non
     assert len(longest_chain(package)) == LONGEST + 1
     plant(package, {"b/more.py": "if TYPE_CHECKING:\n    from hydrosim.a.f0 import something"})
     assert len(longest_chain(package)) == LONGEST
+
+
+def test_tests_need_no_benchmarks() -> None:
+    """What both need is below tests/: generators of scenes and mutants, and their judges."""
+    tests = [path for path in Path(__file__).parent.rglob("*.py") if path.stem not in OF_BENCHMARKS]
+    asking = {
+        path.name
+        for path in tests
+        for name in _names(ast.parse(path.read_text()), True)
+        if name.split(".")[0] == "benchmarks"
+    }
+    assert asking == set()

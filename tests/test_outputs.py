@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import hydrosim as hs
 from hydrosim.errors import WritingError, unwritable
-from hydrosim.interrupts import ENDING, install_signal_handlers, raise_if_interrupted
+from hydrosim.interrupts import ENDING_SIGNALS, install_signal_handlers, raise_if_interrupted
 from hydrosim.outputs import Output, content, save_picture
 from hydrosim.results.netcdf import write_run
 
@@ -39,7 +39,7 @@ def output(path: str, **changes: object) -> Output:
 
 
 def write_text(made: Output, text: str = "") -> None:
-    with made.written() as path:
+    with made.write_complete() as path:
         path.write_text(f"# {made.mark}\n{text}")
 
 
@@ -62,18 +62,18 @@ WRITERS: dict[str, Callable[[Output], object]] = {
 def test_what_is_made_again_is_replaced(folder: Path, name: str) -> None:
     """Known by what it says of itself, wherever the program is called from; nobody else's."""
     made = output(name)
-    assert made.checked() is made
+    assert made.checked_output() is made
     WRITERS[name](made)
     assert content(made.path) == "run of [sub/a%20case%20%28%C3%BC%29.yaml]"
     os.chdir("sub")
     again = Output(Path("..") / name, "run", Path(Path(CASE).name))
-    WRITERS[name](again.checked())
+    WRITERS[name](again.checked_output())
     os.chdir("..")
     other = {"origin": Path("other.yaml")}, {"what": "sweep"}
     for change in other:
         with pytest.raises(hs.InputError, match=r"exists and is the run of .*--overwrite"):
-            output(name, **change).checked()
-        assert output(name, overwrite=True, **change).checked()
+            output(name, **change).checked_output()
+        assert output(name, overwrite=True, **change).checked_output()
     assert not [path for path in folder.iterdir() if path.name.startswith(".")]
 
 
@@ -98,30 +98,30 @@ def test_what_is_never_replaced(folder: Path, kind: str) -> None:
     before = os.lstat("x.nc")
     for overwrite in (False, True):
         with pytest.raises(hs.InputError, match=r"x\.nc is"):
-            output("x.nc", inputs=(Path("x.nc"),), overwrite=overwrite).checked()
+            output("x.nc", inputs=(Path("x.nc"),), overwrite=overwrite).checked_output()
     with pytest.raises(hs.InputError):
         write_text(output("x.nc", inputs=(Path("x.nc"),), overwrite=True))
     assert os.lstat("x.nc") == before
     with pytest.raises(hs.InputError, match="/dev/null is a device"):
-        Output(Path("/dev/null"), "run", Path(CASE), overwrite=True).checked()
+        Output(Path("/dev/null"), "run", Path(CASE), overwrite=True).checked_output()
 
 
 def test_what_others_made_is_replaced_if_asked(folder: Path) -> None:
     made_by_hand("file")
     with pytest.raises(hs.InputError, match="is not a result of this program"):
-        output("x.nc").checked()
+        output("x.nc").checked_output()
     write_text(output("x.nc", overwrite=True))
     assert content(Path("x.nc"))
 
 
 def test_a_run_that_failed_stands_aside(folder: Path) -> None:
     Path("x.failed.nc").write_text("somebody's")
-    aside = output("x.nc").aside()
+    aside = output("x.nc").fallback_path()
     assert aside.path == Path("x.failed2.nc")
     write_text(aside)
-    assert output("x.nc").aside().path == Path("x.failed2.nc")
+    assert output("x.nc").fallback_path().path == Path("x.failed2.nc")
     Path("x.nc").write_text("came meanwhile")
-    assert output("x.nc").settled().path == Path("x.failed2.nc")
+    assert output("x.nc").resolve_path().path == Path("x.failed2.nc")
 
 
 def test_a_writer_that_fails_leaves_what_was_there(folder: Path) -> None:
@@ -133,7 +133,7 @@ def test_a_writer_that_fails_leaves_what_was_there(folder: Path) -> None:
         raise OSError("no room")
 
     said = r"x\.txt: cannot be written \(no room; .* MB are free"
-    with pytest.raises(WritingError, match=said), output("x.txt").written() as path:
+    with pytest.raises(WritingError, match=said), output("x.txt").write_complete() as path:
         fill(path)
     assert Path("x.txt").read_text() == before
     assert sorted(os.listdir()) == ["sub", "x.txt"]
@@ -150,7 +150,7 @@ def test_signals_wait_until_a_file_is_written(folder: Path, number: int) -> None
 
     before = signal.signal(number, interrupt)
     try:
-        with pytest.raises(KeyboardInterrupt), output("x.txt").written() as path:
+        with pytest.raises(KeyboardInterrupt), output("x.txt").write_complete() as path:
             hit(path)
     finally:
         signal.signal(number, before)
@@ -159,7 +159,7 @@ def test_signals_wait_until_a_file_is_written(folder: Path, number: int) -> None
 
 def test_an_interrupt_that_was_lost_is_remembered() -> None:
     """Libraries swallow exceptions: the next part of the work is not begun all the same."""
-    before = {number: signal.getsignal(number) for number in ENDING}
+    before = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
         install_signal_handlers()
@@ -180,7 +180,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next(folder: Path) -> None
     read, write = os.pipe()
     pid = os.fork()
     if pid == 0:
-        with output("x.txt").written() as path:
+        with output("x.txt").write_complete() as path:
             path.write_text("half")
             os.write(write, b"!")
             signal.pause()
@@ -203,7 +203,10 @@ def test_a_lock_on_a_full_disk_is_told_and_does_not_stay(
 
     monkeypatch.setattr(os, "write", full)
     said = r"a\.nc: cannot be written \(No space left on device; .* MB are free there\)\. Free some"
-    with pytest.raises(WritingError, match=said), Output(tmp_path / "a.nc", "run", tmp_path).held():
+    with (
+        pytest.raises(WritingError, match=said),
+        Output(tmp_path / "a.nc", "run", tmp_path).hold_lock(),
+    ):
         pass
     assert list(tmp_path.iterdir()) == []
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
+
+from command_line import printed
 
 import hydrosim as hs
 
@@ -53,5 +53,4 @@ def loaded_after(program: str, wanted: set[str] = SLOW) -> set[str]:
     """Those of the ``wanted`` packages that a new process has loaded after a program."""
     told = f"import sys; print(*set(sys.modules) & {wanted})"
     text = f"{program.format(case=str(CASE))}\n{told}"
-    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
-    return set(done.stdout.split("\n")[-2].split())
+    return set(printed(text).split("\n")[-2].split())

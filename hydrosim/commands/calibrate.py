@@ -50,11 +50,11 @@ def calibrate(
     if unit not in ("", "deg", "rad"):
         raise InputError(f"--unit: found {unit!r}; expected deg or rad.")
     first = records[0]
-    keys = output and Output(output, "keys", first, tuple(records), overwrite).checked()
+    keys = output and Output(output, "keys", first, tuple(records), overwrite).checked_output()
     if output and output.suffix not in (".yaml", ".yml"):
         raise InputError(f"--output: found {output}; expected a name that ends in .yaml.")
     drawn = output.with_suffix(".png") if output else Path(f"{first.stem}_fit.png")
-    page = Output(drawn, "picture", first, tuple(records), overwrite).checked()
+    page = Output(drawn, "picture", first, tuple(records), overwrite).checked_output()
     begin = seconds("--from", start, 0.0) if start else None
     close = seconds("--to", end, 0.0) if end else None
     with progress("fitting"):
@@ -63,7 +63,7 @@ def calibrate(
     show_document(calibration_document(fit), verbose)
     lines = keys_of(fit, body)
     if keys:
-        with keys.written() as path:
+        with keys.write_complete() as path:
             path.write_text("\n".join([f"# {keys.mark}", *lines, ""]), encoding="utf-8")
         print_lines(f"keys      {keys.path}")
     else:

@@ -141,7 +141,7 @@ def compare(
     require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
     inputs = [path for path in (recorded, mapping) if path]
     result = output_for(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
-    page = result.at(result.path.with_suffix(".png"), "picture").checked()
+    page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
     between = window_of(start, end)
     given = dict(_tolerance(text) for text in tolerance)
     run = open_run(run_file)

@@ -62,8 +62,8 @@ def converge(
         overwrite=overwrite,
         settings=case.settings(asked),
     )
-    page = made.at(made.path.with_suffix(".png"), "picture").checked()
-    with made.held():
+    page = made.output_at(made.path.with_suffix(".png"), "picture").checked_output()
+    with made.hold_lock():
         run_earlier_stages(case, simulate_with_progress)
         scene = case.scene()
         with announce_compiling(err), progress("comparing") as report:

@@ -153,7 +153,7 @@ def kernel(
     made = output_for(
         output, f"{file.stem}_kernel", "kernel", file, overwrite=overwrite, suffix=".csv"
     )
-    page = made.at(made.path.with_suffix(".png"), "picture").checked()
+    page = made.output_at(made.path.with_suffix(".png"), "picture").checked_output()
     asked = given_database(file, given)
     db = read(file, asked.given)
     time, functions, report = kernels(db, end, step)

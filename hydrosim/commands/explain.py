@@ -67,7 +67,7 @@ def explain(
     run = runs_at(run_file)
     require_file(run_file, "the result of a run or of a study (RUN.nc)")
     result = output_for(output, name, "explanation", run_file, overwrite=overwrite)
-    page = result.at(result.path.with_suffix(".png"), "picture").checked()
+    page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
     between = window_of(start, end)
     many = run is not None
     if run is None:

@@ -207,7 +207,7 @@ def _date(text: str, suffix: str) -> datetime | None:
 def _write(table: ExportTable, result: Output, date: datetime | None) -> None:
     from hydrosim.results.export import cf, matlab, parquet, text
 
-    with result.written() as path:
+    with result.write_complete() as path:
         match path.suffix:
             case ".nc":
                 cf.write(table, path, result.mark, date)

@@ -70,7 +70,7 @@ def line(
     if largest is not None and not largest > 0.0:
         raise InputError(f"--offset: found {largest:g} m; expected a length above 0.")
     page = output_for(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
-    with page.held(), announce_compiling(err), progress("lines"):
+    with page.hold_lock(), announce_compiling(err), progress("lines"):
         found = _of_file(file) if of_others else _of_case(file, settings)
     chosen = _chosen(file, found.lines, name)
     shown = found._replace(lines=[chosen] if name else found.lines)

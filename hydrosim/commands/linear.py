@@ -96,7 +96,7 @@ def linear(
         overwrite=overwrite,
         settings=case.settings(asked),
     )
-    page = made.at(made.path.with_suffix(".png"), "picture").checked()
+    page = made.output_at(made.path.with_suffix(".png"), "picture").checked_output()
     wanted = LinearRequest(
         seconds("--time", time, 0.0),
         [float(np.radians(b)) for b in numbers(headings, "--headings", positive=False)]
@@ -107,7 +107,7 @@ def linear(
         contacts=one_of(Contacts, contacts, "--contacts"),
     )
     scene = case.scene()
-    with made.held(), announce_compiling(err), progress("linear analysis"):
+    with made.hold_lock(), announce_compiling(err), progress("linear analysis"):
         found = linear_analysis(scene, wanted)
         write_run(found, made)
     draw_response(found, page)

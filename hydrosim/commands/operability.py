@@ -58,7 +58,7 @@ def operability(
         overwrite=overwrite,
         settings=study.settings,
     )
-    page = result.at(result.path.with_suffix(".png"), "picture").checked()
+    page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
     weather = read_weather(study_file.parent, study.wanted)
     with (
         print_resume_hint("--resume"),

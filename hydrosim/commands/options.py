@@ -49,10 +49,7 @@ To = Annotated[
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the details.")]
 Overwrite = Annotated[
     bool,
-    typer.Option(
-        "--overwrite",
-        help="Replace existing files of any kind; keep no earlier result.",
-    ),
+    typer.Option("--overwrite", help="Replace existing files of any kind; keep no earlier result."),
 ]
 
 
@@ -81,7 +78,7 @@ def output_for(
     path = given or Path(f"{default}{suffix}")
     made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
     if given is None and made.reads_itself():
-        made = made.at(path.with_stem(f"{path.stem}_{what}"))
+        made = made.output_at(path.with_stem(f"{path.stem}_{what}"))
         text = f"{path} is an input here; the result goes to {made.path}"
         Console(stderr=True).print(text, markup=False, highlight=False, soft_wrap=True)
     if os.path.isdir(path):  # Path.is_dir raises where a name is too long
@@ -93,7 +90,7 @@ def output_for(
         )
     if suffix and path.suffix != suffix:
         raise InputError(f"--output: found {path}; expected a name that ends in {suffix}.")
-    return made.checked()
+    return made.checked_output()
 
 
 def numbers(text: str, option: str, positive: bool = True) -> list[float]:

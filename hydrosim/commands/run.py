@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 def run(
     case_file: CaseFile,
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="RUN.nc", help="netCDF file to write."),
+        Path | None, typer.Option("--output", "-o", metavar="RUN.nc", help="netCDF file to write.")
     ] = None,
     settings: Settings = [],  # noqa: B006  typer copies it
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the pictures.")] = False,
@@ -68,7 +67,7 @@ def run(
         return simulate_with_progress(case, result, resume, apart)
 
     print_status(case_summary_line(case))
-    with result.held():
+    with result.hold_lock():
         run_earlier_stages(case, simulate_case)
         _require_room(case, result.path)
         try:
@@ -125,7 +124,7 @@ def _save(dataset: xr.Dataset, result: Output) -> Path:
 
     status = dataset.attrs["status"]
     better = status != "complete" and status_of(result.path) == "complete"
-    place = result.aside() if better else result.settled()
+    place = result.fallback_path() if better else result.resolve_path()
     write_run(dataset, place)
     if status != "interrupted":
         checkpoint_of(result).clear()

@@ -59,7 +59,7 @@ def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) ->
 
     show_document(study_tables(runs), verbose)
     if table is not None:
-        with table.written() as path:
+        with table.write_complete() as path:
             path.write_text(f"# {table.mark}\n{as_csv(runs)}")
         print_lines(f"table     {table.path}")
 

@@ -13,7 +13,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
-from hydrosim.forces.contact.geometry import touch
+from hydrosim.forces.contact.geometry import contact_kinematics
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, equilibrium
 from hydrosim.modes import MODE
@@ -63,7 +63,7 @@ def _nearest(scene: Scene, model: Model, state: State) -> str:
     n = model.bodies.active.size
     place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
     gaps = {
-        name: -touch(point, model.bodies, motion).compression
+        name: -contact_kinematics(point, model.bodies, motion).compression
         for name, point, mode in zip(
             contact_names(scene), fenders.points, state.modes[fenders.mode :], strict=False
         )

@@ -1,7 +1,7 @@
 """`solver: {method: automatic, tolerance: E}`: choice of the method and of its tolerance per step.
 
 E is the largest error of a motion, relative to its range. Errors of whole runs were measured
-against the tolerance r [1/s] of each step (benchmarks/README.md, "automatic"). The error with
+against the tolerance r [1/s] of each step (benchmarks/answered.md, "automatic"). The error with
 dopri5 is below r in smooth scenes and in scenes whose contacts change now and then. The error with
 esdirk4 is below 10 r. Therefore
 
@@ -39,11 +39,11 @@ import numpy as np
 
 from hydrosim.compiling import restart
 from hydrosim.forces import new_modes
-from hydrosim.forces.layout import carried
+from hydrosim.forces.layout import carried_weights
 from hydrosim.integrate import DOPRI5
 from hydrosim.linear.stability import all_open, combinations, smallest_step
 from hydrosim.radiation.threads import one_thread
-from hydrosim.rigid.free import owners
+from hydrosim.rigid.free import coordinate_owners
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.solver import ACCURACY
 
@@ -155,10 +155,10 @@ def _growth(compiled: Compiled) -> float:
 def _drifts(compiled: Compiled) -> bool:
     """True if nothing restores a motion within the run, except of bodies that contacts carry."""
     scene = compiled.scene
-    held = carried(scene).keys()
+    held = carried_weights(scene).keys()
     for part in all_open(compiled.model, compiled.state).components:
         here = np.searchsorted(compiled.model.bodies.active, part.linear.active)
-        bodies = {scene.bodies[b].name for b in owners(compiled.model.bodies)[here]}
+        bodies = {scene.bodies[b].name for b in coordinate_owners(compiled.model.bodies)[here]}
         slow = np.abs(part.values) * scene.duration < 1.0
         if slow.any() and not bodies <= held:
             return True

@@ -13,6 +13,7 @@ from hydrosim.forces.contact import fender
 from hydrosim.forces.line import delay, winch
 from hydrosim.forces.signal import corners
 from hydrosim.integrate import Control
+from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.free import are_lengths
 from hydrosim.stepping.clock import Clock
 from hydrosim.waves.displaced_loads import STATES_PER_FOLLOWED_BODY
@@ -84,7 +85,7 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
     fenders = model.elements.fenders
     for i, reach in enumerate(fenders.points["reach"]):
         stretch = min(tolerance.position, tolerance.relative * reach) if reach else np.inf
-        absolute[fenders.state + fender.STATES * i :][: fender.FELT] = stretch
+        absolute[fenders.state + fender.CONTACT_STATES * i :][: fender.FELT_STATES] = stretch
     _tolerate_drums(absolute, model, tolerance.position)
     return absolute
 
@@ -93,13 +94,13 @@ def _tolerate_drums(absolute: np.ndarray, model: Model, length: float) -> None:
     """Lengths off drums, and speeds of drums, get the tolerance of a ``length``. States of a delay
     get what makes such an error in the delayed length."""
     winches = model.elements.winches
-    delays = winches.state + winch.STATES * winches.each.size
+    delays = winches.state + winch.WINCH_STATES * winches.each.size
     for i, one in enumerate(winches.each):
-        own = absolute[winches.state + winch.STATES * i :]
+        own = absolute[winches.state + winch.WINCH_STATES * i :]
         if one["drum"]["control"] != winch.LENGTH_CONTROL:
-            own[[winch.LENGTH, winch.SPEED]] = length
-        if one["delay"] != winch.NOWHERE:
+            own[[winch.WIRE_LENGTH, winch.DRUM_SPEED]] = length
+        if one["delay"] != NO_INDEX:
             a, b = one["factors"].T
-            late = absolute[delays + one["delay"] :][: delay.STATES]
+            late = absolute[delays + one["delay"] :][: delay.DELAY_STATES]
             late[0::2] = length / b
             late[1::2] = length / (2.0 * a)

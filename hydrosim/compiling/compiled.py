@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from hydrosim.compiling.memory_errors import MemoryErrors, memory_errors
 from hydrosim.compiling.notes import Notes
 from hydrosim.compiling.restart import start_time
-from hydrosim.integrate import Method, method_named
+from hydrosim.integrate import IntegrationMethod, method_named
 
 if TYPE_CHECKING:
     from hydrosim.compiling.derived import Facts
@@ -58,7 +58,7 @@ class Compiled:
         return self.facts.model
 
     @property
-    def method(self) -> Method:
+    def method(self) -> IntegrationMethod:
         """Integration method."""
         return method_named(self.scene.solver.method)
 

@@ -66,13 +66,13 @@ def family_members(
         yield 6 * (bodies + k) + np.arange(6), member
 
 
-def family_constants(scene: Scene, wet: Sequence[HydrodynamicGroup]) -> blending.Family:
+def family_constants(scene: Scene, wet: Sequence[HydrodynamicGroup]) -> blending.DraughtFamilies:
     """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
     members = members_of(wet)
     counts = [len(group.members) for group in chosen]
     body = np.array([group.dofs[0] // 6 for group in chosen], dtype=np.int64)
-    return blending.Family(
+    return blending.DraughtFamilies(
         body=body,
         rest=np.array([_rest(scene.bodies[b]) for b in body]),
         first=np.cumsum([0, *counts]).astype(np.int64),

@@ -19,7 +19,7 @@ from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces.layout import Resonance
+from hydrosim.forces.layout import ResonanceTerms
 from hydrosim.scene import (
     BY_NAME,
     AutomaticRadiation,
@@ -408,19 +408,19 @@ def each_alone(groups: Sequence[HydrodynamicGroup]) -> dict[str, HydroDatabase]:
     return {name: own for wet in groups for name, own in wet.alone.items()}
 
 
-def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Resonance:
+def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> ResonanceTerms:
     """Resonance of each DOF of a body by itself, along its axes at rest, with ``stiffness`` (6,)
     besides hydrostatics. ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
     if db is None:
-        return Resonance(stiffness, mass)
+        return ResonanceTerms(stiffness, mass)
     total = stiffness + np.diag(database.require_array(db, "hydrostatic_stiffness"))
     A = np.diagonal(db.added_mass, axis1=1, axis2=2)
     added = [
         _added_mass_in_resonance(db.frequency, a, m, k)
         for a, m, k in zip(A.T, mass, np.maximum(total, 0.0), strict=True)
     ]
-    return Resonance(total, mass + added)
+    return ResonanceTerms(total, mass + added)
 
 
 def _added_mass_in_resonance(

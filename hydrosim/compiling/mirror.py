@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
+from hydrosim.dofs import DOFS, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.forces.mirroring import LATERAL
 from hydrosim.scene.joint import JointType
 
@@ -30,11 +30,11 @@ COUPLES = f"couples {', '.join(x for x in DOFS if x not in LATERAL)} with {', '.
 
 def couples(matrices: np.ndarray, lateral: np.ndarray) -> bool:
     """Whether any of the ``matrices`` (..., m, m) couples ``lateral`` coordinates (m,) with the
-    others by more than `SMALL` times the geometric mean of their diagonals (the largest of all
-    matrices)."""
+    others by more than `SYMMETRY_RTOL` times the geometric mean of their diagonals (the largest of
+    all matrices)."""
     size = np.abs(matrices).reshape(-1, lateral.size, lateral.size).max(axis=0)
     scale = np.sqrt(np.diag(size))
-    coupled = size > SMALL * np.outer(scale, scale)
+    coupled = size > SYMMETRY_RTOL * np.outer(scale, scale)
     return bool(np.any(coupled & (lateral[:, None] != lateral)))
 
 
@@ -96,11 +96,7 @@ def _shape(joint: Joint, y: float) -> _Shape:
     return _Shape(
         f"{joint.type} {joint.body} {joint.to}",
         _Times(
-            joint.active,
-            joint.window,
-            pawl.pitch if pawl else 0.0,
-            joint.breaks_at,
-            joint.length,
+            joint.active, joint.window, pawl.pitch if pawl else 0.0, joint.breaks_at, joint.length
         ),
         np.array(joint.point, dtype=float),
         np.array(lines).reshape(-1, 3, 3),
@@ -133,8 +129,8 @@ def _unpaired_elements(elements: Mapping[str, ForceElement], y: float) -> Iterat
 
 
 def _is_equal(one: object, other: object) -> bool:
-    """Whether parts of elements are equal entry by entry: numbers within `SMALL` of the largest
-    number of their array."""
+    """Whether parts of elements are equal entry by entry: numbers within `SYMMETRY_RTOL` of the
+    largest number of their array."""
     if type(one) is type(other) and is_dataclass(one):
         return all(_is_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     if isinstance(one, Mapping) and isinstance(other, Mapping):
@@ -150,4 +146,4 @@ def _is_equal(one: object, other: object) -> bool:
     if not np.array_equal(a[infinite], b[infinite]):
         return False
     a, b = a[~infinite], b[~infinite]
-    return bool(np.all(np.abs(a - b) <= SMALL * np.abs(a).max(initial=0.0)))
+    return bool(np.all(np.abs(a - b) <= SYMMETRY_RTOL * np.abs(a).max(initial=0.0)))

@@ -24,12 +24,12 @@ from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces.layout import (
     BodyAtRest,
-    Joined,
+    JoinedBodies,
     Layout,
-    Resonance,
+    ResonanceTerms,
     RollMode,
     acting_joints,
-    carried,
+    carried_weights,
     constraint_names,
     row_names,
 )
@@ -49,13 +49,15 @@ from hydrosim.waves.displaced_loads import STATES_PER_FOLLOWED_BODY, following_m
 from hydrosim.waves.wave_reference import met_by_waves, slow_bodies
 
 if TYPE_CHECKING:
-    from hydrosim.forces.kind import Parts
+    from hydrosim.forces.kind import KindConstants
     from hydrosim.radiation.state_space import StateSpace
 
 SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 
 
-def model_of(scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None = None) -> Model:
+def model_of(
+    scene: Scene, wet: Sequence[HydrodynamicGroup], known: KindConstants | None = None
+) -> Model:
     """Model of a scene in calm water; its elements and tanks are compiled unless they are
     ``known``.
 
@@ -74,15 +76,15 @@ def model_of(scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None
     if known is None:
         tanks = tanks_of(scene)
         elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
-        known = forces.Placed(elements, tanks)
+        known = forces.IndexedConstants(elements, tanks)
     elif bodies.tree.moves.size or forces.driven_coordinates(known.elements).size:
         # numbers of coordinates may differ
         layout = _layout(scene, bodies, alone, known.tanks)
-        known = forces.numbered_anew(known, scene.forces, layout)
+        known = forces.renumber_coordinates(known, scene.forces, layout)
     slow = own + forces.state_count(known, scene)
     draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
-    energy = draught + blending.STATES * family.body.size
-    parts = forces.placed(known, scene, own, energy)
+    energy = draught + blending.DRAUGHT_STATES * family.body.size
+    parts = forces.assign_indices(known, scene, own, energy)
     rows = row_names(scene)
     impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
@@ -117,7 +119,7 @@ def model_of(scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None
     )
 
 
-def _impulses(rows: int, bodies: Bodies, parts: Parts) -> int:
+def _impulses(rows: int, bodies: Bodies, parts: KindConstants) -> int:
     """Number of integrals of impulses: of forces, of their works, and of units."""
     return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
 
@@ -199,7 +201,7 @@ def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
 def _layout(
     scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
 ) -> Layout:
-    def of_body(body: int, stiffness: np.ndarray) -> Resonance:
+    def of_body(body: int, stiffness: np.ndarray) -> ResonanceTerms:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
     def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
@@ -220,7 +222,7 @@ def _layout(
         tanks.row,
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
-        carried(scene),
+        carried_weights(scene),
         scene.joints,
         _joined_bodies(scene, bodies),
         len(row_names(scene)) - 1,
@@ -235,13 +237,13 @@ def _layout(
     )
 
 
-def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, Joined]:
+def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
     """The bodies of all joints that are constraints."""
     found = {
         body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
         for i, body in enumerate(scene.bodies)
     }
     return {
-        name: Joined(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
+        name: JoinedBodies(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
         for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
     }

@@ -226,7 +226,7 @@ def _records(scene: Scene) -> Iterator[str]:
             )
     for key, signal in signals_of(scene.forces):
         if isinstance(signal, Recorded):
-            miss = signal.miss() / max(float(np.ptp(signal.value)), 1e-300)
+            miss = signal.largest_miss() / max(float(np.ptp(signal.value)), 1e-300)
             yield (
                 f"{key}: cubic spline through {signal.time.size} values. A spline through every"
                 f" other value misses the rest by up to {miss:.1e} of the range; the error of the"

@@ -17,9 +17,9 @@ import numpy as np
 
 from hydrosim import radiation
 from hydrosim.errors import InputError
-from hydrosim.forces import KINDS, events, kinds_of, new_modes, own_modes
-from hydrosim.forces.events import settle
-from hydrosim.forces.kind import Kind, Modes, Renewing
+from hydrosim.forces import ELEMENT_KINDS, events, kinds_of, modes_of_kind, new_modes
+from hydrosim.forces.events import set_initial_modes
+from hydrosim.forces.kind import ModeRows, ResetsOnRestart, UnitKind
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
 from hydrosim.results.error_figures import ACCURACY
@@ -28,10 +28,7 @@ from hydrosim.results.netcdf import read_run
 from hydrosim.rigid.kinematics import Motion, place_bodies
 from hydrosim.scene import Body, Place, Scene, Start, WaveForces
 from hydrosim.stepping.dynamics import Model, new_work
-from hydrosim.stepping.names import (
-    Coordinate,
-    memory_names,
-)
+from hydrosim.stepping.names import Coordinate, memory_names
 from hydrosim.stepping.state import State
 from hydrosim.stepping.state_layout import MOVING, StateKind
 from hydrosim.waves import slow_bodies
@@ -161,7 +158,7 @@ def resumed_state(scene: Scene, model: Model, layout: StateLayout, fresh: State)
     y = np.array([there.get(name, 0.0) for name in names])
     contents = slice(model.tanks.state, model.tanks.state + model.tanks.each.size)
     y[contents] = np.where(known, y, fresh.y)[contents]  # as at a start from rest
-    for i, entry in enumerate(layout.of(StateKind.SLOW_DRAUGHT), model.draught):
+    for i, entry in enumerate(layout.entries_of(StateKind.SLOW_DRAUGHT), model.draught):
         if not known[i]:  # at the draught of the body
             y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
     modes = _modes(scene, model, run, y, known)
@@ -255,27 +252,27 @@ def _modes(
     ``y``. ``known`` (ny,) are the states of ``y`` that the run had."""
     motion = new_work(model).motion
     time = start_time(scene)
-    renewing = [kind for kind in KINDS if isinstance(kind, Renewing)]
+    renewing = [kind for kind in ELEMENT_KINDS if isinstance(kind, ResetsOnRestart)]
     for each in renewing:
-        each.forget(each.of(model), y)
+        each.clear_unused_states(each.constants_in(model), y)
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     settled = new_modes(model)
     anew = y.copy()
-    settle(time, anew, settled, motion, model.bodies, model.elements, model.tanks)
+    set_initial_modes(time, anew, settled, motion, model.bodies, model.elements, model.tanks)
     stored = settled.copy()
     at = run.sel(time=time, state_time=time)
     for kind, p in kinds_of(model):
-        _restore(kind, kind.modes(p), kind.unit_names(scene), at, own_modes(kind, p, stored))
+        _restore(kind, kind.modes(p), kind.unit_names(scene), at, modes_of_kind(kind, p, stored))
     possible = _possible(time, y, stored, motion, model)
     for each in renewing:
-        p = each.of(model)
-        each.renew(p, y, anew, own_modes(each, p, possible[:, None])[:, 0], known)
+        p = each.constants_in(model)
+        each.renew(p, y, anew, modes_of_kind(each, p, possible[:, None])[:, 0], known)
     return np.where(possible[:, None], stored, settled)
 
 
 def _restore(
-    kind: Kind, rows: Modes, names: Sequence[str], at: xr.Dataset, modes: np.ndarray
+    kind: UnitKind, rows: ModeRows, names: Sequence[str], at: xr.Dataset, modes: np.ndarray
 ) -> None:
     """Stored modes of the units that the run has by name, ``at`` the time of the start."""
     there = [*at[kind.unit].values] if kind.unit in at.dims else []
@@ -309,9 +306,9 @@ def _possible(
     for kind, p in kinds_of(model):
         steepest = kind.modes(p).steepest
         if steepest is not None:
-            margins = own_modes(kind, p, out)
+            margins = modes_of_kind(kind, p, out)
             touching = margins[:, CONTACT_MARGIN] >= -MODE_OVERRUN_ATOL * steepest
-            own = own_modes(kind, p, possible[:, None])
+            own = modes_of_kind(kind, p, possible[:, None])
             own[:, 0] = touching & (margins[:, SEGMENT_MARGIN] >= -MODE_OVERRUN_ATOL)
     return possible
 

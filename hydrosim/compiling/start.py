@@ -14,9 +14,9 @@ from hydrosim.compiling.at_rest import states_at_rest
 from hydrosim.compiling.joints.closed import keep_independent_rows, start_followers
 from hydrosim.compiling.joints.drives import follow_at
 from hydrosim.forces import new_modes
-from hydrosim.forces.events import settle
+from hydrosim.forces.events import set_initial_modes
 from hydrosim.rigid.kinematics import Bodies, Motion, place_bodies
-from hydrosim.stepping.blending import settled
+from hydrosim.stepping.blending import steady_filters
 from hydrosim.stepping.dynamics import Model, new_work
 from hydrosim.stepping.state import State
 from hydrosim.waves.slow_path_loads import first_states
@@ -38,12 +38,12 @@ def first_state(scene: Scene, model: Model) -> State:
     y[tanks.state : tanks.state + tanks.each.size] = tanks.each["first_volume"]
     modes = new_modes(model)
     motion = new_work(model).motion
-    y[model.draught : model.energy] = settled(model.family, bodies.locked)
+    y[model.draught : model.energy] = steady_filters(model.family, bodies.locked)
     speeds = np.concatenate([b.velocity for b in scene.bodies])
     y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
     follow_at(0.0, y, model)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-    settle(0.0, y, modes, motion, bodies, model.elements, tanks)
+    set_initial_modes(0.0, y, modes, motion, bodies, model.elements, tanks)
     state = State(y, modes, _history(scene, model))
     keep_independent_rows(model, state)
     start_followers(model, state)
@@ -51,7 +51,7 @@ def first_state(scene: Scene, model: Model) -> State:
         y[:] = states_at_rest(scene, model, state)
         follow_at(0.0, y, model)
         place_bodies(y[:n], y[n : 2 * n], bodies, motion)
-        settle(0.0, y, modes, motion, bodies, model.elements, tanks)
+        set_initial_modes(0.0, y, modes, motion, bodies, model.elements, tanks)
         start_followers(model, state)
     return state
 

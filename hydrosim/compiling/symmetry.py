@@ -6,8 +6,8 @@ plane: sway, roll and yaw are zero. `in_plane` removes these coordinates before 
 scene had been written without them.
 
 Matrices and wave loads count as symmetric if the entries that lead out of the plane are below
-`SMALL` (1e-6) of the others. Only waves to 0 or 180 deg are symmetric. A random sea with waves to
-both sides is not, because each of its waves differs.
+`SYMMETRY_RTOL` (1e-6) of the others. Only waves to 0 or 180 deg are symmetric. A random sea with
+waves to both sides is not, because each of its waves differs.
 
 Limits: the symmetric motion may be unstable. So sway, roll and yaw are kept if they are not stable
 at the start (a capsizing hull, a tanker that fishtails). A later loss of stability, for example by
@@ -29,7 +29,7 @@ from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup, each_alone
 from hydrosim.compiling.hydrostatics.hulls import asymmetric_hulls
 from hydrosim.compiling.mirror import COUPLES, couples, joints_without_image, without_image
 from hydrosim.compiling.start import first_state
-from hydrosim.dofs import DOFS, MIRROR_SIGN, SMALL
+from hydrosim.dofs import DOFS, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.forces import is_mirrored
 from hydrosim.forces.mirroring import LATERAL
 from hydrosim.linear.components import find_components
@@ -85,7 +85,7 @@ def wave_asymmetries(
     loaded = [b for b in scene.bodies if b.name in alone and b.wave_forces.has_loads]
     headings = np.concatenate([np.zeros(0), *(waves.heading for waves in sea)])
     headings = np.unique(headings if loaded else np.zeros(0))
-    aside = np.degrees(headings[np.abs(np.sin(headings)) > SMALL])
+    aside = np.degrees(headings[np.abs(np.sin(headings)) > SYMMETRY_RTOL])
     if aside.size:
         yield f"waves to {aside[0]:g} deg" + (" and others" if aside.size > 1 else "")
     elif headings.size:
@@ -128,7 +128,7 @@ def _load_differs(db: HydroDatabase, headings: np.ndarray) -> bool:
             continue
         one, other = (loads_at(db, each.heading, each.omega) for each in (there, back))
         largest = np.abs(np.asarray(table)).reshape(-1, 2, 3).max(axis=(0, 2)).repeat(3)
-        if np.any(np.abs(one - MIRROR_SIGN * other) > SMALL * largest):
+        if np.any(np.abs(one - MIRROR_SIGN * other) > SYMMETRY_RTOL * largest):
             return True
     return False
 
@@ -151,7 +151,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[WaveComponents]) -> Iterator[str]
     yield from _joints_aside(scene, y)
     water = scene.environment
     for name, stream in (("current", water.current), ("wind", water.wind)):
-        if abs(stream.speed * np.sin(stream.heading)) > SMALL * abs(stream.speed):
+        if abs(stream.speed * np.sin(stream.heading)) > SYMMETRY_RTOL * abs(stream.speed):
             yield f"{name} to {np.degrees(stream.heading):g} deg"
     for b in asymmetric_hulls(calm.model.hulls, calm.model.bodies):
         yield f"the hull of {scene.bodies[b].name}"
@@ -228,11 +228,15 @@ def _probe(frequency: np.ndarray, headings: np.ndarray) -> WaveComponents:
 def _load_aside(
     what: str, loads: np.ndarray, table: np.ndarray | None, db: HydroDatabase
 ) -> Iterator[str]:
-    """Test whether loads (..., 6) in sway, roll or yaw exceed `SMALL` of the largest force or
-    moment in the ``table`` (..., 6) of all headings."""
+    """Test whether loads (..., 6) in sway, roll or yaw exceed `SYMMETRY_RTOL` of the largest force
+    or moment in the ``table`` (..., 6) of all headings."""
     largest = np.abs(np.asarray(table)).reshape(-1, 2, 3).max(axis=(0, 2))
     size = np.abs(loads).reshape(-1, 6).max(axis=0)
-    far = [dof for dof in LATERAL if size[DOFS.index(dof)] > SMALL * largest[DOFS.index(dof) // 3]]
+    far = [
+        dof
+        for dof in LATERAL
+        if size[DOFS.index(dof)] > SYMMETRY_RTOL * largest[DOFS.index(dof) // 3]
+    ]
     if far:
         yield f"{what} of {db.source} in {', '.join(far)}"
 

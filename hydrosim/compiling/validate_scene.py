@@ -12,13 +12,13 @@ from hydrosim.compiling.joints.trees import check_trees
 from hydrosim.compiling.restart import start_time
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
-from hydrosim.forces import is_known, lost_units, signals_of
+from hydrosim.forces import has_kind, signals_of, undefined_units
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import OPEN, STICK
-from hydrosim.forces.layout import ROWS
-from hydrosim.forces.line.now import lines_now
+from hydrosim.forces.layout import BODY_ROWS
+from hydrosim.forces.line.now import line_shapes
 from hydrosim.forces.signal import Recorded
-from hydrosim.forces.spring import stretch
+from hydrosim.forces.spring import kinematics
 from hydrosim.forces.trigger import AFTER
 from hydrosim.linear.freedom import find_constraint_rows
 from hydrosim.modes import MODE
@@ -68,7 +68,7 @@ def check_scene(scene: Scene) -> None:
         ),
     }
     for name, element in scene.forces.items():
-        if not is_known(element):
+        if not has_kind(element):
             hint = "; wrap a function as hydrosim.External(BODY, FUNCTION)"
             text = f"found {type(element).__name__}; expected a force element of hydrosim"
             problems[f"forces.{name}: {text}{hint if callable(element) else ''}"] = True
@@ -117,7 +117,7 @@ def check_start(scene: Scene, model: Model, state: State) -> None:
     _check_rigid_friction(scene, model, state)
     _check_springs(scene, model, state)
     _check_lines(scene, model, state)
-    for name, reason in lost_units(model, scene, state.modes):
+    for name, reason in undefined_units(model, scene, state.modes):
         raise InputError(f"forces.{name}: {reason}, at the start. Change its ends or axis.")
 
 
@@ -134,7 +134,7 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
         return
     rank = np.linalg.matrix_rank(rows / np.maximum(np.abs(rows).max(axis=0), 1e-12), tol=1e-9)
     if rank < len(rows):
-        rows_of = set(fenders.points["row"][rigid] - len(ROWS))
+        rows_of = set(fenders.points["row"][rigid] - len(BODY_ROWS))
         names = ", ".join(name for i, name in enumerate(scene.forces) if i in rows_of)
         raise InputError(
             f"forces.{names}: rigid friction holds {len(rows)} directions at {rigid.sum()}"
@@ -150,7 +150,7 @@ def _check_lines(scene: Scene, model: Model, state: State) -> None:
     n = model.bodies.active.size
     y = state.y
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    for line in lines_now(model, scene, start_time(scene), y, state.modes, model.bodies, motion):
+    for line in line_shapes(model, scene, start_time(scene), y, state.modes, model.bodies, motion):
         if line.distance <= COINCIDENT_ENDS_RTOL * line.length:
             raise _coincident_ends(line.name)
         if line.strain > STRAINED:
@@ -186,7 +186,7 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
     p = model.elements.springs
     for name, line in zip(spring_names(scene), p.lines, strict=True):
         if (
-            stretch(line, 0.0, model.bodies, motion, p).length
+            kinematics(line, 0.0, model.bodies, motion, p).length
             <= COINCIDENT_ENDS_RTOL * line["length"]
         ):
             raise _coincident_ends(name)

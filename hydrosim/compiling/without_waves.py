@@ -40,7 +40,7 @@ from hydrosim.waves.wave_reference import grid_step, steps_per_block
 if TYPE_CHECKING:
     from hydrosim.compiling.derived import Facts
     from hydrosim.database.database import HydroDatabase
-    from hydrosim.forces.kind import Parts
+    from hydrosim.forces.kind import KindConstants
     from hydrosim.scene import Solver, WaveForces
 
 
@@ -51,7 +51,7 @@ SHARE_OF_WAVES = 0.1
 
 
 def compile_calm(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], known: Parts | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], known: KindConstants | None = None
 ) -> Compiled:
     """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its
     elements and tanks if they are ``known``.

@@ -44,7 +44,7 @@ def write(db: HydroDatabase, target: Path | Output) -> list[Path]:
     Raises `InputError` if one would replace a file that must be kept."""
     output = as_output(target, "database")
     marked = replace(db, attributes={**db.attributes, **output.attributes})
-    with output.written() as path:
+    with output.write_complete() as path:
         WRITERS[format_of(path)](marked, path)
         names = sorted(part.name for part in path.parent.iterdir())
     return [output.path.parent / name for name in names]

@@ -66,5 +66,5 @@ def write_table(db: HydroDatabase, time: Real, functions: list[Kernel], output: 
         ",".join(["[s]", *(f"[{one.unit}]" for one in functions)]),
     ]
     rows = np.column_stack([time, *(one.values for one in functions)])
-    with output.written() as path:
+    with output.write_complete() as path:
         np.savetxt(path, rows, "%.9g", ",", header="\n".join(heading), comments="", encoding="utf8")

@@ -20,7 +20,7 @@ from hydrosim.database.database import HydroDatabase
 from hydrosim.documents import hdf5
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.interrupts import undisturbed
+from hydrosim.interrupts import delay_interrupts
 from hydrosim.scene.given import NOTHING_GIVEN, Given
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             f"{path}: not a netCDF-4/HDF5 file ({problem}); expected a hydrosim database."
         )
     try:
-        with undisturbed():  # netCDF4 loses an interrupt that arrives while it opens a file
+        with delay_interrupts():  # netCDF4 loses an interrupt that arrives while it opens a file
             file = netCDF4.Dataset(path)
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path}: cannot be read as netCDF ({error}).") from error

@@ -24,7 +24,7 @@ from hydrosim.stepping.clock import rounding_at
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.run import grid_time
-from hydrosim.stepping.state import POINT
+from hydrosim.stepping.state import GRID_POINT
 from hydrosim.studies.run.checkpoint import Checkpoint, CheckpointWriter
 from hydrosim.studies.run.course import RunInProgress
 from hydrosim.studies.run.error_estimate import estimate_error
@@ -232,7 +232,7 @@ class Simulation:
     def _next_grid_time(self) -> float:
         """The next point of the grid."""
         run = self._course.run
-        return float(grid_time(int(run.counters[POINT]) + 1, run.clock))
+        return float(grid_time(int(run.counters[GRID_POINT]) + 1, run.clock))
 
     def _target(self, until: float) -> float:
         """The time ``until``, exactly on the grid or at a breakpoint if it is there but for

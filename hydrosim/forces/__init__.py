@@ -4,13 +4,13 @@ An element is one file with
 
     a frozen dataclass            of `scene.ForceElement`, which declares its properties: its parts
                                   and their mirror images, its signals, whether it is linear
-    compile_elements              constants of all of them in a scene, `Params` or an array
+    compile_elements              constants of all of them in a scene, a `NamedTuple` or an array
     add_force                     adds to its row of forces, and its work or dissipation
     add_energy                    if it stores energy
-    KIND                          its states, modes, variables (`hydrosim.forces.kind`)
+    NAME_KIND                     its states, modes, variables (`hydrosim.forces.kind`)
 
-and one line each in `Elements`, `KINDS` and the sums below. A kind whose units have modes, which
-end at events, also appears in `hydrosim.forces.events`.
+and one line each in `Elements`, `ELEMENT_KINDS` and the sums below. A kind whose units have modes,
+which end at events, also appears in `hydrosim.forces.events`.
 """
 
 from __future__ import annotations
@@ -54,16 +54,16 @@ from hydrosim.forces.given.external import External
 from hydrosim.forces.joint import kind as joint
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.kind import (
+    CanFail,
     ElementKind,
-    Ending,
-    Kind,
-    Losing,
-    Mirrored,
-    Parts,
-    Resisting,
-    Tallying,
+    HasImpulses,
+    HasLinearDamping,
+    HasLosses,
+    HasMirrorSymmetry,
+    KindConstants,
+    UnitKind,
 )
-from hydrosim.forces.layout import Layout, Resistance
+from hydrosim.forces.layout import Layout, LinearResistance
 from hydrosim.forces.line import catenary, compensator, drag, winch, winch_kind
 from hydrosim.forces.line import kind as lines
 from hydrosim.forces.line.catenary import Catenary
@@ -72,15 +72,15 @@ from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionCon
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.link import Strut, TorsionSpring
-from hydrosim.forces.postures import PosingKind
+from hydrosim.forces.postures import KindWithModeSets
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.jit.kernels import clear, kernel
-from hydrosim.modes import COLUMNS
+from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
 from hydrosim.streams.gusts import GustTable
-from hydrosim.streams.wind import REFERENCE
+from hydrosim.streams.wind import REFERENCE_HEIGHT
 from hydrosim.tanks.contents import Tanks
 
 
@@ -108,28 +108,28 @@ class Elements(NamedTuple):
     triggers: Any
 
 
-KINDS: tuple[Kind, ...] = (
-    linear_mooring.KIND,
-    applied_force.KIND,
-    contact_points.KIND,
-    spring.KIND,
-    linear_damping.KIND,
-    quadratic_damping.KIND,
-    viscous_roll.KIND,
-    stream_load.KIND,
-    tanks.KIND,
-    link.KIND,
-    bushing.KIND,
-    lines.KIND,
-    guide.KIND,
-    winch_kind.KIND,
-    compensator.KIND,
-    joint.KIND,
-    joint.JOINTS,
-    motions.KIND,
-    external.KIND,
-    drive.KIND,
-    trigger.KIND,
+ELEMENT_KINDS: tuple[UnitKind, ...] = (
+    linear_mooring.LINEAR_MOORING_KIND,
+    applied_force.APPLIED_FORCE_KIND,
+    contact_points.CONTACT_KIND,
+    spring.SPRING_KIND,
+    linear_damping.LINEAR_DAMPING_KIND,
+    quadratic_damping.QUADRATIC_DAMPING_KIND,
+    viscous_roll.VISCOUS_ROLL_KIND,
+    stream_load.STREAM_LOAD_KIND,
+    tanks.TANK_FLOW_KIND,
+    link.LINK_KIND,
+    bushing.BUSHING_KIND,
+    lines.CATENARY_KIND,
+    guide.GUIDE_KIND,
+    winch_kind.WINCH_KIND,
+    compensator.COMPENSATOR_KIND,
+    joint.LOCK_KIND,
+    joint.JOINT_LOAD_KIND,
+    motions.JOINT_MOTION_KIND,
+    external.EXTERNAL_KIND,
+    drive.DRIVE_KIND,
+    trigger.TRIGGER_KIND,
 )
 """All kinds, in the order of their states in y and of their rows of modes."""
 
@@ -169,7 +169,7 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     if e.compensators.each.size > 0:
         compensator.add_force(t, y, modes, motion, bodies, e.compensators, wrench, rate, dy)
     if e.locks.each.size > 0:
-        clear(dy[e.locks.state : e.locks.state + locks.STATES * e.locks.each.size])
+        clear(dy[e.locks.state : e.locks.state + locks.LOCK_STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
         motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
     if e.externals.each.size > 0:
@@ -213,46 +213,55 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     if e.joint_motions.each.size > 0:
         motions.add_energy(y, modes, e.joint_motions, stored)
     if e.triggers.each.size > 0:
-        trigger.forget_stored(modes, e.triggers, stored)
+        trigger.clear_inactive_energy(modes, e.triggers, stored)
 
 
-def kinds_of(parts: Parts) -> Iterator[tuple[Kind, Any]]:
+def kinds_of(parts: KindConstants) -> Iterator[tuple[UnitKind, Any]]:
     """The kinds that have units with modes, and their constants."""
-    every = ((kind, kind.of(parts)) for kind in KINDS)
+    every = ((kind, kind.constants_in(parts)) for kind in ELEMENT_KINDS)
     return ((kind, p) for kind, p in every if kind.modes(p).size)
 
 
-def kinds_posing(parts: Parts) -> list[tuple[PosingKind, Any]]:
+def kinds_with_mode_sets(parts: KindConstants) -> list[tuple[KindWithModeSets, Any]]:
     """The kinds whose units have several postures, and their constants."""
-    return [(kind, kind.of(parts)) for kind in KINDS if isinstance(kind, PosingKind)]
+    return [
+        (kind, kind.constants_in(parts))
+        for kind in ELEMENT_KINDS
+        if isinstance(kind, KindWithModeSets)
+    ]
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
-    """Constants of all ``elements``; `placed` assigns the indices of their states and modes."""
-    own = [kind for kind in KINDS if isinstance(kind, ElementKind)]
+    """Constants of all ``elements``; `assign_indices` assigns the indices of their states and
+    modes."""
+    own = [kind for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
     return Elements(**{kind.field: kind.compile(elements, layout) for kind in own})
 
 
-def numbered_anew(parts: Parts, elements: Mapping[str, ForceElement], layout: Layout) -> Placed:
+def renumber_coordinates(
+    parts: KindConstants, elements: Mapping[str, ForceElement], layout: Layout
+) -> IndexedConstants:
     """The same constants for coordinates that are numbered otherwise."""
     moved = motions.compile_elements(elements, layout)
     driven = drive.compile_elements(elements, layout)
-    return Placed(parts.elements._replace(joint_motions=moved, drives=driven), parts.tanks)
+    return IndexedConstants(
+        parts.elements._replace(joint_motions=moved, drives=driven), parts.tanks
+    )
 
 
-def joints_are_linear(parts: Parts) -> bool:
+def joints_are_linear(parts: KindConstants) -> bool:
     """True if neither stops nor dry friction act in joints."""
     return motions.are_linear(parts.elements.joint_motions)
 
 
-class Placed(NamedTuple):
+class IndexedConstants(NamedTuple):
     """Constants of all kinds with indices of their states and modes."""
 
     elements: Elements
     tanks: Tanks
 
 
-def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
+def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) -> IndexedConstants:
     """The same constants, with states in y numbered from ``state`` on, kind by kind, rows of modes
     likewise, and the integrals of losses, row by row, from ``losses`` on. Reactions of joints
     follow those of contact points. Constants with such indices have fields ``state``, ``mode``,
@@ -260,97 +269,105 @@ def placed(parts: Parts, scene: Scene, state: int, losses: int) -> Placed:
     found = {}
     mode = 0
     reaction = parts.elements.fenders.points.size
-    for kind in KINDS:
-        p = kind.of(parts)
+    for kind in ELEMENT_KINDS:
+        p = kind.constants_in(parts)
         places = {"state": state, "mode": mode, "losses": losses, "reaction": reaction}
         own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
         found[kind] = p._replace(**own) if own else p
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
         reaction += _reaction_count(kind, p)
-    own = {kind.field: found[kind] for kind in KINDS if isinstance(kind, ElementKind)}
-    return Placed(Elements(**own), found[tanks.KIND])
+    own = {kind.field: found[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)}
+    return IndexedConstants(Elements(**own), found[tanks.TANK_FLOW_KIND])
 
 
-def _reaction_count(kind: Kind, p: Any) -> int:
+def _reaction_count(kind: UnitKind, p: Any) -> int:
     """Number of reactions of a kind. The loads of joints share the constants of their locks, and
     have no reactions of their own."""
     has_reactions = isinstance(kind, ElementKind) and "reaction" in getattr(p, "_fields", ())
     return len(p.each) if has_reactions else 0
 
 
-def state_count(parts: Parts, scene: Scene) -> int:
+def state_count(parts: KindConstants, scene: Scene) -> int:
     """Number of states in y of all kinds."""
-    return sum(_state_count(kind, kind.of(parts), scene) for kind in KINDS)
+    return sum(_state_count(kind, kind.constants_in(parts), scene) for kind in ELEMENT_KINDS)
 
 
-def _state_count(kind: Kind, p: Any, scene: Scene) -> int:
+def _state_count(kind: UnitKind, p: Any, scene: Scene) -> int:
     return sum(len(own.owners) * len(own.components) for own in kind.states(p, scene))
 
 
-def tally_count(parts: Parts) -> int:
+def tally_count(parts: KindConstants) -> int:
     """Number of the integrals of units, if impulses are asked for."""
-    return sum(len(k.tallied) * k.modes(k.of(parts)).size for k in KINDS if isinstance(k, Tallying))
+    return sum(
+        len(k.impulse_names) * k.modes(k.constants_in(parts)).size
+        for k in ELEMENT_KINDS
+        if isinstance(k, HasImpulses)
+    )
 
 
-def felt_states(parts: Parts) -> np.ndarray:
+def coupled_states(parts: KindConstants) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on other states."""
-    return np.concatenate([kind.felt_states(kind.of(parts)) for kind in KINDS])
+    return np.concatenate([kind.coupled_states(kind.constants_in(parts)) for kind in ELEMENT_KINDS])
 
 
-def new_modes(parts: Parts) -> np.ndarray:
-    """New modes (rows, 3) of the units of all kinds, for `events.settle`."""
-    rows = sum(kind.modes(kind.of(parts)).size for kind in KINDS)
-    return np.zeros((rows, COLUMNS), dtype=np.int64)
+def new_modes(parts: KindConstants) -> np.ndarray:
+    """New modes (rows, 3) of the units of all kinds, for `events.set_initial_modes`."""
+    rows = sum(kind.modes(kind.constants_in(parts)).size for kind in ELEMENT_KINDS)
+    return np.zeros((rows, MODE_COLUMNS), dtype=np.int64)
 
 
-def own_modes(kind: Kind, p: Any, modes: np.ndarray) -> np.ndarray:
+def modes_of_kind(kind: UnitKind, p: Any, modes: np.ndarray) -> np.ndarray:
     """The rows of ``modes`` (..., rows, 3) of one kind with the constants ``p``."""
     first = getattr(p, "mode", 0)
     return modes[..., first : first + kind.modes(p).size, :]
 
 
-def losses(parts: Parts, observed: Mapping[str, np.ndarray]) -> dict[int, np.ndarray]:
+def losses(parts: KindConstants, observed: Mapping[str, np.ndarray]) -> dict[int, np.ndarray]:
     """Energy lost (nt,) [J] by row of forces, beyond the booked dissipation, from the values
     ``observed`` of the units of each kind."""
     found: dict[int, np.ndarray] = {}
-    for kind in KINDS:
-        if isinstance(kind, Losing):
-            found |= kind.losses(kind.of(parts), observed[kind.unit])
+    for kind in ELEMENT_KINDS:
+        if isinstance(kind, HasLosses):
+            found |= kind.losses(kind.constants_in(parts), observed[kind.unit])
     return found
 
 
-def is_mirrored(parts: Parts, y: np.ndarray, modes: np.ndarray) -> bool:
+def is_mirrored(parts: KindConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the states and modes of all kinds are mirror symmetric about y = 0."""
-    own = [kind for kind in KINDS if isinstance(kind, Mirrored)]
-    return all(kind.is_mirrored(kind.of(parts), y, modes) for kind in own)
+    own = [kind for kind in ELEMENT_KINDS if isinstance(kind, HasMirrorSymmetry)]
+    return all(kind.is_mirrored(kind.constants_in(parts), y, modes) for kind in own)
 
 
-def mode_row_names(parts: Parts, scene: Scene) -> list[str]:
+def mode_row_names(parts: KindConstants, scene: Scene) -> list[str]:
     """The kind and the name of the unit of every row of modes."""
     names = {kind: kind.unit_names(scene) for kind, _ in kinds_of(parts)}
     return [f"{kind.unit.replace('_', ' ')} {name}" for kind in names for name in names[kind]]
 
 
-def lost_units(parts: Parts, scene: Scene, modes: np.ndarray) -> Iterator[tuple[str, str]]:
+def undefined_units(
+    parts: KindConstants, scene: Scene, modes: np.ndarray
+) -> Iterator[tuple[str, str]]:
     """Names of the units whose force is not defined in these ``modes``, each with the reason."""
-    for kind in KINDS:
-        if isinstance(kind, Ending):
-            p = kind.of(parts)
+    for kind in ELEMENT_KINDS:
+        if isinstance(kind, CanFail):
+            p = kind.constants_in(parts)
             names = kind.unit_names(scene)
-            yield from ((names[i], why) for i, why in kind.lost(p, own_modes(kind, p, modes)))
+            yield from (
+                (names[i], why) for i, why in kind.undefined_units(p, modes_of_kind(kind, p, modes))
+            )
 
 
-def resistances(parts: Parts) -> Iterator[Resistance]:
+def resistances(parts: KindConstants) -> Iterator[LinearResistance]:
     """The linear damping of all kinds."""
-    for kind in KINDS:
-        if isinstance(kind, Resisting):
-            yield from kind.resistances(kind.of(parts))
+    for kind in ELEMENT_KINDS:
+        if isinstance(kind, HasLinearDamping):
+            yield from kind.resistances(kind.constants_in(parts))
 
 
-def is_known(element: ForceElement) -> bool:
+def has_kind(element: ForceElement) -> bool:
     """True if a kind has this element."""
-    own = [kind.classes for kind in KINDS if isinstance(kind, ElementKind)]
+    own = [kind.classes for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
     return any(isinstance(element, classes) for classes in own)
 
 
@@ -375,7 +392,7 @@ def driven_coordinates(elements: Elements) -> np.ndarray:
     return np.asarray(elements.drives.each["coordinate"], dtype=np.int64)
 
 
-def lasting_states(parts: Parts) -> np.ndarray:
+def lasting_states(parts: KindConstants) -> np.ndarray:
     """Entries (n,) of y that a body at rest keeps: of joints that are constraints, and lengths off
     the drums of winches."""
     joints = locks.states_of(parts.elements.locks)
@@ -383,7 +400,7 @@ def lasting_states(parts: Parts) -> np.ndarray:
     return np.array([*range(joints.start, joints.stop), *drums], dtype=np.int64)
 
 
-def loop_modes(parts: Parts) -> np.ndarray:
+def loop_modes(parts: KindConstants) -> np.ndarray:
     """Rows (n,) of modes of the joints that close loops."""
     p = parts.elements.locks
     return np.asarray(p.mode + np.flatnonzero(p.each["lasts"]))
@@ -392,7 +409,7 @@ def loop_modes(parts: Parts) -> np.ndarray:
 def without_friction(elements: Elements) -> Elements:
     """The same elements with contacts that slip freely, and drums of winches that stand."""
     fenders = fender.without_friction(elements.fenders)
-    return elements._replace(fenders=fenders, winches=winch.standing(elements.winches))
+    return elements._replace(fenders=fenders, winches=winch.drums_locked(elements.winches))
 
 
 def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
@@ -412,12 +429,14 @@ def in_same_weather(elements: Elements, others: Elements) -> Elements:
 def with_linear_rolls(elements: Elements, rates: np.ndarray) -> Elements:
     """The same elements with roll damping that is linear for Gaussian roll ``rates`` of these
     standard deviations (ne,) [rad/s]."""
-    return elements._replace(viscous_rolls=viscous_roll.linearised(elements.viscous_rolls, rates))
+    return elements._replace(
+        viscous_rolls=viscous_roll.linearise_damping(elements.viscous_rolls, rates)
+    )
 
 
 def heights_of_wind(elements: Elements) -> list[float]:
     """Heights [m] of the columns of gusts, the first 10 m."""
-    return [REFERENCE, *(float(z) for z in elements.stream_loads.heights)]
+    return [REFERENCE_HEIGHT, *(float(z) for z in elements.stream_loads.heights)]
 
 
 def function_errors(
@@ -450,7 +469,7 @@ def functions_at_stages(
     time ``t`` [s] for this ``motion``; NaN where one fails."""
     p = elements.externals
     wrench = np.zeros((rows, motion.velocity.size))
-    external.ask_at_stage(t, motion, bodies, p, wrench)
+    external.call_at_stage(t, motion, bodies, p, wrench)
     return {int(e["row"]): wrench[e["row"]] for e in p.each if e["way"] == external.STAGE}
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import LATERAL, turned
-from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scaled, value
+from hydrosim.forces.mirroring import LATERAL, mirrored_vector
+from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scale_signal, value
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, vector
@@ -42,10 +42,10 @@ class AppliedForce(ForceElement):
 
     def mirror_image(self) -> ForceElement:
         force = {
-            dof: scaled(signal, -1.0) if dof in LATERAL else signal
+            dof: scale_signal(signal, -1.0) if dof in LATERAL else signal
             for dof, signal in self.force.items()
         }
-        return replace(self, point=turned(self.point), force=force)
+        return replace(self, point=mirrored_vector(self.point), force=force)
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
         moves = self.body_fixed or (turns.exact and any(self.point))
@@ -58,19 +58,19 @@ APPLIED = np.dtype(
         *(("first", int), ("last", int)),
     ]
 )
-PART = np.dtype([("dof", int), ("signal", SIGNAL)])
+FORCE_PART = np.dtype([("dof", int), ("signal", SIGNAL)])
 
 
-class Params(NamedTuple):
-    """``each`` (ne,) of `APPLIED`; each acts along the ``parts`` (np,) of `PART` with ``first`` <=
-    i < ``last``; ``pieces`` belong to their signals."""
+class AppliedForceConstants(NamedTuple):
+    """``each`` (ne,) of `APPLIED`; each acts along the ``parts`` (np,) of `FORCE_PART` with
+    ``first`` <= i < ``last``; ``pieces`` belong to their signals."""
 
     each: np.ndarray
     parts: np.ndarray
     pieces: np.ndarray
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> AppliedForceConstants:
     """Constants of the applied forces among ``elements``."""
     applied = {name: e for name, e in elements.items() if isinstance(e, AppliedForce)}
     rows = []
@@ -80,11 +80,11 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         last = last + len(e.force)
         place = (layout.body[e.body], layout.row[name], e.point, e.body_fixed)
         rows.append((*place, first, last))
-    parts = np.zeros(last, dtype=PART)
+    parts = np.zeros(last, dtype=FORCE_PART)
     parts["dof"] = [DOFS.index(dof) for e in applied.values() for dof in e.force]
     signals = [signal for e in applied.values() for signal in e.force.values()]
     parts["signal"], pieces = compile_signals(signals)
-    return Params(np.array(rows, dtype=APPLIED), parts, pieces)
+    return AppliedForceConstants(np.array(rows, dtype=APPLIED), parts, pieces)
 
 
 @kernel
@@ -94,7 +94,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for e in p.each:
         b = e.body
         row = e.row
-        force, moment = total(t, e.first, e.last, p)
+        force, moment = total_force(t, e.first, e.last, p)
         if e.body_fixed:
             force = matvec(motion.rotation[b], force)
             moment = matvec(motion.rotation[b], moment)
@@ -105,20 +105,20 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def total(t, first, last, p):
+def total_force(t, first, last, p):
     """Force and moment at ``t`` of the parts with ``first`` <= i < ``last``."""
     force = (0.0, 0.0, 0.0)
     moment = (0.0, 0.0, 0.0)
     for k in range(first, last):
         part = p.parts[k]
         f = value(t, part.signal, p.pieces)
-        force = add(force, along(part.dof, f))
-        moment = add(moment, along(part.dof - 3, f))
+        force = add(force, add_force_along_axis(part.dof, f))
+        moment = add(moment, add_force_along_axis(part.dof - 3, f))
     return force, moment
 
 
 @kernel
-def along(axis, size):
+def add_force_along_axis(axis, size):
     """Vector of this size along an axis; zero if there is no such axis."""
     return (
         size if axis == 0 else 0.0,
@@ -132,4 +132,4 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     """An applied force stores nothing."""
 
 
-KIND = ElementKind("applied_forces", (AppliedForce,), compile_elements)
+APPLIED_FORCE_KIND = ElementKind("applied_forces", (AppliedForce,), compile_elements)

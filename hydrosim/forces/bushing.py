@@ -34,20 +34,19 @@ import numpy as np
 
 from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, ElementKind, Kept, Modes, Variable
-from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.mirroring import turned
-from hydrosim.forces.pair import small_turn, turning
+from hydrosim.forces.kind import Columns, ElementKind, ModeRows, UnitRecord, Variable
+from hydrosim.forces.layout import Layout, LinearResistance
+from hydrosim.forces.mirroring import mirrored_vector
+from hydrosim.forces.pair import relative_small_turn, relative_turn_rate
 from hydrosim.jit.kernels import kernel, root
-from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE
+from hydrosim.modes import ACTING, CONTACT_MARGIN, INACTIVE, MARGINS, MODE, UNDEFINED
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, product, scale, sub, vector
 from hydrosim.scene import ForceElement, Turns
 
-ACTING, GONE, LOST = range(3)
-OBSERVED = 12  # see `observe`
-TURNED = 1e-3  # least 1 + cosine of the relative rotation: 177 deg
-SMALL = 0.03  # rad: below, c is a series to 1e-15
+BUSHING_OUTPUTS = 12  # see `write_outputs`
+MIN_TURN_COSINE = 1e-3  # least 1 + cosine of the relative rotation: 177 deg
+SERIES_ANGLE = 0.03  # rad: below, c is a series to 1e-15
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ class Bushing(ForceElement):
     def mirror_image(self) -> ForceElement:
         sign = np.outer(MIRROR_SIGN, MIRROR_SIGN)
         both = {"stiffness": sign * self.stiffness, "damping": sign * self.damping}
-        return replace(self, point=turned(self.point), **both)
+        return replace(self, point=mirrored_vector(self.point), **both)
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
         """Linear with small angles."""
@@ -96,14 +95,14 @@ BUSHING = np.dtype(
 from the axes of the body at rest to those of the other side."""
 
 
-class Params(NamedTuple):
+class BushingConstants(NamedTuple):
     """The bushings ``each`` (n,) of `BUSHING` and the first of their rows of modes."""
 
     each: np.ndarray
     mode: int
 
 
-class Offset(NamedTuple):
+class BushingKinematics(NamedTuple):
     """State of a bushing: lever ``arm`` and ``other_arm`` of the place p, in the earth frame; the
     ``axes`` of the other frame; x and u in these axes; the cosine of the relative rotation."""
 
@@ -115,7 +114,7 @@ class Offset(NamedTuple):
     cosine: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> BushingConstants:
     """Constants of the bushings among ``elements``, in their order."""
     rows = []
     for name, e in elements.items():
@@ -123,12 +122,12 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             axes = layout.axes_from(e.body, e.to)
             which = (layout.body[e.body], layout.row[name])
             other = EARTH if e.to is None else layout.body[e.to]
-            ends = np.concatenate([e.point, _there(e, layout)])
+            ends = np.concatenate([e.point, _place_on_other(e, layout)])
             rows.append((*which, other, ends, axes, e.stiffness, e.damping))
-    return Params(np.array(rows, dtype=BUSHING), 0)
+    return BushingConstants(np.array(rows, dtype=BUSHING), 0)
 
 
-def _there(bushing: Bushing, layout: Layout) -> np.ndarray:
+def _place_on_other(bushing: Bushing, layout: Layout) -> np.ndarray:
     """Place (3,) of the bushing at rest in the frame of the other side."""
     place = layout.place_at_rest(bushing.body, bushing.point)
     if bushing.to is None:
@@ -138,66 +137,66 @@ def _there(bushing: Bushing, layout: Layout) -> np.ndarray:
 
 
 @kernel
-def along(axes, v):
+def components_along(axes, v):
     """Components of a vector along three axes."""
     return (dot(axes[0], v), dot(axes[1], v), dot(axes[2], v))
 
 
 @kernel
-def across(axes, v):
+def vector_from_components(axes, v):
     """The vector with these components along three axes."""
     return add(add(scale(v[0], axes[0]), scale(v[1], axes[1])), scale(v[2], axes[2]))
 
 
 @kernel
-def column(A, k):
+def column_of(A, k):
     return (A[0, k], A[1, k], A[2, k])
 
 
 @kernel
-def other_axes(one, bodies, motion):
+def other_axes(bushing, bodies, motion):
     """Axes of the other frame of a bushing, in the earth frame."""
-    x = column(one.axes, 0)
-    y = column(one.axes, 1)
-    z = column(one.axes, 2)
-    if one.other == EARTH or not bodies.exact:
+    x = column_of(bushing.axes, 0)
+    y = column_of(bushing.axes, 1)
+    z = column_of(bushing.axes, 2)
+    if bushing.other == EARTH or not bodies.exact:
         return (x, y, z)
-    R = motion.rotation[one.other]
+    R = motion.rotation[bushing.other]
     return (matvec(R, x), matvec(R, y), matvec(R, z))
 
 
 @kernel
-def offset(one, bodies, motion):
-    """State of a bushing, as an `Offset`."""
-    p, arm = attachment(one.body, vector(one.ends, 0), bodies, motion)
-    v = point_velocity(one.body, arm, motion)
-    a = vector(one.ends, 3)
+def kinematics(bushing, bodies, motion):
+    """State of a bushing, as an `BushingKinematics`."""
+    p, arm = attachment(bushing.body, vector(bushing.ends, 0), bodies, motion)
+    v = point_velocity(bushing.body, arm, motion)
+    a = vector(bushing.ends, 3)
     other_arm = (0.0, 0.0, 0.0)
-    if one.other != EARTH:
-        a, other_arm = attachment(one.other, a, bodies, motion)
+    if bushing.other != EARTH:
+        a, other_arm = attachment(bushing.other, a, bodies, motion)
         if bodies.exact:
             other_arm = add(other_arm, sub(p, a))
-        v = sub(v, point_velocity(one.other, other_arm, motion))
-    axes = other_axes(one, bodies, motion)
-    d = along(axes, sub(p, a))
-    v = along(axes, v)
-    w = along(axes, turning(one.body, one.other, motion))
-    theta, cosine = turn(one, axes, bodies, motion)
+        v = sub(v, point_velocity(bushing.other, other_arm, motion))
+    axes = other_axes(bushing, bodies, motion)
+    d = components_along(axes, sub(p, a))
+    v = components_along(axes, v)
+    w = components_along(axes, relative_turn_rate(bushing.body, bushing.other, motion))
+    theta, cosine = relative_rotation(bushing, axes, bodies, motion)
     x = (d[0], d[1], d[2], theta[0], theta[1], theta[2])
     u = (v[0], v[1], v[2], w[0], w[1], w[2])
-    return Offset(arm, other_arm, axes, x, u, cosine)
+    return BushingKinematics(arm, other_arm, axes, x, u, cosine)
 
 
 @kernel
-def turn(one, axes, bodies, motion):
+def relative_rotation(bushing, axes, bodies, motion):
     """Rotation vector of the body relative to the other frame, in its axes, and the cosine of the
     angle."""
     if not bodies.exact:
-        return along(axes, small_turn(one.body, one.other, motion)), 1.0
-    R = motion.rotation[one.body]
-    X = along(axes, column(R, 0))
-    Y = along(axes, column(R, 1))
-    Z = along(axes, column(R, 2))
+        return components_along(axes, relative_small_turn(bushing.body, bushing.other, motion)), 1.0
+    R = motion.rotation[bushing.body]
+    X = components_along(axes, column_of(R, 0))
+    Y = components_along(axes, column_of(R, 1))
+    Z = components_along(axes, column_of(R, 2))
     k = scale(0.5, (Y[2] - Z[1], Z[0] - X[2], X[1] - Y[0]))
     sine = sqrt(dot(k, k))
     cosine = 0.5 * (X[0] + Y[1] + Z[2] - 1.0)
@@ -208,7 +207,7 @@ def turn(one, axes, bodies, motion):
 def moment_of(theta, s):
     """J^-T s."""
     angle = sqrt(dot(theta, theta))
-    if angle < SMALL:
+    if angle < SERIES_ANGLE:
         c = 1.0 / 12.0 + angle * angle / 720.0
     else:
         c = (1.0 - 0.5 * angle / tan(0.5 * angle)) / (angle * angle)
@@ -217,18 +216,18 @@ def moment_of(theta, s):
 
 
 @kernel
-def loads(one, mode, o, bodies):
+def load_and_power(bushing, mode, o, bodies):
     """Load (6,) of a bushing on its body, in the axes of the other frame, and the power that it
     dissipates. The load is not a number where theta is not defined, so that the run ends."""
-    s = product(one.stiffness, o.x, 0)
-    f = product(one.damping, o.u, 0)
+    s = product(bushing.stiffness, o.x, 0)
+    f = product(bushing.damping, o.u, 0)
     m = (s[3], s[4], s[5])
     if bodies.exact:
         m = moment_of((o.x[3], o.x[4], o.x[5]), m)
     lost = 0.0
     for i in range(6):
         lost += o.u[i] * f[i]
-    z = nan if mode[MODE] == LOST else 0.0
+    z = nan if mode[MODE] == UNDEFINED else 0.0
     force = (z - s[0] - f[0], z - s[1] - f[1], z - s[2] - f[2])
     return force, (z - m[0] - f[3], z - m[1] - f[4], z - m[2] - f[5]), lost
 
@@ -238,75 +237,75 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Add the force [N, N m] of every bushing to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.each.size):
-        one = p.each[i]
+        bushing = p.each[i]
         mode = modes[p.mode + i]
-        if mode[MODE] == GONE:
+        if mode[MODE] == INACTIVE:
             continue
-        o = offset(one, bodies, motion)
-        force, moment, lost = loads(one, mode, o, bodies)
-        rate[one.row] += lost
-        F = across(o.axes, force)
-        M = across(o.axes, moment)
-        add_wrench(one.body, F, add(M, cross(o.arm, F)), wrench[one.row])
-        if one.other != EARTH:
+        o = kinematics(bushing, bodies, motion)
+        force, moment, lost = load_and_power(bushing, mode, o, bodies)
+        rate[bushing.row] += lost
+        F = vector_from_components(o.axes, force)
+        M = vector_from_components(o.axes, moment)
+        add_wrench(bushing.body, F, add(M, cross(o.arm, F)), wrench[bushing.row])
+        if bushing.other != EARTH:
             M = scale(-1.0, add(M, cross(o.other_arm, F)))
-            add_wrench(one.other, scale(-1.0, F), M, wrench[one.row])
+            add_wrench(bushing.other, scale(-1.0, F), M, wrench[bushing.row])
 
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every bushing to its row of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
+        bushing = p.each[i]
         if modes[p.mode + i, MODE] == ACTING:
-            o = offset(one, bodies, motion)
-            s = product(one.stiffness, o.x, 0)
+            o = kinematics(bushing, bodies, motion)
+            s = product(bushing.stiffness, o.x, 0)
             for k in range(6):
-                stored[one.row] += 0.5 * o.x[k] * s[k]
+                stored[bushing.row] += 0.5 * o.x[k] * s[k]
 
 
 @root
-def observe(modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all bushings to ``out``: x, and the load on the body."""
+def write_outputs(modes, motion, bodies, p, out):
+    """Write rows of `BUSHING_OUTPUTS` of all bushings to ``out``: x, and the load on the body."""
     for i in range(p.each.size):
-        one = p.each[i]
-        o = offset(one, bodies, motion)
-        force, moment, _ = loads(one, modes[p.mode + i], o, bodies)
-        acting = modes[p.mode + i, MODE] != GONE
+        bushing = p.each[i]
+        o = kinematics(bushing, bodies, motion)
+        force, moment, _ = load_and_power(bushing, modes[p.mode + i], o, bodies)
+        acting = modes[p.mode + i, MODE] != INACTIVE
         for k in range(6):
-            out[OBSERVED * i + k] = o.x[k]
+            out[BUSHING_OUTPUTS * i + k] = o.x[k]
         for k in range(3):
-            out[OBSERVED * i + 6 + k] = force[k] if acting else 0.0
-            out[OBSERVED * i + 9 + k] = moment[k] if acting else 0.0
+            out[BUSHING_OUTPUTS * i + 6 + k] = force[k] if acting else 0.0
+            out[BUSHING_OUTPUTS * i + 9 + k] = moment[k] if acting else 0.0
 
 
 @root
-def margins(modes, motion, bodies, p, out):
+def find_margins(modes, motion, bodies, p, out):
     """Margins of all bushings into ``out`` (4 to a row of modes): room before half a turn."""
     for i in range(p.each.size):
         m = MARGINS * (p.mode + i)
         for k in range(MARGINS):
             out[m + k] = 1.0
         if modes[p.mode + i, MODE] == ACTING:
-            out[m + CONTACT_MARGIN] = room(p.each[i], bodies, motion)
+            out[m + CONTACT_MARGIN] = turn_room(p.each[i], bodies, motion)
 
 
 @kernel
-def room(one, bodies, motion):
+def turn_room(bushing, bodies, motion):
     """Positive while the relative rotation is less than half a turn."""
-    axes = other_axes(one, bodies, motion)
-    _, cosine = turn(one, axes, bodies, motion)
-    return 1.0 + cosine - TURNED
+    axes = other_axes(bushing, bodies, motion)
+    _, cosine = relative_rotation(bushing, axes, bodies, motion)
+    return 1.0 + cosine - MIN_TURN_COSINE
 
 
 @kernel
-def switch(i, modes, p):
+def transition(i, modes, p):
     """End the action of bushing ``i``, whose rotation has reached half a turn."""
-    modes[p.mode + i, MODE] = LOST
+    modes[p.mode + i, MODE] = UNDEFINED
 
 
 @root
-def settle(modes, motion, bodies, p):
+def set_initial_modes(modes, motion, bodies, p):
     """Modes of all bushings for a start."""
     for i in range(p.each.size):
         activate(i, modes, motion, bodies, p)
@@ -315,13 +314,13 @@ def settle(modes, motion, bodies, p):
 @kernel
 def activate(i, modes, motion, bodies, p):
     """Mode of bushing ``i`` when it becomes active."""
-    modes[p.mode + i, MODE] = ACTING if room(p.each[i], bodies, motion) > 0.0 else LOST
+    modes[p.mode + i, MODE] = ACTING if turn_room(p.each[i], bodies, motion) > 0.0 else UNDEFINED
 
 
 @kernel
 def deactivate(i, modes, p):
     """Deactivate bushing ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = INACTIVE
 
 
 def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -332,7 +331,7 @@ def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return J
 
 
-class _Kind(ElementKind):
+class BushingKind(ElementKind):
     unit = "bushing"
     variables: ClassVar = {
         "bushing_displacement": Variable(
@@ -344,23 +343,25 @@ class _Kind(ElementKind):
         "bushing_mode": Variable("whether the bushing acts", "1", flags="acting absent"),
     }
 
-    def modes(self, p: Params) -> Modes:
-        return Modes(p.each.size)
+    def modes(self, p: BushingConstants) -> ModeRows:
+        return ModeRows(p.each.size)
 
-    def resistances(self, p: Params) -> Iterator[Resistance]:
+    def resistances(self, p: BushingConstants) -> Iterator[LinearResistance]:
         """Damping of each bushing with small angles: u is J times the velocities of its sides."""
-        for one in p.each:
-            J = _velocity_map(one["ends"][:3], one["axes"])
-            if one["other"] != EARTH:
-                J = np.hstack([J, -_velocity_map(one["ends"][3:], one["axes"])])
-            B = J.T @ one["damping"] @ J
-            yield Resistance(one["row"], one["body"], B, np.zeros(len(B)), other=one["other"])
+        for bushing in p.each:
+            J = _velocity_map(bushing["ends"][:3], bushing["axes"])
+            if bushing["other"] != EARTH:
+                J = np.hstack([J, -_velocity_map(bushing["ends"][3:], bushing["axes"])])
+            B = J.T @ bushing["damping"] @ J
+            yield LinearResistance(
+                bushing["row"], bushing["body"], B, np.zeros(len(B)), other=bushing["other"]
+            )
 
-    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
-        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+    def undefined_units(self, p: BushingConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+        for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, "it has turned by half a turn, where its rotation vector is not defined"
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: BushingConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "bushing", "dof")
         return {
             "bushing_displacement": (each, kept.observed[:, :, :6]),
@@ -369,4 +370,4 @@ class _Kind(ElementKind):
         }
 
 
-KIND = _Kind("bushings", (Bushing,), compile_elements)
+BUSHING_KIND = BushingKind("bushings", (Bushing,), compile_elements)

@@ -29,7 +29,8 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import link, spring
 from hydrosim.forces.contact import geometry
-from hydrosim.forces.contact.fender import Contact, pressure
+from hydrosim.forces.contact.fender import Contact, normal_load_of
+from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout, unit_ranges
 from hydrosim.forces.line import catenary, winch
 from hydrosim.forces.line.catenary import Catenary
@@ -42,26 +43,36 @@ from hydrosim.rigid.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Clearance, ForceElement
 from hydrosim.tanks import contents
 
-POSITION, VELOCITY, SPEED, NORMAL_FORCE, COMPRESSION, TENSION, LOAD, PLACE, LEVEL = range(9)
+(
+    POSITION,
+    VELOCITY,
+    HORIZONTAL_SPEED,
+    NORMAL_FORCE,
+    COMPRESSION,
+    SPRING_TENSION,
+    LINK_LOAD,
+    LINK_PLACE,
+    TANK_LEVEL,
+) = range(9)
 CLEARANCE, RELATIVE_SPEED, LINE_TENSION, WINCH_TENSION, WINCH_LENGTH = 9, 10, 11, 12, 13
-KINDS = {
+CHANNEL_KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
-    "speed": SPEED,
+    "speed": HORIZONTAL_SPEED,
     "fender_normal_force": NORMAL_FORCE,
     "fender_compression": COMPRESSION,
-    "spring_tension": TENSION,
+    "spring_tension": SPRING_TENSION,
     "line_tension": LINE_TENSION,
-    "strut_force": LOAD,
-    "strut_length": PLACE,
+    "strut_force": LINK_LOAD,
+    "strut_length": LINK_PLACE,
     "winch_tension": WINCH_TENSION,
     "winch_length": WINCH_LENGTH,
-    "torsion_angle": PLACE,
-    "tank_level": LEVEL,
+    "torsion_angle": LINK_PLACE,
+    "tank_level": TANK_LEVEL,
     "clearance": CLEARANCE,
     "relative_speed": RELATIVE_SPEED,
 }
-UNITS = {
+CHANNEL_CLASSES = {
     "fender_normal_force": (Contact, Contact),
     "fender_compression": (Contact, Contact),
     "spring_tension": (Spring, Spring),
@@ -86,23 +97,22 @@ GAP = np.dtype(
 )
 """A clearance: its point on a body; a point of the other body (`EARTH`: of the earth), and the unit
 normal there if it is that of a ``plane``."""
-POINT = np.dtype([("body", int), ("place", float, 3)])
+NAMED_POINT = np.dtype([("body", int), ("place", float, 3)])
 """A named point of a body."""
-EARTH = -1
 TO = " to "  # between two points
 
 
 def compile_points(layout: Layout) -> np.ndarray:
-    """All named points of a scene, (n,) of `POINT`."""
-    return np.array([*layout.points.values()], dtype=POINT)
+    """All named points of a scene, (n,) of `NAMED_POINT`."""
+    return np.array([*layout.points.values()], dtype=NAMED_POINT)
 
 
 def compile_clearances(layout: Layout) -> np.ndarray:
     """All clearances of a scene, (n,) of `GAP`."""
-    return np.array([_gap(c, layout) for c in layout.clearances.values()], dtype=GAP)
+    return np.array([_clearance_row(c, layout) for c in layout.clearances.values()], dtype=GAP)
 
 
-def _gap(c: Clearance, layout: Layout) -> tuple[Any, ...]:
+def _clearance_row(c: Clearance, layout: Layout) -> tuple[Any, ...]:
     body, point = layout.points[c.of]
     if c.to is not None:
         other, place = layout.points[c.to]
@@ -140,15 +150,19 @@ def compile_channel(
 ) -> tuple[int, int, int]:
     """Values of `CHANNEL`; raises InputError if there is no such channel."""
     kind, _, of = name.partition(".")
-    known = _known(kind, elements, layout)
+    known = _channel_range(kind, elements, layout)
     if of not in known:
         there = ", ".join(known) or "nothing in this scene"
-        expected = f"one of {', '.join(KINDS)}" if kind not in KINDS else f"{kind}. and {there}"
+        expected = (
+            f"one of {', '.join(CHANNEL_KINDS)}"
+            if kind not in CHANNEL_KINDS
+            else f"{kind}. and {there}"
+        )
         raise InputError(f"channel: found {name}; expected {expected}.")
-    return KINDS[kind], *known[of]
+    return CHANNEL_KINDS[kind], *known[of]
 
 
-def _known(
+def _channel_range(
     kind: str, elements: Mapping[str, ForceElement], layout: Layout
 ) -> dict[str, tuple[int, int]]:
     """Names that a channel of a kind may have, with their entries."""
@@ -167,9 +181,9 @@ def _known(
         return {name: (k, k + 1) for name, k in pairs}
     if kind == "speed":
         return {name: (6 * b, 6 * b + 2) for name, b in body.items()}
-    if kind not in UNITS:
+    if kind not in CHANNEL_CLASSES:
         return {}
-    among, own = UNITS[kind]
+    among, own = CHANNEL_CLASSES[kind]
     every = unit_ranges(elements, among)
     units = {name: place for name, place in every.items() if isinstance(elements[name], own)}
     each = {
@@ -190,34 +204,34 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
         return motion.coordinates[k]
     if channel.kind == VELOCITY:
         return motion.velocity[k]
-    if channel.kind == SPEED:
+    if channel.kind == HORIZONTAL_SPEED:
         return hypot(motion.velocity[k], motion.velocity[k + 1])
-    if channel.kind == TENSION:
+    if channel.kind == SPRING_TENSION:
         line = springs.lines[k]
         mode = modes[springs.mode + k]
-        stretched = spring.stretch(line, t, bodies, motion, springs)
+        stretched = spring.kinematics(line, t, bodies, motion, springs)
         return spring.tension(line, mode, stretched, springs)[0]
     if channel.kind == LINE_TENSION:
         return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
     if channel.kind == WINCH_TENSION:
-        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).tension
+        return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).tension
     if channel.kind == WINCH_LENGTH:
-        return winch.stretch(k, t, y, modes, motion, bodies, elements.winches).length
-    if channel.kind == LOAD:
-        return link.measured(k, modes, motion, bodies, elements.links)[0]
-    if channel.kind == PLACE:
-        return link.measured(k, modes, motion, bodies, elements.links)[1]
+        return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).length
+    if channel.kind == LINK_LOAD:
+        return link.link_outputs(k, modes, motion, bodies, elements.links)[0]
+    if channel.kind == LINK_PLACE:
+        return link.link_outputs(k, modes, motion, bodies, elements.links)[1]
     if channel.kind == COMPRESSION:
-        return geometry.touch(fenders.points[k], bodies, motion).compression
+        return geometry.contact_kinematics(fenders.points[k], bodies, motion).compression
     if channel.kind == CLEARANCE:
         return clearance(elements.triggers.gaps[k], bodies, motion)
     if channel.kind == RELATIVE_SPEED:
         points = elements.triggers.points
         return relative_speed(points[k], points[channel.end], bodies, motion)
-    if channel.kind == LEVEL:
+    if channel.kind == TANK_LEVEL:
         return contents.level(k, y, tanks) if tanks.each.size > 0 else 0.0
     total = 0.0
     for i in range(k, channel.end):
-        contact = geometry.touch(fenders.points[i], bodies, motion)
-        total += pressure(i, t, y, modes, contact, fenders).N
+        contact = geometry.contact_kinematics(fenders.points[i], bodies, motion)
+        total += normal_load_of(i, t, y, modes, contact, fenders).N
     return total

@@ -30,7 +30,7 @@ from hydrosim.rigid.solids import Solids, sums_below
 from hydrosim.rigid.vectors import add, dot, matvec, scale, vector
 
 
-class Hulls(NamedTuple):
+class MeshHulls(NamedTuple):
     """Constants of nh hulls: their ``body`` (nh,) and ``solids`` about the centre of gravity, in
     the body frame; the ``height`` (nh,) of the centre of gravity at rest; ``weight`` (nh, 4), V_0
     and V_0 p if weight is balanced; ``density`` rho g. ``roll`` (nr,) are the entries of y with the

@@ -21,19 +21,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces.holds import NONE
-from hydrosim.forces.kind import Columns, ElementKind, Kept, Variable
+from hydrosim.forces.kind import Columns, ElementKind, UnitRecord, Variable
 from hydrosim.forces.mirroring import LATERAL
 from hydrosim.forces.signal import (
     SIGNAL,
     Signal,
     compile_signals,
     corners,
-    find,
     find_motion,
-    scaled,
+    find_piece,
+    scale_signal,
 )
 from hydrosim.jit.kernels import clear, kernel, root
+from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.kinematics import wrench_of_coordinates
 from hydrosim.rigid.tree import BALL, push_joint
 from hydrosim.scene import ForceElement, Turns
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from hydrosim.forces.layout import Layout
 
 POSITION, SPEED, ACCELERATION = range(3)
-OBSERVED = 1
+DRIVE_OUTPUTS = 1
 HORIZONTAL = ("surge", "sway", "yaw")
 
 
@@ -78,7 +78,7 @@ class Drive(ForceElement):
 
     def mirror_image(self) -> ForceElement:
         if self.dof in LATERAL:
-            return replace(self, position=scaled(self.position, -1.0))
+            return replace(self, position=scale_signal(self.position, -1.0))
         return self  # motions of joints out of the plane have no image themselves
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
@@ -92,11 +92,11 @@ DRIVE = np.dtype(
     ]
 )
 """A drive: its coordinate, its row of forces; its body and degree of freedom, or the move of the
-tree of joints and the axis of that (`NONE` if it drives a body); its signal, and whether that has
-corners, which no step crosses."""
+tree of joints and the axis of that (`NO_INDEX` if it drives a body); its signal, and whether that
+has corners, which no step crosses."""
 
 
-class Params(NamedTuple):
+class DriveConstants(NamedTuple):
     """The drives ``each`` (n,) of `DRIVE`, the ``pieces`` of their signals; the first of their
     reactions, and of the integrals of work in y, row by row."""
 
@@ -106,7 +106,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> DriveConstants:
     """Constants of the drives among ``elements``."""
     drives = {name: e for name, e in elements.items() if isinstance(e, Drive)}
     each = np.zeros(len(drives), dtype=DRIVE)
@@ -115,7 +115,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         place = _body_place(e, layout) if e.joint is None else _joint_place(e, layout)
         cornered = corners(e.position).size > 0
         each[i] = (place[0], layout.row[name], *place[1:], cornered, signals[i])
-    return Params(each, pieces, 0, 0)
+    return DriveConstants(each, pieces, 0, 0)
 
 
 def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
@@ -123,7 +123,7 @@ def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
     body = layout.body[drive.body]
     dof = DOFS.index(drive.dof)
     coordinate = int(np.flatnonzero(layout.active == 6 * body + dof)[0])
-    return coordinate, body, dof, NONE, NONE
+    return coordinate, body, dof, NO_INDEX, NO_INDEX
 
 
 def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
@@ -141,7 +141,7 @@ def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
     for m, move in enumerate(moves):
         axis = coordinate - int(move["coordinate"])
         if 0 <= axis < (3 if move["kind"] == BALL else 1):
-            return coordinate, NONE, NONE, m, axis
+            return coordinate, NO_INDEX, NO_INDEX, m, axis
     raise AssertionError(f"{drive.driven} is no coordinate")
 
 
@@ -150,7 +150,7 @@ def begin_step(t, p, holds):
     """Choose the pieces of the signals with corners for a step that begins at ``t``."""
     for i in range(p.each.size):
         if p.each[i].cornered:
-            holds.piece[i] = find(t, p.each[i].signal, p.pieces)
+            holds.piece[i] = find_piece(t, p.each[i].signal, p.pieces)
 
 
 @root
@@ -160,8 +160,8 @@ def set_motion(t, p, holds):
     for i in range(p.each.size):
         signal = p.each[i].signal
         k = holds.piece[i]
-        if k == NONE:
-            k = find(t, signal, p.pieces)
+        if k == NO_INDEX:
+            k = find_piece(t, signal, p.pieces)
         position, speed, acceleration = find_motion(t, signal, p.pieces[k])
         holds.driven[i, POSITION] = position
         holds.driven[i, SPEED] = speed
@@ -169,7 +169,7 @@ def set_motion(t, p, holds):
 
 
 @root
-def follow(t, y, bodies, p, holds):
+def set_driven_states(t, y, bodies, p, holds):
     """Set the driven coordinates and their rates in ``y`` to the signals at ``t``, and choose the
     pieces of a step that begins there."""
     n = bodies.active.size
@@ -182,32 +182,32 @@ def follow(t, y, bodies, p, holds):
 
 
 @root
-def hold(p, constraints, holds):
+def add_constraints(p, constraints, holds):
     """Add the constraint q_j'' = f'' of each drive; they come before all others."""
     for i in range(p.each.size):
         r = constraints.number[0]
         clear(constraints.J[r])
         constraints.J[r, p.each[i].coordinate] = 1.0
         constraints.bound[r] = holds.driven[i, ACCELERATION]
-        holds.point[r] = NONE
-        holds.lock[r] = NONE
-        holds.motion[r] = NONE
+        holds.point[r] = NO_INDEX
+        holds.lock[r] = NO_INDEX
+        holds.motion[r] = NO_INDEX
         holds.residual[r] = 0.0
         holds.size[r] = 0.0
         constraints.number[0] = r + 1
 
 
 @kernel
-def push(i, force, motion, bodies, p, holds, wrench):
+def add_drive_wrench(i, force, motion, bodies, p, holds, wrench):
     """Add to ``wrench`` (6 nb,) the wrench whose power is ``force`` times the rate that drive ``i``
     prescribes."""
-    one = p.each[i]
-    if one.body == NONE:
-        push_joint(one.move, one.axis, force, bodies, motion, wrench)
+    drive = p.each[i]
+    if drive.body == NO_INDEX:
+        push_joint(drive.move, drive.axis, force, bodies, motion, wrench)
         return
     clear(holds.conjugate)
-    holds.conjugate[one.dof] = force
-    wrench_of_coordinates(one.body, holds.conjugate, bodies, motion, wrench)
+    holds.conjugate[drive.dof] = force
+    wrench_of_coordinates(drive.body, holds.conjugate, bodies, motion, wrench)
 
 
 @root
@@ -216,7 +216,7 @@ def add_reactions(motion, bodies, p, constraints, holds, wrench):
     for i in range(p.each.size):
         force = constraints.force[i]
         holds.reaction[p.reaction + i, 0] = force
-        push(i, force, motion, bodies, p, holds, wrench[p.each[i].row])
+        add_drive_wrench(i, force, motion, bodies, p, holds, wrench[p.each[i].row])
 
 
 @root
@@ -224,8 +224,8 @@ def add_power(y, bodies, p, holds, rates):
     """Add the power of all drives to the ``rates`` of the integrals of work, row by row."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
-        rates[one.row] += holds.reaction[p.reaction + i, 0] * y[n + one.coordinate]
+        drive = p.each[i]
+        rates[drive.row] += holds.reaction[p.reaction + i, 0] * y[n + drive.coordinate]
 
 
 @kernel
@@ -233,8 +233,8 @@ def book_impulses(y, bodies, p, constraints):
     """Book the work of the impulses by which drives keep their rates in a sudden change."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
-        y[p.losses + one.row] += constraints.force[i] * y[n + one.coordinate]
+        drive = p.each[i]
+        y[p.losses + drive.row] += constraints.force[i] * y[n + drive.coordinate]
 
 
 @root
@@ -245,7 +245,7 @@ def add_impulses(y, motion, bodies, p, constraints, holds, wrench, impulse, work
     m = wrench.size
     for i in range(p.each.size):
         clear(wrench)
-        push(i, constraints.force[i], motion, bodies, p, holds, wrench)
+        add_drive_wrench(i, constraints.force[i], motion, bodies, p, holds, wrench)
         for k in range(m):
             y[impulse + p.each[i].row * m + k] += wrench[k]
             y[works + p.each[i].row * m + k] += wrench[k] * motion.velocity[k]
@@ -260,13 +260,13 @@ def keep_rates(y, bodies, p, constraints):
 
 
 @root
-def observe(p, holds, out):
+def write_outputs(p, holds, out):
     """Write the forces of all drives to ``out``."""
     for i in range(p.each.size):
-        out[OBSERVED * i] = holds.reaction[p.reaction + i, 0]
+        out[DRIVE_OUTPUTS * i] = holds.reaction[p.reaction + i, 0]
 
 
-class _Kind(ElementKind):
+class DriveKind(ElementKind):
     unit = "drive"
     variables: ClassVar[Mapping[str, Variable]] = {
         "drive_force": Variable(
@@ -274,8 +274,8 @@ class _Kind(ElementKind):
         ),
     }
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: DriveConstants, bodies: Any, kept: UnitRecord) -> Columns:
         return {"drive_force": (("time", self.unit), kept.observed[:, :, 0])}
 
 
-KIND = _Kind("drives", (Drive,), compile_elements)
+DRIVE_KIND = DriveKind("drives", (Drive,), compile_elements)

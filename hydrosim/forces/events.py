@@ -15,124 +15,125 @@ from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.tally import add_tallies
 from hydrosim.forces.given import external
 from hydrosim.forces.joint import locks, motions
-from hydrosim.forces.joint.rows import REFERENCE
+from hydrosim.forces.joint.rows import REFERENCE_SIZE
 from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root, root_giving
+from hydrosim.modes import NO_INDEX
 from hydrosim.streams.gusts import has_gusts
 from hydrosim.tanks import pumping
 
 if TYPE_CHECKING:
     from hydrosim.forces import Elements
 
-HELD = 2  # most directions that a point of rigid friction holds
-FELT = 2  # parts of y that margins of a row depend on
+MAX_HELD_DIRECTIONS = 2  # most directions that a point of rigid friction holds
+MAX_DEPENDENCIES = 2  # parts of y that margins of a row depend on
 
 
-def observed(elements: Elements) -> dict[str, tuple[int, int]]:
-    """Shapes of the output of `observe`, in its order, by the unit of kinds."""
+def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
+    """Shapes of the output of `write_outputs`, in its order, by the unit of kinds."""
     return {
-        "fender": (elements.fenders.points.size, fender.OBSERVED),
-        "spring": (elements.springs.lines.size, spring.OBSERVED),
-        "link": (elements.links.links.size, link.OBSERVED),
-        "bushing": (elements.bushings.each.size, bushing.OBSERVED),
-        "line": (elements.catenaries.lines.size, catenary.OBSERVED),
-        "guide": (elements.guides.pins.size, guide.OBSERVED),
-        "winch": (elements.winches.each.size, winch.OBSERVED),
-        "compensator": (elements.compensators.each.size, compensator.OBSERVED),
+        "fender": (elements.fenders.points.size, fender.CONTACT_OUTPUTS),
+        "spring": (elements.springs.lines.size, spring.SPRING_OUTPUTS),
+        "link": (elements.links.links.size, link.LINK_OUTPUTS),
+        "bushing": (elements.bushings.each.size, bushing.BUSHING_OUTPUTS),
+        "line": (elements.catenaries.lines.size, catenary.CATENARY_OUTPUTS),
+        "guide": (elements.guides.pins.size, guide.GUIDE_OUTPUTS),
+        "winch": (elements.winches.each.size, winch.WINCH_OUTPUTS),
+        "compensator": (elements.compensators.each.size, compensator.COMPENSATOR_OUTPUTS),
         "joint": (elements.locks.joints, 6),
-        "joint_motion": (elements.joint_motions.each.size, motions.OBSERVED),
-        "external": (elements.externals.delayed, external.OBSERVED),
-        "drive": (elements.drives.each.size, drive.OBSERVED),
+        "joint_motion": (elements.joint_motions.each.size, motions.JOINT_MOTION_OUTPUTS),
+        "external": (elements.externals.delayed, external.EXTERNAL_OUTPUTS),
+        "drive": (elements.drives.each.size, drive.DRIVE_OUTPUTS),
     }
 
 
 @kernel
-def joints_observed(elements):
-    """Place of the loads of joints in the output of `observe`."""
-    behind = elements.fenders.points.size * fender.OBSERVED
-    behind += elements.springs.lines.size * spring.OBSERVED
-    behind += elements.links.links.size * link.OBSERVED
-    behind += elements.bushings.each.size * bushing.OBSERVED
-    behind += elements.catenaries.lines.size * catenary.OBSERVED
-    behind += elements.guides.pins.size * guide.OBSERVED
-    behind += elements.winches.each.size * winch.OBSERVED
-    return behind + elements.compensators.each.size * compensator.OBSERVED
+def joint_output_start(elements):
+    """Place of the loads of joints in the output of `write_outputs`."""
+    behind = elements.fenders.points.size * fender.CONTACT_OUTPUTS
+    behind += elements.springs.lines.size * spring.SPRING_OUTPUTS
+    behind += elements.links.links.size * link.LINK_OUTPUTS
+    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
+    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
+    behind += elements.guides.pins.size * guide.GUIDE_OUTPUTS
+    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
+    return behind + elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
 
 
 @kernel
-def observe(t, y, modes, motion, bodies, elements, holds, wrench, out):
-    """Write what a run records of fenders, springs, links, bushings, guides and joints, except
-    the forces of elements, to ``out``. `observed` gives the shapes that follow one another in the
-    flat array ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb)
-    [N, N m]."""
+def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
+    """Write what a run records of fenders, springs, links, bushings, guides and joints, except the
+    forces of elements, to ``out``. `output_shapes` gives the shapes that follow one another in the
+    flat array ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb) [N, N
+    m]."""
     fenders = elements.fenders
     springs = elements.springs
     if fenders.points.size > 0:
-        fender.observe(t, y, modes, motion, bodies, fenders, holds.reaction, out)
-    behind = fenders.points.size * fender.OBSERVED
+        fender.write_outputs(t, y, modes, motion, bodies, fenders, holds.reaction, out)
+    behind = fenders.points.size * fender.CONTACT_OUTPUTS
     if springs.lines.size > 0:
-        spring.observe(t, modes, motion, bodies, springs, out[behind:])
-    behind += springs.lines.size * spring.OBSERVED
+        spring.write_outputs(t, modes, motion, bodies, springs, out[behind:])
+    behind += springs.lines.size * spring.SPRING_OUTPUTS
     if elements.links.links.size > 0:
-        link.observe(modes, motion, bodies, elements.links, out[behind:])
-    behind += elements.links.links.size * link.OBSERVED
+        link.write_outputs(modes, motion, bodies, elements.links, out[behind:])
+    behind += elements.links.links.size * link.LINK_OUTPUTS
     if elements.bushings.each.size > 0:
-        bushing.observe(modes, motion, bodies, elements.bushings, out[behind:])
-    behind += elements.bushings.each.size * bushing.OBSERVED
+        bushing.write_outputs(modes, motion, bodies, elements.bushings, out[behind:])
+    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
     if elements.catenaries.lines.size > 0:
-        catenary.observe(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
-    behind += elements.catenaries.lines.size * catenary.OBSERVED
+        catenary.write_outputs(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
+    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
     if elements.guides.pins.size > 0:
-        guide.observe(modes, motion, bodies, elements, out[behind:])
-    behind += elements.guides.pins.size * guide.OBSERVED
+        guide.write_outputs(modes, motion, bodies, elements, out[behind:])
+    behind += elements.guides.pins.size * guide.GUIDE_OUTPUTS
     if elements.winches.each.size > 0:
-        winch.observe(t, y, modes, motion, bodies, elements.winches, out[behind:])
-    behind += elements.winches.each.size * winch.OBSERVED
+        winch.write_outputs(t, y, modes, motion, bodies, elements.winches, out[behind:])
+    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
     if elements.compensators.each.size > 0:
-        compensator.observe(modes, motion, bodies, elements.compensators, out[behind:])
-    behind += elements.compensators.each.size * compensator.OBSERVED
+        compensator.write_outputs(modes, motion, bodies, elements.compensators, out[behind:])
+    behind += elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
     if elements.locks.each.size > 0:
-        locks.observe(elements.locks, holds, out[behind:])
+        locks.write_outputs(elements.locks, holds, out[behind:])
     behind += elements.locks.joints * 6
     if elements.joint_motions.each.size > 0:
         p = elements.joint_motions
-        motions.observe(y, modes, bodies, p, holds.reaction, out[behind:])
-    behind += elements.joint_motions.each.size * motions.OBSERVED
+        motions.write_outputs(y, modes, bodies, p, holds.reaction, out[behind:])
+    behind += elements.joint_motions.each.size * motions.JOINT_MOTION_OUTPUTS
     if elements.externals.delayed > 0:
-        external.observe(y, elements.externals, out[behind:])
-    behind += elements.externals.delayed * external.OBSERVED
+        external.write_outputs(y, elements.externals, out[behind:])
+    behind += elements.externals.delayed * external.EXTERNAL_OUTPUTS
     if elements.drives.each.size > 0:
-        drive.observe(elements.drives, holds, out[behind:])
+        drive.write_outputs(elements.drives, holds, out[behind:])
 
 
 @root
-def settle(t, y, modes, motion, bodies, elements, tanks):
+def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
     """Fill ``modes`` for a start from ``y``."""
     if elements.fenders.points.size > 0:
-        transitions.settle(t, y, modes, motion, bodies, elements.fenders)
+        transitions.set_initial_modes(t, y, modes, motion, bodies, elements.fenders)
     if elements.springs.lines.size > 0:
-        spring.settle(t, modes, motion, bodies, elements.springs)
+        spring.set_initial_modes(t, modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
         pumping.settle(t, modes, tanks)
     if elements.links.links.size > 0:
-        link.settle(modes, motion, bodies, elements.links)
+        link.set_initial_modes(modes, motion, bodies, elements.links)
     if elements.bushings.each.size > 0:
-        bushing.settle(modes, motion, bodies, elements.bushings)
+        bushing.set_initial_modes(modes, motion, bodies, elements.bushings)
     if elements.catenaries.lines.size > 0:
-        catenary.settle(t, y, modes, motion, bodies, elements.catenaries)
+        catenary.set_initial_modes(t, y, modes, motion, bodies, elements.catenaries)
     if elements.guides.pins.size > 0:
-        guide.settle(modes, motion, bodies, elements)
+        guide.set_initial_modes(modes, motion, bodies, elements)
     if elements.winches.each.size > 0:
-        winch.settle(t, y, modes, motion, bodies, elements.winches)
+        winch.set_initial_modes(t, y, modes, motion, bodies, elements.winches)
     if elements.compensators.each.size > 0:
-        compensator.settle(modes, motion, bodies, elements.compensators)
+        compensator.set_initial_modes(modes, motion, bodies, elements.compensators)
     if elements.locks.each.size > 0:
-        locks.settle(y, modes, motion, bodies, elements.locks)
+        locks.set_initial_modes(y, modes, motion, bodies, elements.locks)
     if elements.joint_motions.each.size > 0:
-        motions.settle(y, modes, bodies, elements.joint_motions)
+        motions.set_initial_modes(y, modes, bodies, elements.joint_motions)
     if elements.triggers.each.size > 0:
-        trigger.settle(t, y, modes, motion, bodies, elements, tanks)
-    group.initialise(t, y, modes, elements.fenders)
+        trigger.set_initial_modes(t, y, modes, motion, bodies, elements, tanks)
+    group.initialise_groups(t, y, modes, elements.fenders)
 
 
 @kernel
@@ -141,51 +142,53 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     ``watched``."""
     fenders = elements.fenders
     springs = elements.springs
-    transitions.margins(t, y, modes, motion, bodies, fenders, headings, reactions, watched, out)
+    transitions.find_margins(
+        t, y, modes, motion, bodies, fenders, headings, reactions, watched, out
+    )
     if springs.lines.size > 0:
-        spring.margins(t, modes, motion, bodies, springs, out)
+        spring.find_margins(t, modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
         pumping.margins(t, y, modes, tanks, out)
     if elements.links.links.size > 0:
-        link.margins(modes, motion, bodies, elements.links, out)
+        link.find_margins(modes, motion, bodies, elements.links, out)
     if elements.bushings.each.size > 0:
-        bushing.margins(modes, motion, bodies, elements.bushings, out)
+        bushing.find_margins(modes, motion, bodies, elements.bushings, out)
     if elements.catenaries.lines.size > 0:
-        catenary.margins(t, y, modes, motion, bodies, elements.catenaries, watched, out)
+        catenary.find_margins(t, y, modes, motion, bodies, elements.catenaries, watched, out)
     if elements.guides.pins.size > 0:
-        guide.margins(modes, motion, bodies, elements, out)
+        guide.find_margins(modes, motion, bodies, elements, out)
     if elements.winches.each.size > 0:
-        winch.margins(t, y, modes, motion, bodies, elements.winches, out)
+        winch.find_margins(t, y, modes, motion, bodies, elements.winches, out)
     if elements.compensators.each.size > 0:
-        compensator.margins(modes, motion, bodies, elements.compensators, out)
+        compensator.find_margins(modes, motion, bodies, elements.compensators, out)
     if elements.locks.each.size > 0:
-        locks.margins(y, modes, motion, bodies, elements.locks, reactions, out)
+        locks.find_margins(y, modes, motion, bodies, elements.locks, reactions, out)
     if elements.joint_motions.each.size > 0:
-        motions.margins(y, modes, bodies, elements.joint_motions, reactions, out)
+        motions.find_margins(y, modes, bodies, elements.joint_motions, reactions, out)
     if elements.triggers.each.size > 0:
-        trigger.margins(t, y, modes, motion, bodies, elements, tanks, out)
+        trigger.find_margins(t, y, modes, motion, bodies, elements, tanks, out)
 
 
 @kernel
 def has_lines(elements):
-    """True if kinks of lines may be passed, see `end_step`."""
+    """True if kinks of lines may be passed, see `update_lines_at_step_end`."""
     return elements.catenaries.lines.size > 0
 
 
 @kernel
-def end_step(t, y, modes, motion, bodies, elements, watched, out):
+def update_lines_at_step_end(t, y, modes, motion, bodies, elements, watched, out):
     """Guesses and margins of lines at the end of a step, and which of them are ``watched``."""
-    catenary.end_step(t, y, modes, motion, bodies, elements.catenaries, watched, out)
+    catenary.update_at_step_end(t, y, modes, motion, bodies, elements.catenaries, watched, out)
 
 
 @kernel
-def find_headings(t, y, modes, motion, bodies, elements, out):
+def find_slip_directions(t, y, modes, motion, bodies, elements, out):
     """Headings of all slipping contact points."""
-    transitions.find_headings(t, y, modes, motion, bodies, elements.fenders, out)
+    transitions.find_slip_directions(t, y, modes, motion, bodies, elements.fenders, out)
 
 
 @kernel
-def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions):
+def transition(row, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions):
     """Switch a row of modes to the next mode, after margin ``which``, of this ``size`` before or
     after, has reached zero. A node that relaxes in few steps of length ``step`` is settled only
     later."""
@@ -193,45 +196,45 @@ def switch(row, which, size, step, t, y, modes, motion, bodies, elements, tanks,
     springs = elements.springs
     triggers = elements.triggers
     if is_trigger(row, elements):
-        trigger.switch(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
+        trigger.transition(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
         return
     if row >= elements.joint_motions.mode and elements.joint_motions.each.size > 0:
         p = elements.joint_motions
-        motions.switch(row - p.mode, which, y, modes, bodies, reactions, p)
+        motions.transition(row - p.mode, which, y, modes, bodies, reactions, p)
         return
     if row >= elements.locks.mode and elements.locks.each.size > 0:
-        locks.switch(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
+        locks.transition(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
         return
     if row >= elements.compensators.mode and elements.compensators.each.size > 0:
         p = elements.compensators
-        compensator.switch(row - p.mode, which, modes, motion, bodies, p)
+        compensator.transition(row - p.mode, which, modes, motion, bodies, p)
         return
     if row >= elements.winches.mode and elements.winches.each.size > 0:
         p = elements.winches
-        winch.switch(row - p.mode, which, t, y, modes, motion, bodies, p)
+        winch.transition(row - p.mode, which, t, y, modes, motion, bodies, p)
         return
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
-        guide.switch(i, which, y, modes, motion, bodies, elements)
+        guide.transition(i, which, y, modes, motion, bodies, elements)
         return
     if row >= elements.catenaries.mode and elements.catenaries.lines.size > 0:
         i = row - elements.catenaries.mode
-        catenary.switch(i, t, y, modes, motion, bodies, elements.catenaries)
+        catenary.transition(i, t, y, modes, motion, bodies, elements.catenaries)
         return
     if row >= elements.bushings.mode and elements.bushings.each.size > 0:
-        bushing.switch(row - elements.bushings.mode, modes, elements.bushings)
+        bushing.transition(row - elements.bushings.mode, modes, elements.bushings)
         return
     if row >= elements.links.mode and elements.links.links.size > 0:
-        link.switch(row - elements.links.mode, which, modes, motion, bodies, elements.links)
+        link.transition(row - elements.links.mode, which, modes, motion, bodies, elements.links)
         return
     if row >= tanks.mode and tanks.flows.size > 0:
         pumping.switch(row - tanks.mode, which, t, modes, tanks)
         return
     if row >= springs.mode and springs.lines.size > 0:
-        spring.switch(row - springs.mode, which, t, modes, motion, bodies, springs)
+        spring.transition(row - springs.mode, which, t, modes, motion, bodies, springs)
         return
     i = row - fenders.mode
-    transitions.switch(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)
+    transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)
 
 
 @kernel
@@ -251,28 +254,28 @@ def book_stored(row, sign, y, stored, elements):
 
 
 @kernel
-def felt(row, part, elements, tanks):
+def guard_dependencies(row, part, elements, tanks):
     """Ranges (from, to) of entries of y, beyond coordinates and rates, that margins of a row depend
-    on; `FELT` ranges."""
+    on; `MAX_DEPENDENCIES` ranges."""
     fenders = elements.fenders
     if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
         return tanks.state, tanks.state + tanks.each.size
     if tanks.flows.size > 0 and is_trigger(row, elements):
         return tanks.state, tanks.state + tanks.each.size
     if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
-        k = elements.locks.state + locks.STATES * (row - elements.locks.mode)
-        return (k, k + REFERENCE) if row < elements.joint_motions.mode else (0, 0)
+        k = elements.locks.state + locks.LOCK_STATES * (row - elements.locks.mode)
+        return (k, k + REFERENCE_SIZE) if row < elements.joint_motions.mode else (0, 0)
     if elements.winches.each.size > 0 and row >= elements.winches.mode:
-        return winch.felt(row - elements.winches.mode, part, elements.winches)
+        return winch.guard_dependencies(row - elements.winches.mode, part, elements.winches)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]
     if part == 0:
-        k = fenders.state + fender.STATES * (row - fenders.mode)
-        return k, k + fender.FELT
-    if point.memory == loop.NONE:
+        k = fenders.state + fender.CONTACT_STATES * (row - fenders.mode)
+        return k, k + fender.FELT_STATES
+    if point.memory == NO_INDEX:
         return 0, 0
-    k = fender.memory(point, fenders) + loop.SET
+    k = fender.memory_start(point, fenders) + loop.BRANCH_START
     return k, k + 1
 
 
@@ -284,13 +287,13 @@ def held_points(elements: Elements) -> int:
 
 
 @kernel
-def tally(t, y, modes, motion, bodies, elements, reactions, rates):
+def add_tally_rates(t, y, modes, motion, bodies, elements, reactions, rates):
     """Rates of the integrals of units, if impulses are asked for."""
     add_tallies(t, y, modes, motion, bodies, elements.fenders, reactions, rates)
 
 
 @kernel
-def remembers(elements):
+def stores_step_values(elements):
     """True if any unit stores values that only single steps know."""
     if elements.catenaries.lines.size > 0 or elements.winches.each.size > 0:
         return True
@@ -301,30 +304,30 @@ def remembers(elements):
 def record_largest(t, y, modes, motion, bodies, elements, watched):
     """Store values that only single steps know in y; lines ``watched`` have their modes."""
     if elements.catenaries.lines.size > 0:
-        catenary.remember(t, y, modes, motion, bodies, elements.catenaries, watched)
+        catenary.store_step_solutions(t, y, modes, motion, bodies, elements.catenaries, watched)
     transitions.record_largest(t, y, modes, motion, bodies, elements.fenders)
     if elements.winches.each.size > 0:
         winch.record_largest(t, y, modes, motion, bodies, elements.winches)
 
 
 @kernel
-def samples(elements):
+def has_sampled_functions(elements):
     """True if any function is called once where each step ends."""
     return elements.externals.delayed > 0
 
 
 @kernel
-def take_samples(t, jumped, ahead, y, motion, bodies, elements, wrench):
+def sample_user_functions(t, jumped, ahead, y, motion, bodies, elements, wrench):
     """Call these functions; motions may have ``jumped``, and the next step is at most ``ahead``
     [s]. The rows of ``wrench`` are scratch. Returns false if one of them fails."""
     p = elements.externals
-    return external.take_samples(t, jumped, ahead, y, motion, bodies, p, wrench)
+    return external.sample_user_functions(t, jumped, ahead, y, motion, bodies, p, wrench)
 
 
 @kernel
-def settling(t, y, elements):
+def has_fast_transient(t, y, elements):
     """True if any unit still relaxes fast after an event."""
-    return transitions.settling(t, y, elements.fenders)
+    return transitions.has_fast_transient(t, y, elements.fenders)
 
 
 @root_giving(bool)
@@ -340,7 +343,7 @@ def has_load_limit(modes, elements):
 
 def held_directions(elements: Elements) -> int:
     """Largest number of rows of constraints that elements need."""
-    rigid = HELD * int((elements.fenders.points["law"] == COULOMB).sum())
+    rigid = MAX_HELD_DIRECTIONS * int((elements.fenders.points["law"] == COULOMB).sum())
     joints = int(elements.locks.rows) + int(elements.joint_motions.rows)
     return rigid + joints + drive_count(elements)
 
@@ -380,14 +383,14 @@ def find_driven_motion(t, elements, holds):
 def follow_drives(t, y, bodies, elements, holds):
     """Bring driven coordinates in ``y`` and their rates to the signals at ``t``."""
     if elements.drives.each.size > 0:
-        drive.follow(t, y, bodies, elements.drives, holds)
+        drive.set_driven_states(t, y, bodies, elements.drives, holds)
 
 
 @kernel
-def hold_drives(elements, constraints, holds):
+def add_drive_constraints(elements, constraints, holds):
     """Add the constraints of drives; returns their number."""
     if elements.drives.each.size > 0:
-        drive.hold(elements.drives, constraints, holds)
+        drive.add_constraints(elements.drives, constraints, holds)
     return elements.drives.each.size
 
 
@@ -426,7 +429,7 @@ def joint_count(elements: Elements) -> int:
 
 
 @kernel
-def may_hold(modes, elements, most):
+def may_have_constraints(modes, elements, most):
     """True if any unit may hold bodies now; ``most`` is the largest number of constraints."""
     if elements.drives.each.size > 0:
         return True
@@ -436,22 +439,22 @@ def may_hold(modes, elements, most):
 
 
 @kernel
-def release(elements, holds):
+def clear_joint_reactions(elements, holds):
     """Set all reactions of joints to zero, because nothing holds."""
     if elements.locks.each.size > 0:
         locks.clear_reactions(elements.locks, holds)
 
 
 @kernel
-def hold(y, modes, motion, bodies, elements, wrench, constraints, holds):
+def add_constraints(y, modes, motion, bodies, elements, wrench, constraints, holds):
     """Add the constraints of elements that hold bodies: those of drives, then those of joints, then
     those of contacts; ``wrench`` (6 nb,) is scratch."""
-    hold_drives(elements, constraints, holds)
+    add_drive_constraints(elements, constraints, holds)
     if elements.locks.each.size > 0:
-        locks.hold(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)
+        locks.add_constraints(y, modes, motion, bodies, elements.locks, wrench, constraints, holds)
     if elements.joint_motions.rows > 0:
-        motions.hold(modes, elements.joint_motions, constraints, holds)
-    fender.hold_points(modes, motion, bodies, elements.fenders, wrench, constraints, holds)
+        motions.add_constraints(modes, elements.joint_motions, constraints, holds)
+    fender.add_constraints(modes, motion, bodies, elements.fenders, wrench, constraints, holds)
 
 
 @kernel
@@ -469,13 +472,13 @@ def add_reactions(y, modes, motion, bodies, elements, constraints, holds, wrench
 
 
 @kernel
-def strike(t, y, modes, motion, bodies, headings, reactions, elements):
+def recheck_after_impact(t, y, modes, motion, bodies, headings, reactions, elements):
     """Test contacts again after velocities have jumped."""
     if elements.fenders.points.size > 0:
         p = elements.fenders
-        transitions.strike(t, y, modes, motion, bodies, headings, reactions, p)
+        transitions.recheck_after_impact(t, y, modes, motion, bodies, headings, reactions, p)
     if elements.joint_motions.rows > 0:
-        motions.strike(y, modes, bodies, elements.joint_motions)
+        motions.recheck_after_impact(y, modes, bodies, elements.joint_motions)
 
 
 @kernel

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-NONE = -1  # of a row that does not belong to a contact point, or to a joint
+from hydrosim.modes import NO_INDEX
 
 
 class Holds(NamedTuple):
@@ -41,7 +41,7 @@ class Holds(NamedTuple):
 def new_holds(reactions: int, rows: int, joints: int, drives: int) -> Holds:
     """Scratch for this number of ``reactions`` of points and locks, of ``rows`` of constraints, of
     ``joints`` that are constraints, and of ``drives``."""
-    none = np.full(rows, NONE)
+    none = np.full(rows, NO_INDEX)
     return Holds(
         none,
         np.zeros((rows, 2)),
@@ -54,6 +54,6 @@ def new_holds(reactions: int, rows: int, joints: int, drives: int) -> Holds:
         np.zeros((reactions, 2)),
         np.zeros((joints, 6)),
         np.zeros((drives, 3)),
-        np.full(drives, NONE),
+        np.full(drives, NO_INDEX),
         np.zeros(6),
     )

@@ -4,8 +4,8 @@ All code outside `hydrosim.forces` loops over kinds and names none. Kernels do n
 are plain functions of the compiled constants, called one by one in `hydrosim.forces` and
 `hydrosim.forces.events`. A kind has no state and returns data alone.
 
-Properties of few kinds have small protocols of their own: `Renewing`, `Mirrored`, `Resisting`,
-`Losing`, `Tallying`, `Ending`; `hydrosim.forces.postures`.
+Properties of few kinds have small protocols of their own: `ResetsOnRestart`, `HasMirrorSymmetry`,
+`HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`; `hydrosim.forces.postures`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, runtime_c
 
 import numpy as np
 
-from hydrosim.forces.layout import Layout, Resistance
+from hydrosim.forces.layout import Layout, LinearResistance
 from hydrosim.scene import ForceElement, Scene
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
 """Variables by name, with their dimensions and values."""
 
 
-class Parts(Protocol):
+class KindConstants(Protocol):
     """An object with the constants of all kinds, such as a model."""
 
     @property
@@ -47,7 +47,7 @@ class Variable(NamedTuple):
     flags: str = ""
 
 
-class States(NamedTuple):
+class StateBlocks(NamedTuple):
     """A block of states: all ``components`` of each of the ``owners``. ``prefix`` precedes the
     owner in names of states."""
 
@@ -57,7 +57,7 @@ class States(NamedTuple):
     prefix: str = ""
 
 
-class Modes(NamedTuple):
+class ModeRows(NamedTuple):
     """Rows of modes of the ``size`` units of a kind, as stored in files.
 
     ``mode`` and ``rising`` are names of columns, "" if there is none. ``first`` and ``last`` (n,)
@@ -73,7 +73,7 @@ class Modes(NamedTuple):
     steepest: np.ndarray | None = None
 
 
-NO_MODES = Modes(0)
+NO_MODES = ModeRows(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class RecordedStates:
         return self.values[:, first - missing : last - missing]
 
 
-class Kept(NamedTuple):
+class UnitRecord(NamedTuple):
     """nt records: their ``time`` (nt,), states ``y``, and for the units of a kind the
     ``modes`` (nt, n, 3), the values ``observed`` (nt, n, k) and the ``tallies`` (nt, n, k)."""
 
@@ -112,13 +112,13 @@ class Kept(NamedTuple):
     tallies: np.ndarray
 
 
-class Kind:
+class UnitKind:
     """A kind of unit. ``unit`` is the dimension of its units in files."""
 
     unit: ClassVar[str] = ""
     variables: ClassVar[Mapping[str, Variable]] = {}
 
-    def of(self, parts: Parts) -> Any:
+    def constants_in(self, parts: KindConstants) -> Any:
         """Constants ``p`` of the kind in a model."""
         raise NotImplementedError
 
@@ -126,15 +126,15 @@ class Kind:
         """Names of its units, in their order."""
         raise NotImplementedError
 
-    def modes(self, p: Any) -> Modes:
+    def modes(self, p: Any) -> ModeRows:
         """Its rows of modes."""
         return NO_MODES
 
-    def states(self, p: Any, scene: Scene) -> Iterator[States]:
+    def states(self, p: Any, scene: Scene) -> Iterator[StateBlocks]:
         """Its states in y, block by block."""
         return iter(())
 
-    def felt_states(self, p: Any) -> np.ndarray:
+    def coupled_states(self, p: Any) -> np.ndarray:
         """Entries (m,) of y that are its own and act on other states."""
         return np.zeros(0, dtype=np.int64)
 
@@ -143,13 +143,13 @@ class Kind:
         names = self.unit_names(scene) if self.unit else []
         return {self.unit: (self.unit, names)} if names else {}
 
-    def record(self, p: Any, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: Any, bodies: Any, kept: UnitRecord) -> Columns:
         """Values of its ``variables``, if it has units."""
         return {}
 
 
 @dataclass(frozen=True)
-class ElementKind(Kind):
+class ElementKind(UnitKind):
     """A kind of force elements: the ``field`` of its constants in `Elements`, the ``classes`` of
     elements, and the function that compiles their constants."""
 
@@ -157,7 +157,7 @@ class ElementKind(Kind):
     classes: tuple[type[ForceElement], ...]
     compile: Callable[[Mapping[str, ForceElement], Layout], Any]
 
-    def of(self, parts: Parts) -> Any:
+    def constants_in(self, parts: KindConstants) -> Any:
         return getattr(parts.elements, self.field)
 
     def unit_names(self, scene: Scene) -> list[str]:
@@ -182,10 +182,10 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
 
 
 @runtime_checkable
-class Renewing(Protocol):
+class ResetsOnRestart(Protocol):
     """A kind with states that must be derived anew when a run continues another one."""
 
-    def forget(self, p: Any, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: Any, y: np.ndarray) -> None:
         """Clear the states in ``y`` that have no meaning for its units."""
 
     def renew(
@@ -196,7 +196,7 @@ class Renewing(Protocol):
 
 
 @runtime_checkable
-class Mirrored(Protocol):
+class HasMirrorSymmetry(Protocol):
     """A kind whose states may break the symmetry of a scene."""
 
     def is_mirrored(self, p: Any, y: np.ndarray, modes: np.ndarray) -> bool:
@@ -204,15 +204,15 @@ class Mirrored(Protocol):
 
 
 @runtime_checkable
-class Resisting(Protocol):
+class HasLinearDamping(Protocol):
     """A kind with linear damping."""
 
-    def resistances(self, p: Any) -> Iterator[Resistance]:
+    def resistances(self, p: Any) -> Iterator[LinearResistance]:
         """The damping of each unit."""
 
 
 @runtime_checkable
-class Losing(Protocol):
+class HasLosses(Protocol):
     """A kind that loses energy beyond the dissipation booked in its row of forces."""
 
     def losses(self, p: Any, observed: np.ndarray) -> dict[int, np.ndarray]:
@@ -220,16 +220,16 @@ class Losing(Protocol):
 
 
 @runtime_checkable
-class Tallying(Protocol):
+class HasImpulses(Protocol):
     """A kind with additional integrals, if impulses are asked for: ``tallied`` are their names for
     each unit."""
 
-    tallied: ClassVar[Sequence[str]]
+    impulse_names: ClassVar[Sequence[str]]
 
 
 @runtime_checkable
-class Ending(Protocol):
+class CanFail(Protocol):
     """A kind with units that end a run where their force is not defined."""
 
-    def lost(self, p: Any, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def undefined_units(self, p: Any, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         """The units whose force is not defined in these ``modes`` (n, 3), each with the reason."""

@@ -15,12 +15,12 @@ from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
 from hydrosim.scene.trees import arrangement, tree_joints
 
 if TYPE_CHECKING:
-    from hydrosim.streams.current import CurrentTable
+    from hydrosim.streams.current import TabulatedCurrent
     from hydrosim.streams.wind import MeanWind
     from hydrosim.tanks.events import TriggeredPump
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
-ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
+BODY_ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
 JOINTS = "joints"
 WEIGHT = "weight"
 BALLAST = "ballast"
@@ -32,7 +32,7 @@ def row_names(scene: Scene) -> tuple[str, ...]:
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
     own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
     own += [JOINTS] if constraint_names(scene) else []
-    return (*ROWS, *scene.forces, *acting_joints(scene), *own)
+    return (*BODY_ROWS, *scene.forces, *acting_joints(scene), *own)
 
 
 def acting_joints(scene: Scene) -> tuple[str, ...]:
@@ -49,7 +49,7 @@ def constraint_names(scene: Scene) -> tuple[str, ...]:
     return (*found.loops, *found.passing)
 
 
-def carried(scene: Scene) -> dict[str, float]:
+def carried_weights(scene: Scene) -> dict[str, float]:
     """The weight [N] of bodies without water that carry their own weight, such as a topside."""
     return {
         body.name: body.mass * scene.environment.gravity
@@ -63,7 +63,7 @@ def has_flow(scene: Scene) -> bool:
     return any(body.pumps or any(t.plan for t in body.tanks) for body in scene.bodies)
 
 
-class Resonance(NamedTuple):
+class ResonanceTerms(NamedTuple):
     """Values per DOF (6,) along the body's axes at rest, with w_n^2 = k / (m + a(w_n)) and no
     coupling: the ``stiffness`` k, hydrostatics included, and the ``mass`` m + a(w_n)."""
 
@@ -81,7 +81,7 @@ class RollMode(NamedTuple):
     damping: float
 
 
-class Resistance(NamedTuple):
+class LinearResistance(NamedTuple):
     """A ``row`` of forces that takes the power v (B v - b) at the velocity v (6,) of a ``body``:
     ``B`` (6, 6) and ``b`` (6,). Or v (1,) is the rate of a free ``coordinate``. Or v (12,) are the
     velocities of the ``body`` and of the ``other``."""
@@ -103,7 +103,7 @@ class BodyAtRest(NamedTuple):
     heading: float
 
 
-class Joined(NamedTuple):
+class JoinedBodies(NamedTuple):
     """The bodies of a joint at rest (``to`` is None for the earth); ``exact`` as in `Bodies`."""
 
     body: BodyAtRest
@@ -116,7 +116,7 @@ class Layout:
     """Indices of bodies by name, rows of forces by element name, and properties that elements need.
 
     ``current_profile`` is the current over the depth, ``wind`` the mean wind over the height.
-    ``resonance`` (body, stiffness (6,)) returns the `Resonance` of a body with this additional
+    ``resonance`` (body, stiffness (6,)) returns the `ResonanceTerms` of a body with this additional
     stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
     ``heading`` [rad] is the heading of each body at rest,
     ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
@@ -134,9 +134,9 @@ class Layout:
 
     body: dict[str, int]
     row: dict[str, int]
-    current_profile: CurrentTable
+    current_profile: TabulatedCurrent
     wind: MeanWind
-    resonance: Callable[[int, np.ndarray], Resonance]
+    resonance: Callable[[int, np.ndarray], ResonanceTerms]
     roll_mode: Callable[[int, np.ndarray], RollMode]
     heading: tuple[float, ...]
     weight: tuple[float, ...] = ()
@@ -147,7 +147,7 @@ class Layout:
     pumps: tuple[TriggeredPump, ...] = ()
     carried: Mapping[str, float] = field(default_factory=dict)
     joints: Mapping[str, Joint] = field(default_factory=dict)
-    constraints: Mapping[str, Joined] = field(default_factory=dict)
+    constraints: Mapping[str, JoinedBodies] = field(default_factory=dict)
     joint_row: int = 0
     tree: Tree = NO_TREE
     origin: tuple[np.ndarray, ...] = ()

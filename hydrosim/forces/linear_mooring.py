@@ -21,7 +21,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
+from hydrosim.forces.layout import Layout, LinearResistance, axes_at_rest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.kinematics import wrench_of_coordinates
 from hydrosim.rigid.stiffness import spring_energy, spring_force
@@ -81,14 +81,14 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
         if isinstance(element, LinearMooring):
             body = layout.body[element.body]
             axes = axes_at_rest(layout.heading[body])
-            tuned = _tuned(name, element, body, layout)
+            tuned = _tuned_stiffness(name, element, body, layout)
             stiffness = element.stiffness + axes @ np.diag(tuned) @ axes.T
             damping = _damping(name, element, stiffness, body, layout)
             rows.append((body, layout.row[name], stiffness, damping))
     return np.array(rows, dtype=MOORING)
 
 
-def _tuned(name: str, element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
+def _tuned_stiffness(name: str, element: LinearMooring, body: int, layout: Layout) -> np.ndarray:
     """Stiffness (6,) along the body's axes at rest for the requested natural periods, by
     fixed-point iteration."""
     wanted = np.zeros(6) if element.natural_period is None else element.natural_period
@@ -158,11 +158,11 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         stored[mooring.row] += spring_energy(k, motion.coordinates, mooring.stiffness)
 
 
-class _Kind(ElementKind):
-    def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
-        """Damping of each mooring as a `Resistance`."""
+class LinearMooringKind(ElementKind):
+    def resistances(self, p: np.ndarray) -> Iterator[LinearResistance]:
+        """Damping of each mooring as a `LinearResistance`."""
         for mooring in p:
-            yield Resistance(mooring["row"], mooring["body"], mooring["damping"], np.zeros(6))
+            yield LinearResistance(mooring["row"], mooring["body"], mooring["damping"], np.zeros(6))
 
 
-KIND = _Kind("linear_moorings", (LinearMooring,), compile_elements)
+LINEAR_MOORING_KIND = LinearMooringKind("linear_moorings", (LinearMooring,), compile_elements)

@@ -39,31 +39,38 @@ import numpy as np
 
 from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
-from hydrosim.forces.layout import Layout, Resistance
-from hydrosim.forces.pair import Tie, line_between, small_turn, turning
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first, steepest
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
+from hydrosim.forces.layout import Layout, LinearResistance
+from hydrosim.forces.pair import (
+    TwoPointElement,
+    line_between,
+    relative_small_turn,
+    relative_turn_rate,
+)
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first, steepest_segment
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
+    ACTING,
     CONTACT_MARGIN,
+    INACTIVE,
     MARGINS,
     MODE,
     RISING,
     RISING_MARGIN,
     SEGMENT,
     SEGMENT_MARGIN,
+    UNDEFINED,
 )
 from hydrosim.rigid.kinematics import add_wrench
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
 from hydrosim.scene import ForceElement, Scene, Turns
 
-LINE, AXIS = range(2)
-ACTING, GONE, LOST = range(3)
-LOAD, PLACE, POWER, OBSERVED = range(4)  # see `observe`
+LINE_LINK, AXIS_LINK = range(2)
+LOAD_OUTPUT, PLACE_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(4)  # see `write_outputs`
 HALF_TURNS = RISING  # column of modes
-CLOSEST = 0.01  # of the length at rest: closer ends have no direction
-SWUNG = 1e-3  # least 1 + cosine of the swing of an axis: 177 deg
-BEYOND = 0.75 * pi  # from the middle of its half turn: a twist then belongs to the next one
+MIN_LENGTH_SHARE = 0.01  # of the length at rest: closer ends have no direction
+MIN_SWING_COSINE = 1e-3  # least 1 + cosine of the swing of an axis: 177 deg
+MAX_HALF_TURN = 0.75 * pi  # from the middle of its half turn: a twist then belongs to the next one
 
 
 @dataclass(frozen=True)
@@ -87,7 +94,7 @@ class Link(ForceElement):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Strut(Tie, Link):
+class Strut(TwoPointElement, Link):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
     ``length`` [m] is the length without force of the spring; None: the length at rest."""
 
@@ -151,12 +158,12 @@ LINK = np.dtype(
         *(("first", int), ("last", int), ("steepest", float)),
     ]
 )
-"""Constants of a link: its ``kind``, `LINE` or `AXIS`; its own point and its anchor; the triads of
-both sides, each in the frame of its side, the axis first; length or angle without load; the closest
-that its ends may come; the pieces ``first`` to ``last`` of its curve."""
+"""Constants of a link: its ``kind``, `LINE_LINK` or `AXIS_LINK`; its own point and its anchor; the
+triads of both sides, each in the frame of its side, the axis first; length or angle without load;
+the closest that its ends may come; the pieces ``first`` to ``last`` of its curve."""
 
 
-class Params(NamedTuple):
+class LinkConstants(NamedTuple):
     """``links`` (n,) of `LINK`, the ``segments`` of their curves, and the first of their rows of
     modes: acting, the segment, and the half turns of the twist."""
 
@@ -165,7 +172,7 @@ class Params(NamedTuple):
     mode: int
 
 
-class Reach(NamedTuple):
+class LinkKinematics(NamedTuple):
     """State of one link: its offset ``x`` and the ``rate``. The load T = 1 is the ``force`` and
     the ``moment`` on the body, the opposite force and the moment ``counter`` on the other side.
     ``room`` is positive while it has a direction; ``turned`` is the twist from the middle of its
@@ -180,7 +187,7 @@ class Reach(NamedTuple):
     turned: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> LinkConstants:
     """Constants of the links among ``elements``, in their order."""
     rows = []
     segments = [np.zeros(0, dtype=curve.SEGMENT)]
@@ -189,14 +196,14 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         if isinstance(e, Strut | TorsionSpring):
             pieces = _segments(e)
             last = first + pieces.size - 1
-            place = _line(e, layout) if isinstance(e, Strut) else _axis(e, layout)
+            place = _strut_fields(e, layout) if isinstance(e, Strut) else _torsion_fields(e, layout)
             kind, other, ends, axes, neutral, closest = place
             which = (kind, e.absorbs, layout.body[e.body], layout.row[name], other)
             law = (e.damping, e.drag, first, last, np.abs(pieces["slope"]).max())
             rows.append((*which, ends, axes, neutral, closest, *law))
             segments.append(pieces)
             first = last + 1
-    return Params(np.array(rows, dtype=LINK), np.concatenate(segments), 0)
+    return LinkConstants(np.array(rows, dtype=LINK), np.concatenate(segments), 0)
 
 
 def _segments(link: Link) -> np.ndarray:
@@ -213,18 +220,18 @@ def _segments(link: Link) -> np.ndarray:
 Placed = tuple[int, int, np.ndarray, np.ndarray, float, float]
 
 
-def _line(strut: Strut, layout: Layout) -> Placed:
+def _strut_fields(strut: Strut, layout: Layout) -> Placed:
     """Kind, other body, ends, triads, length and closest distance of a strut."""
     other = EARTH if strut.anchor_body is None else layout.body[strut.anchor_body]
     anchor = layout.place_at_rest(strut.anchor_body, strut.anchor)
     d = (anchor - layout.place_at_rest(strut.body, strut.point)).tolist()
-    long = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])  # to the bit as in `reach`
+    long = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])  # to the bit as in `kinematics`
     length = long if strut.length is None else strut.length
     ends = np.array([*strut.point, *strut.anchor])
-    return LINE, other, ends, np.zeros(18), length, CLOSEST * max(long, length)
+    return LINE_LINK, other, ends, np.zeros(18), length, MIN_LENGTH_SHARE * max(long, length)
 
 
-def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
+def _torsion_fields(spring: TorsionSpring, layout: Layout) -> Placed:
     """The same of a torsion spring."""
     other = EARTH if spring.to is None else layout.body[spring.to]
     first = np.array(spring.axis) / np.linalg.norm(spring.axis)
@@ -232,21 +239,21 @@ def _axis(spring: TorsionSpring, layout: Layout) -> Placed:
     second /= np.linalg.norm(second)
     own = np.array([first, second, np.cross(first, second)])
     there = own @ layout.axes_from(spring.body, spring.to).T
-    return AXIS, other, np.zeros(6), np.array([own, there]).ravel(), spring.neutral, 0.0
+    return AXIS_LINK, other, np.zeros(6), np.array([own, there]).ravel(), spring.neutral, 0.0
 
 
 @kernel
-def reach(link, mode, bodies, motion):
-    """State of a link, as a `Reach`."""
-    if link.kind == LINE:
-        return stretch(link, bodies, motion)
+def kinematics(link, mode, bodies, motion):
+    """State of a link, as a `LinkKinematics`."""
+    if link.kind == LINE_LINK:
+        return strut_kinematics(link, bodies, motion)
     if bodies.exact:
-        return twist(link, mode, motion)
+        return twist_kinematics(link, mode, motion)
     return small_twist(link, mode, motion)
 
 
 @kernel
-def stretch(link, bodies, motion):
+def strut_kinematics(link, bodies, motion):
     """State of a strut."""
     point = vector(link.ends, 0)
     place = vector(link.ends, 3)
@@ -254,11 +261,13 @@ def stretch(link, bodies, motion):
     moment = cross(s.arm, s.direction)
     counter = cross(s.direction, s.other_arm)
     stretched = s.length - link.neutral
-    return Reach(stretched, s.rate, s.direction, moment, counter, s.length - link.closest, 0.0)
+    return LinkKinematics(
+        stretched, s.rate, s.direction, moment, counter, s.length - link.closest, 0.0
+    )
 
 
 @kernel
-def triad(link, side, k, motion):
+def axis_vector(link, side, k, motion):
     """Vector ``k`` of the triad of the body (``side`` 0) or of the other side, in the earth
     frame."""
     own = vector(link.axes, 9 * side + 3 * k)
@@ -267,14 +276,14 @@ def triad(link, side, k, motion):
 
 
 @kernel
-def twist(link, mode, motion):
+def twist_kinematics(link, mode, motion):
     """State of a torsion spring."""
-    U = triad(link, 0, 0, motion)
-    V = triad(link, 0, 1, motion)
-    W = triad(link, 0, 2, motion)
-    u = triad(link, 1, 0, motion)
-    v = triad(link, 1, 1, motion)
-    w = triad(link, 1, 2, motion)
+    U = axis_vector(link, 0, 0, motion)
+    V = axis_vector(link, 0, 1, motion)
+    W = axis_vector(link, 0, 2, motion)
+    u = axis_vector(link, 1, 0, motion)
+    v = axis_vector(link, 1, 1, motion)
+    w = axis_vector(link, 1, 2, motion)
     cosine = dot(u, U)
     half_turns = mode[HALF_TURNS]
     sign = 1.0 if half_turns % 2 == 0 else -1.0
@@ -282,22 +291,26 @@ def twist(link, mode, motion):
     swing = 1.0 + cosine
     g = scale(1.0 / swing if swing > 0.0 else 0.0, add(u, U))
     x = pi * half_turns + turned - link.neutral
-    return _about(x, g, turning(link.body, link.other, motion), swing - SWUNG, turned)
+    return _rotation_kinematics(
+        x, g, relative_turn_rate(link.body, link.other, motion), swing - MIN_SWING_COSINE, turned
+    )
 
 
 @kernel
 def small_twist(link, mode, motion):
     """State of a torsion spring with small angles."""
     axis = vector(link.axes, 0)
-    angle = dot(axis, small_turn(link.body, link.other, motion))
+    angle = dot(axis, relative_small_turn(link.body, link.other, motion))
     turned = angle - pi * mode[HALF_TURNS]
-    return _about(angle - link.neutral, axis, turning(link.body, link.other, motion), 1.0, turned)
+    return _rotation_kinematics(
+        angle - link.neutral, axis, relative_turn_rate(link.body, link.other, motion), 1.0, turned
+    )
 
 
 @kernel
-def _about(x, g, omega, room, turned):
-    """The `Reach` of a twist x with the gradient ``g``."""
-    return Reach(x, dot(g, omega), (0.0, 0.0, 0.0), scale(-1.0, g), g, room, turned)
+def _rotation_kinematics(x, g, omega, room, turned):
+    """The `LinkKinematics` of a twist x with the gradient ``g``."""
+    return LinkKinematics(x, dot(g, omega), (0.0, 0.0, 0.0), scale(-1.0, g), g, room, turned)
 
 
 @kernel
@@ -307,9 +320,9 @@ def resistance(link, rate):
 
 
 @kernel
-def load(link, mode, r, p):
+def load_of(link, mode, r, p):
     """T of a link; not a number where it has no direction, so that the run ends."""
-    if mode[MODE] == LOST:
+    if mode[MODE] == UNDEFINED:
         return nan
     return curve.curve_force(p.segments[mode[SEGMENT]], r.x) + resistance(link, r.rate)
 
@@ -321,10 +334,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for i in range(p.links.size):
         link = p.links[i]
         mode = modes[p.mode + i]
-        if mode[MODE] == GONE:
+        if mode[MODE] == INACTIVE:
             continue
-        r = reach(link, mode, bodies, motion)
-        T = load(link, mode, r, p)
+        r = kinematics(link, mode, bodies, motion)
+        T = load_of(link, mode, r, p)
         rate[link.row] += resistance(link, r.rate) * r.rate
         add_wrench(link.body, scale(T, r.force), scale(T, r.moment), wrench[link.row])
         if link.other != EARTH:
@@ -338,32 +351,35 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         link = p.links[i]
         mode = modes[p.mode + i]
         if mode[MODE] == ACTING:
-            r = reach(link, mode, bodies, motion)
+            r = kinematics(link, mode, bodies, motion)
             stored[link.row] += curve.stored_energy(p.segments[mode[SEGMENT]], r.x)
 
 
 @root
-def observe(modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all links to ``out``: load, length or twist, dissipated power."""
+def write_outputs(modes, motion, bodies, p, out):
+    """Write rows of `LINK_OUTPUTS` of all links to ``out``: load, length or twist, dissipated
+    power."""
     for i in range(p.links.size):
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[LOAD], row[PLACE], row[POWER] = measured(i, modes, motion, bodies, p)
+        row = out[LINK_OUTPUTS * i : LINK_OUTPUTS * (i + 1)]
+        row[LOAD_OUTPUT], row[PLACE_OUTPUT], row[POWER_OUTPUT] = link_outputs(
+            i, modes, motion, bodies, p
+        )
 
 
 @kernel
-def measured(i, modes, motion, bodies, p):
+def link_outputs(i, modes, motion, bodies, p):
     """Load, length or twist, and dissipated power of link ``i``."""
     link = p.links[i]
     mode = modes[p.mode + i]
-    r = reach(link, mode, bodies, motion)
+    r = kinematics(link, mode, bodies, motion)
     place = r.x + link.neutral
-    if mode[MODE] == GONE:
+    if mode[MODE] == INACTIVE:
         return 0.0, place, 0.0
-    return load(link, mode, r, p), place, resistance(link, r.rate) * r.rate
+    return load_of(link, mode, r, p), place, resistance(link, r.rate) * r.rate
 
 
 @root
-def margins(modes, motion, bodies, p, out):
+def find_margins(modes, motion, bodies, p, out):
     """Margins of all links into ``out`` (4 to a row of modes): room before their direction is lost,
     distance to the nearer corner of the curve, room in the half turn."""
     for i in range(p.links.size):
@@ -374,21 +390,21 @@ def margins(modes, motion, bodies, p, out):
             out[m + k] = 1.0
         if mode[MODE] != ACTING:
             continue
-        r = reach(link, mode, bodies, motion)
+        r = kinematics(link, mode, bodies, motion)
         out[m + CONTACT_MARGIN] = r.room
-        out[m + RISING_MARGIN] = BEYOND - abs(r.turned)
+        out[m + RISING_MARGIN] = MAX_HALF_TURN - abs(r.turned)
         if link.last > link.first:
             out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], r.x)
 
 
 @root
-def switch(i, which, modes, motion, bodies, p):
+def transition(i, which, modes, motion, bodies, p):
     """Switch link ``i`` to its next mode, after margin ``which`` has reached zero."""
     link = p.links[i]
     mode = modes[p.mode + i]
-    r = reach(link, mode, bodies, motion)
+    r = kinematics(link, mode, bodies, motion)
     if which == CONTACT_MARGIN:
-        mode[MODE] = LOST
+        mode[MODE] = UNDEFINED
     elif which == RISING_MARGIN:
         mode[HALF_TURNS] += 1 if r.turned > 0.0 else -1
     else:
@@ -396,7 +412,7 @@ def switch(i, which, modes, motion, bodies, p):
 
 
 @root
-def settle(modes, motion, bodies, p):
+def set_initial_modes(modes, motion, bodies, p):
     """Modes of all links for a start."""
     for i in range(p.links.size):
         activate(i, modes, motion, bodies, p)
@@ -408,18 +424,18 @@ def activate(i, modes, motion, bodies, p):
     link = p.links[i]
     mode = modes[p.mode + i]
     mode[HALF_TURNS] = 0
-    r = reach(link, mode, bodies, motion)
+    r = kinematics(link, mode, bodies, motion)
     mode[SEGMENT] = curve.find_segment(link.first, link.last, p.segments, r.x)
-    mode[MODE] = ACTING if r.room > 0.0 else LOST
+    mode[MODE] = ACTING if r.room > 0.0 else UNDEFINED
 
 
 @kernel
 def deactivate(i, modes, p):
     """Deactivate link ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = INACTIVE
 
 
-class _Kind(PosingKind):
+class LinkKind(KindWithModeSets):
     unit = "link"
     variables: ClassVar = {
         "strut_force": Variable("force, tension positive", "N", "from the point to the anchor"),
@@ -432,12 +448,12 @@ class _Kind(PosingKind):
         "link_half_turns": Variable("half turns of the twist", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: LinkConstants) -> ModeRows:
         links = p.links
         first, last, slope = links["first"], links["last"], links["steepest"]
-        return Modes(links.size, rising="half_turns", first=first, last=last, steepest=slope)
+        return ModeRows(links.size, rising="half_turns", first=first, last=last, steepest=slope)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: LinkConstants) -> Sequence[ModeSet]:
         """All on the piece of their curve without load, and on their steepest."""
         if not p.links.size:
             return []
@@ -445,38 +461,42 @@ class _Kind(PosingKind):
         for link in p.links:
             pieces = p.segments[link["first"] : link["last"] + 1]
             idle.append(link["first"] + curve.piece_at(pieces, 0.0))
-            stiff.append(steepest(p.segments, link["first"], link["last"]))
-        found = [Posture("", rest_at_first(np.array(idle), ACTING))]
+            stiff.append(steepest_segment(p.segments, link["first"], link["last"]))
+        found = [ModeSet("", rest_at_first(np.array(idle), ACTING))]
         if stiff != idle:
             text = "struts on their steepest pieces"
-            found.append(Posture(text, rest_at_first(np.array(stiff), ACTING)))
+            found.append(ModeSet(text, rest_at_first(np.array(stiff), ACTING)))
         return found
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def moved_onto_segment(
+        self, p: LinkConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> LinkConstants:
         """Constants in which each link is on its piece, at the offset nearest to where it is."""
         links = p.links.copy()
         for link, mode in zip(links, modes, strict=True):
-            x = reach(link, mode, bodies, motion).x
+            x = kinematics(link, mode, bodies, motion).x
             piece = p.segments[mode[SEGMENT]]
             link["neutral"] += x - np.clip(x, piece["lower"], piece["upper"])
         return p._replace(links=links)
 
-    def resistances(self, p: Params) -> Iterator[Resistance]:
+    def resistances(self, p: LinkConstants) -> Iterator[LinearResistance]:
         """Damping of each torsion spring with small angles; struts are never linear."""
-        for link in p.links[p.links["kind"] == AXIS]:
+        for link in p.links[p.links["kind"] == AXIS_LINK]:
             axis = link["axes"][:3]
             J = np.array([0.0, 0.0, 0.0, *axis])
             if link["other"] != EARTH:
                 J = np.concatenate([J, -J])
             B = link["damping"] * np.outer(J, J)
-            yield Resistance(link["row"], link["body"], B, np.zeros(len(B)), other=link["other"])
+            yield LinearResistance(
+                link["row"], link["body"], B, np.zeros(len(B)), other=link["other"]
+            )
 
-    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+    def undefined_units(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         said = {
-            LINE: "its ends meet (closer than 1 % of its length), where it has no direction",
-            AXIS: "its axis has swung to the opposite, where its twist is not defined",
+            LINE_LINK: "its ends meet (closer than 1 % of its length), where it has no direction",
+            AXIS_LINK: "its axis has swung to the opposite, where its twist is not defined",
         }
-        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+        for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, said[int(p.links[i]["kind"])]
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
@@ -491,12 +511,18 @@ class _Kind(PosingKind):
         found: dict[str, object] = {d: (d, [n for n, _ in own]) for d, own in named.items() if own}
         return found | capacity_of("strut", struts)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: LinkConstants, bodies: Any, kept: UnitRecord) -> Columns:
         kind = p.links["kind"]
         dims = {
-            "strut": (kind == LINE, {"strut_force": LOAD, "strut_length": PLACE}),
-            "torsion_spring": (kind == AXIS, {"torsion_moment": LOAD, "torsion_angle": PLACE}),
-            "pto": (p.links["absorbs"], {"pto_power": POWER}),
+            "strut": (
+                kind == LINE_LINK,
+                {"strut_force": LOAD_OUTPUT, "strut_length": PLACE_OUTPUT},
+            ),
+            "torsion_spring": (
+                kind == AXIS_LINK,
+                {"torsion_moment": LOAD_OUTPUT, "torsion_angle": PLACE_OUTPUT},
+            ),
+            "pto": (p.links["absorbs"], {"pto_power": POWER_OUTPUT}),
         }
         found: Columns = {"link_mode": (("time", "link"), kept.modes[:, :, MODE].astype(np.int8))}
         for dim, (own, columns) in dims.items():
@@ -506,4 +532,4 @@ class _Kind(PosingKind):
         return found
 
 
-KIND = _Kind("links", (Strut, TorsionSpring), compile_elements)
+LINK_KIND = LinkKind("links", (Strut, TorsionSpring), compile_elements)

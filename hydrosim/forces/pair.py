@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.mirroring import turned
+from hydrosim.forces.mirroring import mirrored_vector
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement
 
 
-class Tie(ForceElement):
+class TwoPointElement(ForceElement):
     """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
     of ``anchor_body``: their dataclasses have these fields."""
 
@@ -38,16 +38,18 @@ class Tie(ForceElement):
         """The element itself; an anchor on the earth is given relative to the plane."""
         if self.anchor_body is not None:
             return [self]
-        return [self._with(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+        return [self._with_ends(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
 
     def mirror_image(self) -> ForceElement | None:
-        return self._with(point=turned(self.point), anchor=turned(self.anchor))
+        return self._with_ends(
+            point=mirrored_vector(self.point), anchor=mirrored_vector(self.anchor)
+        )
 
-    def _with(self, **changes: Any) -> ForceElement:
+    def _with_ends(self, **changes: Any) -> ForceElement:
         return replace(self, **changes)
 
 
-class Line(NamedTuple):
+class LineOfAction(NamedTuple):
     """A line between two points: lever arms of its ends, the ``direction`` from the first to the
     other, in the earth frame, its ``length`` [m] and the ``rate`` [m/s] of that."""
 
@@ -73,11 +75,11 @@ def line_between(body, point, other, place, bodies, motion):
     d = sub(a, p)
     length = sqrt(dot(d, d))
     e = scale(1.0 / length if length > 0.0 else 0.0, d)
-    return Line(arm, other_arm, e, length, dot(e, sub(w, v)))
+    return LineOfAction(arm, other_arm, e, length, dot(e, sub(w, v)))
 
 
 @kernel
-def turning(body, other, motion):
+def relative_turn_rate(body, other, motion):
     """Angular velocity of a body relative to the other side, in the earth frame."""
     omega = vector(motion.velocity, 6 * body + 3)
     if other == EARTH:
@@ -86,7 +88,7 @@ def turning(body, other, motion):
 
 
 @kernel
-def small_turn(body, other, motion):
+def relative_small_turn(body, other, motion):
     """Rotation vector of a body relative to the other side, with small angles."""
     theta = _small_angles(body, motion)
     return theta if other == EARTH else sub(theta, _small_angles(other, motion))
@@ -100,7 +102,7 @@ def _small_angles(b, motion):
 
 
 @kernel
-def pull_together(line, s, T, wrench):
+def apply_tension(line, s, T, wrench):
     """Add the tension T on both ends of a ``line`` to its row of ``wrench``: at the lever arm
     ``s.arm`` along ``s.direction``, and its opposite at ``s.anchor_arm``."""
     force = scale(T, s.direction)

@@ -12,12 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.forces.kind import ElementKind
-from hydrosim.modes import COLUMNS, MODE, SEGMENT
+from hydrosim.modes import MODE, MODE_COLUMNS, SEGMENT
 
-PRESSED = 0.01  # m: the compression beyond the start of a piece at which units are linearised
+LINEARISATION_DEPTH = (
+    0.01  # m: the compression beyond the start of a piece at which units are linearised
+)
 
 
-class Posture(NamedTuple):
+class ModeSet(NamedTuple):
     """Units of a kind in given ``modes`` (n, 3), with a description in words, "" for the default
     posture."""
 
@@ -25,18 +27,20 @@ class Posture(NamedTuple):
     modes: np.ndarray
 
 
-class PosingKind(ElementKind):
+class KindWithModeSets(ElementKind):
     """A kind whose units have several postures, each with a stiffness of its own."""
 
-    def postures(self, p: Any) -> Sequence[Posture]:
+    def mode_sets(self, p: Any) -> Sequence[ModeSet]:
         """All units in one mode, for each mode; the posture at rest comes first."""
         raise NotImplementedError
 
-    def alone(self, p: Any, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def one_unit_active(
+        self, p: Any, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[ModeSet]:
         """One of the units ``which`` alone in a mode, for each of them."""
         return iter(())
 
-    def alike(self, p: Any) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: Any) -> Sequence[Hashable]:
         """For each unit, all properties that set its stiffness and damping, except its position."""
         return []
 
@@ -44,12 +48,12 @@ class PosingKind(ElementKind):
         """Velocities (n, k) at all units, in their directions."""
         return np.zeros((0, 0))
 
-    def pressed(self, p: Any, modes: np.ndarray, bodies: Any, motion: Any) -> Any:
+    def moved_onto_segment(self, p: Any, modes: np.ndarray, bodies: Any, motion: Any) -> Any:
         """The constants with every unit on the piece of its curve given by ``modes``, at its
         position and in its direction, wherever the bodies are."""
         return p
 
-    def time_of_most(self, p: Any) -> float:
+    def time_of_largest_load(self, p: Any) -> float:
         """Time of the largest prescribed load [s]; 0 if nothing is prescribed."""
         return 0.0
 
@@ -57,7 +61,7 @@ class PosingKind(ElementKind):
         """Speed [m/s] at which slipping units certainly slip; 0 if none slips."""
         return 0.0
 
-    def slide(
+    def set_steady_slip(
         self, p: Any, modes: np.ndarray, time: float, bodies: Any, motion: Any, y: np.ndarray
     ) -> None:
         """Put the states of slipping units in ``y`` into steady slip."""
@@ -69,19 +73,19 @@ class PosingKind(ElementKind):
 
 def rest_at_first(first: np.ndarray, mode: int) -> np.ndarray:
     """Modes (n, 3) of units in a ``mode``, on the ``first`` (n,) segment of each."""
-    modes = np.zeros((len(first), COLUMNS), dtype=np.int64)
+    modes = np.zeros((len(first), MODE_COLUMNS), dtype=np.int64)
     modes[:, MODE] = mode
     modes[:, SEGMENT] = first
     return modes
 
 
-def with_one(rest: np.ndarray, modes: np.ndarray, i: int) -> np.ndarray:
+def with_mode_of_unit(rest: np.ndarray, modes: np.ndarray, i: int) -> np.ndarray:
     """Modes (n, 3) of units at ``rest``, except unit ``i``."""
     found = rest.copy()
     found[i] = modes[i]
     return found
 
 
-def steepest(segments: np.ndarray, first: int, last: int) -> int:
+def steepest_segment(segments: np.ndarray, first: int, last: int) -> int:
     """The steepest of the segments ``first`` to ``last``."""
     return first + int(np.argmax(segments["slope"][first : last + 1]))

@@ -49,7 +49,7 @@ class Table(Samples):
 class Recorded(Samples):
     """A smooth curve through the values, four or more."""
 
-    def miss(self) -> float:
+    def largest_miss(self) -> float:
         """Largest error, at the omitted values, of the spline through every other value. For a
         smooth record the spline through all values has a sixteenth of this error."""
         time, value = self.time, self.value
@@ -80,7 +80,7 @@ def constant(value: float) -> Table:
     return Table(np.zeros(1), np.array([value]))
 
 
-def scaled(signal: Signal, factor: float) -> Signal:
+def scale_signal(signal: Signal, factor: float) -> Signal:
     """The signal times ``factor``."""
     if isinstance(signal, Harmonic):
         amplitude, mean = factor * signal.amplitude, factor * signal.mean
@@ -88,7 +88,7 @@ def scaled(signal: Signal, factor: float) -> Signal:
     return replace(signal, value=factor * signal.value)
 
 
-def least(signal: Signal) -> float:
+def smallest_value(signal: Signal) -> float:
     """Smallest value among the points of a signal."""
     if isinstance(signal, Harmonic):
         return signal.mean - abs(signal.amplitude)
@@ -141,15 +141,15 @@ SIGNAL = np.dtype(
 """A signal: its sine, and the pieces ``first`` to ``last`` of its polynomials, about ``spacing``
 apart; 0 means unevenly spaced."""
 
-PIECE = np.dtype([(name, float) for name in ("start", "a", "b", "c", "d")])
+SIGNAL_PIECE = np.dtype([(name, float) for name in ("start", "a", "b", "c", "d")])
 """A piece of a signal from ``start`` to the start of the next."""
 
 NOTHING = np.zeros(1, dtype=SIGNAL)[0]
 
 
 def compile_signals(signals: Sequence[Signal]) -> tuple[np.ndarray, np.ndarray]:
-    """The signals as `SIGNAL` (n,), and all their pieces as `PIECE` (m,)."""
-    each, pieces, first = np.zeros(len(signals), dtype=SIGNAL), [np.zeros(0, dtype=PIECE)], 0
+    """The signals as `SIGNAL` (n,), and all their pieces as `SIGNAL_PIECE` (m,)."""
+    each, pieces, first = np.zeros(len(signals), dtype=SIGNAL), [np.zeros(0, dtype=SIGNAL_PIECE)], 0
     for i, signal in enumerate(signals):
         new = _pieces(signal)
         last = first + new.size - 1
@@ -168,14 +168,14 @@ def _sine(signal: Signal) -> tuple[float, float, float]:
 def _pieces(signal: Signal) -> np.ndarray:
     """Polynomials of a signal."""
     if isinstance(signal, Harmonic):
-        return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=PIECE)
+        return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=SIGNAL_PIECE)
     time, value = signal.time, signal.value
     if isinstance(signal, Recorded):
-        return _stacked(time[:-1], _spline(time, value).c[::-1])
+        return _signal_pieces(time[:-1], _spline(time, value).c[::-1])
     if isinstance(signal, SmoothTable):
-        return _stacked(time[:-1], _monotone(time, value).c[::-1])
+        return _signal_pieces(time[:-1], _monotone(time, value).c[::-1])
     slopes = np.append(np.diff(value) / np.diff(time), 0.0)  # constant after the last
-    return _stacked(time, np.array([value, slopes, 0.0 * value, 0.0 * value]))
+    return _signal_pieces(time, np.array([value, slopes, 0.0 * value, 0.0 * value]))
 
 
 def _spline(time: np.ndarray, value: np.ndarray) -> Any:
@@ -190,9 +190,9 @@ def _monotone(time: np.ndarray, value: np.ndarray) -> Any:
     return PchipInterpolator(time, value)
 
 
-def _stacked(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    pieces = np.zeros(start.size, dtype=PIECE)
-    for name, column in zip(PIECE.names or (), (start, *coefficients), strict=True):
+def _signal_pieces(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    pieces = np.zeros(start.size, dtype=SIGNAL_PIECE)
+    for name, column in zip(SIGNAL_PIECE.names or (), (start, *coefficients), strict=True):
         pieces[name] = column
     return pieces
 
@@ -204,7 +204,7 @@ def _spacing(time: np.ndarray) -> float:
     return float(spacing) if np.all(np.abs(time - even) < 0.5 * spacing) else 0.0
 
 
-def crest(signal: np.void, pieces: np.ndarray) -> float:
+def time_of_largest(signal: np.void, pieces: np.ndarray) -> float:
     """A time at which a compiled signal is largest, among the points of a table or record."""
     if signal["amplitude"] != 0.0:
         turned = copysign(pi / 2, signal["amplitude"]) - signal["phase"]
@@ -216,7 +216,7 @@ def crest(signal: np.void, pieces: np.ndarray) -> float:
 @kernel
 def value(t, signal, pieces):
     """f(t)."""
-    p = pieces[find(t, signal, pieces)]
+    p = pieces[find_piece(t, signal, pieces)]
     x = max(t - p.start, 0.0)
     polynomial = p.a + x * (p.b + x * (p.c + x * p.d))
     if signal.amplitude == 0.0:
@@ -227,7 +227,7 @@ def value(t, signal, pieces):
 @kernel
 def rate(t, signal, pieces):
     """f'(t); at a corner, the rate of the piece that begins there."""
-    p = pieces[find(t, signal, pieces)]
+    p = pieces[find_piece(t, signal, pieces)]
     x = t - p.start
     polynomial = p.b + x * (2.0 * p.c + x * 3.0 * p.d) if x >= 0.0 else 0.0
     if signal.amplitude == 0.0:
@@ -256,7 +256,7 @@ def find_motion(t, signal, piece):
 
 
 @kernel
-def find(t, signal, pieces):
+def find_piece(t, signal, pieces):
     """Index of the piece that holds ``t``; the first one before all of them."""
     low, high = signal.first, signal.last
     if signal.spacing > 0.0:  # the piece is this one or a neighbour

@@ -29,16 +29,16 @@ import numpy as np
 
 from hydrosim.forces import curve
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import Tie, line_between, pull_together
+from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.forces.postures import (
-    PRESSED,
-    PosingKind,
-    Posture,
+    LINEARISATION_DEPTH,
+    KindWithModeSets,
+    ModeSet,
     rest_at_first,
-    steepest,
-    with_one,
+    steepest_segment,
+    with_mode_of_unit,
 )
 from hydrosim.forces.signal import (
     NOTHING,
@@ -64,12 +64,12 @@ from hydrosim.modes import (
 from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement, Scene
 
-SLACK, TAUT, GONE = range(3)
-TENSION, LENGTH, OBSERVED = range(3)  # see `observe`
+SLACK, TAUT, SPRING_INACTIVE = range(3)
+SPRING_TENSION, SPRING_LENGTH, SPRING_OUTPUTS = range(3)  # see `write_outputs`
 
 
 @dataclass(frozen=True)
-class Spring(Tie):
+class Spring(TwoPointElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
     ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
     ``length`` [m] without load, which may be a signal over time; ``damping`` [N s/m]."""
@@ -95,7 +95,7 @@ class Spring(Tie):
             yield "length", self.damping * largest_corner(self.length)
 
 
-LINE = np.dtype(
+SPRING = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
@@ -107,9 +107,9 @@ LINE = np.dtype(
 ``first`` (slack) to ``last`` of its curve."""
 
 
-class Params(NamedTuple):
-    """``lines`` (n,) of `LINE`, the ``segments`` of their curves, the ``pieces`` of the signals of
-    their lengths, and the first of their rows of modes: slack (tension cut) or taut, and the
+class SpringConstants(NamedTuple):
+    """``lines`` (n,) of `SPRING`, the ``segments`` of their curves, the ``pieces`` of the signals
+    of their lengths, and the first of their rows of modes: slack (tension cut) or taut, and the
     segment."""
 
     lines: np.ndarray
@@ -118,7 +118,7 @@ class Params(NamedTuple):
     mode: int
 
 
-class Stretch(NamedTuple):
+class SpringKinematics(NamedTuple):
     """State of one spring; vectors are tuples in the earth frame, lever arms those of its ends;
     ``extension`` x, its ``rate``, and the ``speed`` L0' at which it is paid out."""
 
@@ -131,7 +131,7 @@ class Stretch(NamedTuple):
     speed: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> SpringConstants:
     """Constants of the springs among ``elements``, in their order."""
     springs = {name: e for name, e in elements.items() if isinstance(e, Spring)}
     signals, moves = compile_signals([s for e in springs.values() for _, s in e.signals()])
@@ -150,7 +150,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         rows.append((*ends, *length, e.damping, first, last, pieces["slope"].max()))
         segments.append(pieces)
         first = last + 1
-    return Params(np.array(rows, dtype=LINE), np.concatenate(segments), moves, 0)
+    return SpringConstants(np.array(rows, dtype=SPRING), np.concatenate(segments), moves, 0)
 
 
 def _segments(spring: Spring) -> np.ndarray:
@@ -161,8 +161,8 @@ def _segments(spring: Spring) -> np.ndarray:
 
 
 @kernel
-def stretch(line, t, bodies, motion, p):
-    """Positions and velocities of the ends of a spring, as a `Stretch`."""
+def kinematics(line, t, bodies, motion, p):
+    """Positions and velocities of the ends of a spring, as a `SpringKinematics`."""
     point = vector(line.point, 0)
     anchor = vector(line.anchor, 0)
     s = line_between(line.body, point, line.anchor_body, anchor, bodies, motion)
@@ -171,7 +171,9 @@ def stretch(line, t, bodies, motion, p):
     if line.varies:
         L0 = value(t, line.signal, p.pieces)
         speed = rate_of(t, line.signal, p.pieces)
-    return Stretch(s.arm, s.other_arm, s.direction, s.length, s.length - L0, s.rate - speed, speed)
+    return SpringKinematics(
+        s.arm, s.other_arm, s.direction, s.length, s.length - L0, s.rate - speed, speed
+    )
 
 
 @kernel
@@ -191,10 +193,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         mode = modes[p.mode + i]
         if mode[SEGMENT] == line.first:
             continue
-        s = stretch(line, t, bodies, motion, p)
+        s = kinematics(line, t, bodies, motion, p)
         T, f = tension(line, mode, s, p)
         rate[line.row] += (T - f) * s.rate + T * s.speed
-        pull_together(line, s, T, wrench[line.row])
+        apply_tension(line, s, T, wrench[line.row])
 
 
 @root
@@ -203,31 +205,31 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]
-        s = stretch(line, t, bodies, motion, p)
+        s = kinematics(line, t, bodies, motion, p)
         stored[line.row] += curve.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
 
 @root
-def observe(t, modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all lines to ``out``: tension and length."""
+def write_outputs(t, modes, motion, bodies, p, out):
+    """Write rows of `SPRING_OUTPUTS` of all lines to ``out``: tension and length."""
     for i in range(p.lines.size):
-        s = stretch(p.lines[i], t, bodies, motion, p)
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
-        row[LENGTH] = s.length
+        s = kinematics(p.lines[i], t, bodies, motion, p)
+        row = out[SPRING_OUTPUTS * i : SPRING_OUTPUTS * (i + 1)]
+        row[SPRING_TENSION], _ = tension(p.lines[i], modes[p.mode + i], s, p)
+        row[SPRING_LENGTH] = s.length
 
 
 @root
-def margins(t, modes, motion, bodies, p, out):
+def find_margins(t, modes, motion, bodies, p, out):
     """Margins of all springs into ``out`` (4 to a row of modes): for contact T, or its opposite
     where it is cut; for the segment the distance to its nearer corner."""
     for i in range(p.lines.size):
         line = p.lines[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
-        s = stretch(line, t, bodies, motion, p)
+        s = kinematics(line, t, bodies, motion, p)
         out[m + CONTACT_MARGIN] = out[m + FRICTION_MARGIN] = out[m + RISING_MARGIN] = 1.0
-        if mode[MODE] == GONE:
+        if mode[MODE] == SPRING_INACTIVE:
             out[m + SEGMENT_MARGIN] = 1.0
             continue
         out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], s.extension)
@@ -237,7 +239,7 @@ def margins(t, modes, motion, bodies, p, out):
 
 
 @root
-def switch(i, which, t, modes, motion, bodies, p):
+def transition(i, which, t, modes, motion, bodies, p):
     """Switch spring ``i`` to its next mode, after margin ``which`` has reached zero."""
     line = p.lines[i]
     mode = modes[p.mode + i]
@@ -245,7 +247,7 @@ def switch(i, which, t, modes, motion, bodies, p):
         mode[MODE] = SLACK if mode[MODE] == TAUT else TAUT
         return
     before = mode[SEGMENT]
-    x = stretch(line, t, bodies, motion, p).extension
+    x = kinematics(line, t, bodies, motion, p).extension
     mode[SEGMENT] = curve.next_segment(before, p.segments[before], x)
     if mode[SEGMENT] == line.first:
         mode[MODE] = SLACK
@@ -254,18 +256,18 @@ def switch(i, which, t, modes, motion, bodies, p):
 
 
 @root
-def settle(t, modes, motion, bodies, p):
+def set_initial_modes(t, modes, motion, bodies, p):
     """Modes of all springs for a start."""
     for i in range(p.lines.size):
-        settle_line(i, t, modes, motion, bodies, p)
+        set_initial_mode(i, t, modes, motion, bodies, p)
 
 
 @kernel
-def settle_line(i, t, modes, motion, bodies, p):
+def set_initial_mode(i, t, modes, motion, bodies, p):
     """Mode of spring ``i`` when it becomes active."""
     line = p.lines[i]
     mode = modes[p.mode + i]
-    s = stretch(line, t, bodies, motion, p)
+    s = kinematics(line, t, bodies, motion, p)
     mode[SEGMENT] = curve.find_segment(line.first, line.last, p.segments, s.extension)
     mode[MODE] = TAUT
     T, _ = tension(line, mode, s, p)
@@ -276,19 +278,19 @@ def settle_line(i, t, modes, motion, bodies, p):
 @kernel
 def deactivate(i, modes, p):
     """Deactivate spring ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = SPRING_INACTIVE
     modes[p.mode + i, SEGMENT] = p.lines[i].first
 
 
-def _taut(p: Params) -> np.ndarray:
+def _taut_modes(p: SpringConstants) -> np.ndarray:
     """Modes with all lines taut on their steepest pieces."""
     modes = rest_at_first(p.lines["first"], TAUT)
-    pieces = [steepest(p.segments, line["first"], line["last"]) for line in p.lines]
+    pieces = [steepest_segment(p.segments, line["first"], line["last"]) for line in p.lines]
     modes[:, SEGMENT] = pieces
     return modes
 
 
-class _Kind(PosingKind):
+class SpringKind(KindWithModeSets):
     unit = "spring"
     variables: ClassVar = {
         "spring_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -297,52 +299,56 @@ class _Kind(PosingKind):
         "spring_segment": Variable("piece of the curve, 0 if slack", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: SpringConstants) -> ModeRows:
         lines = p.lines
-        return Modes(
+        return ModeRows(
             lines.size, first=lines["first"], last=lines["last"], steepest=lines["steepest"]
         )
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: SpringConstants) -> Sequence[ModeSet]:
         if not p.lines.size:
             return []
         slack = rest_at_first(p.lines["first"], SLACK)
-        return [Posture("springs slack", slack), Posture("springs taut", _taut(p))]
+        return [ModeSet("springs slack", slack), ModeSet("springs taut", _taut_modes(p))]
 
-    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def one_unit_active(
+        self, p: SpringConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[ModeSet]:
         slack = rest_at_first(p.lines["first"], SLACK)
         for i in which if p.lines.size > 1 else ():
-            yield Posture(f"{names[i]} alone taut", with_one(slack, _taut(p), i))
+            yield ModeSet(f"{names[i]} alone taut", with_mode_of_unit(slack, _taut_modes(p), i))
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: SpringConstants) -> Sequence[Hashable]:
         """No two springs are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: SpringConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
-        each = [stretch(line, 0.0, bodies, motion, p).rate for line in p.lines]
+        each = [kinematics(line, 0.0, bodies, motion, p).rate for line in p.lines]
         return np.reshape(each, (-1, 1))
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def moved_onto_segment(
+        self, p: SpringConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> SpringConstants:
         """Constants in which each line has the length of its piece."""
         lines = p.lines.copy()
         for line, (mode, segment, _) in zip(lines, modes, strict=True):
             if mode == TAUT:
-                extension = p.segments[segment]["start"] + PRESSED
-                line["length"] = stretch(line, 0.0, bodies, motion, p).length - extension
+                extension = p.segments[segment]["start"] + LINEARISATION_DEPTH
+                line["length"] = kinematics(line, 0.0, bodies, motion, p).length - extension
                 line["varies"] = False
         return p._replace(lines=lines)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Spring))
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: SpringConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "spring")
         return {
-            "spring_tension": (each, kept.observed[:, :, TENSION]),
-            "spring_length": (each, kept.observed[:, :, LENGTH]),
+            "spring_tension": (each, kept.observed[:, :, SPRING_TENSION]),
+            "spring_length": (each, kept.observed[:, :, SPRING_LENGTH]),
             "spring_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
         }
 
 
-KIND = _Kind("springs", (Spring,), compile_elements)
+SPRING_KIND = SpringKind("springs", (Spring,), compile_elements)

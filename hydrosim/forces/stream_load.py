@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import atan2, pi
+from math import atan2
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -36,18 +36,17 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import turned
+from hydrosim.forces.mirroring import mirrored_vector
 from hydrosim.forces.relative import current_on
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import heading
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.rigid.tree import FULL_TURN
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 from hydrosim.streams.current import current_at, is_sheared, mean_current
 from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at, has_gusts
-from hydrosim.streams.wind import LOWEST, REFERENCE
-
-TURN = 2.0 * pi
+from hydrosim.streams.wind import MIN_HEIGHT, REFERENCE_HEIGHT
 
 
 @dataclass(frozen=True)
@@ -71,12 +70,12 @@ class StreamLoad(ForceElement):
     def mirror_image(self) -> ForceElement:
         sway = -self.sway
         yaw = -self.yaw
-        load = replace(self, point=turned(self.point), sway=sway, yaw=yaw)
+        load = replace(self, point=mirrored_vector(self.point), sway=sway, yaw=yaw)
         return replace(load, headings=-self.headings)._in_order()
 
     def _in_order(self) -> StreamLoad:
         """The same load with headings that rise from 0 within one turn."""
-        headings = np.mod(self.headings, TURN)
+        headings = np.mod(self.headings, FULL_TURN)
         order = np.argsort(headings)
         surge, sway, yaw = (np.asarray(x)[order] for x in (self.surge, self.sway, self.yaw))
         return replace(self, headings=headings[order], surge=surge, sway=sway, yaw=yaw)
@@ -102,7 +101,7 @@ class WindLoad(StreamLoad):
         return ("wind",)
 
 
-LOAD = np.dtype(
+STREAM_LOAD = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3), ("stream", float, 2)),
         *(("first", int), ("last", int), ("gusts", int), ("direction", float, 2)),
@@ -110,14 +109,14 @@ LOAD = np.dtype(
 )
 """A load: ``stream`` is the mean velocity that it feels; ``gusts`` is the column of its gusts along
 ``direction``, negative for a current."""
-PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
+SPLINE_PIECE = np.dtype([("start", float), ("powers", float, (4, 3))])
 """A piece of the splines of X, Y and N: its first heading, and the factors of 1, x, x^2, x^3."""
 
 
-class Params(NamedTuple):
-    """``each`` (ne,) of `LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of which
-    the first has a heading in the first turn. The first column of ``gusts`` is at 10 m, the others
-    at the ``heights`` (nh - 1,) [m]."""
+class StreamLoadConstants(NamedTuple):
+    """``each`` (ne,) of `STREAM_LOAD`; each has the ``pieces`` with ``first`` <= i < ``last``, of
+    which the first has a heading in the first turn. The first column of ``gusts`` is at 10 m, the
+    others at the ``heights`` (nh - 1,) [m]."""
 
     each: np.ndarray
     pieces: np.ndarray
@@ -125,11 +124,11 @@ class Params(NamedTuple):
     gusts: GustTable
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> StreamLoadConstants:
     """Constants of the loads of streams among ``elements``."""
     rows = []
-    pieces = [np.zeros(0, dtype=PIECE)]
-    heights = [REFERENCE]
+    pieces = [np.zeros(0, dtype=SPLINE_PIECE)]
+    heights = [REFERENCE_HEIGHT]
     first = 0
     for name, e in elements.items():
         if isinstance(e, StreamLoad):
@@ -144,8 +143,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             place = (layout.body[e.body], layout.row[name], e.point, stream)
             rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
-    each = np.array(rows, dtype=LOAD)
-    return Params(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
+    each = np.array(rows, dtype=STREAM_LOAD)
+    return StreamLoadConstants(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
 
 
 def stream_felt(name: str, load: StreamLoad, layout: Layout) -> tuple[float, float]:
@@ -173,16 +172,16 @@ def height_of(name: str, load: WindLoad, layout: Layout) -> float:
     height = load.height
     if height is None:
         height = float(layout.place_at_rest(load.body, load.point)[2])
-    if layout.wind.profile is not None and height < LOWEST:
+    if layout.wind.profile is not None and height < MIN_HEIGHT:
         raise InputError(
             f"forces.{name}.height: found a height of {height:.3g} m above the water, that of the"
-            f" point unless the key is given; expected {LOWEST:g} m or more for the profile of the"
-            " wind. Give height, that of the centre of the area."
+            f" point unless the key is given; expected {MIN_HEIGHT:g} m or more for the profile of"
+            " the wind. Give height, that of the centre of the area."
         )
     return height
 
 
-def with_gusts(p: Params, gusts: GustTable) -> Params:
+def with_gusts(p: StreamLoadConstants, gusts: GustTable) -> StreamLoadConstants:
     """The same loads in these gusts."""
     return p if gusts is p.gusts else p._replace(gusts=gusts)
 
@@ -191,12 +190,12 @@ def _splines(load: StreamLoad) -> np.ndarray:
     """Pieces (n,) of the periodic splines, from the least heading in the first turn on."""
     from scipy.interpolate import CubicSpline  # slow to load, and few scenes have such a load
 
-    headings = np.mod(load.headings, TURN)
+    headings = np.mod(load.headings, FULL_TURN)
     order = np.argsort(headings)
     values = np.stack([load.surge, load.sway, load.yaw], axis=1)[order]
-    nodes = np.append(headings[order], headings[order[0]] + TURN)
+    nodes = np.append(headings[order], headings[order[0]] + FULL_TURN)
     spline = CubicSpline(nodes, np.vstack([values, values[:1]]), bc_type="periodic")
-    pieces = np.zeros(len(values), dtype=PIECE)
+    pieces = np.zeros(len(values), dtype=SPLINE_PIECE)
     pieces["start"] = nodes[:-1]
     pieces["powers"] = np.moveaxis(spline.c[::-1], 1, 0)
     return pieces
@@ -230,7 +229,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 @kernel
 def coefficients(angle, first, last, pieces):
     """The splines at ``angle``, which is brought into the turn of the pieces."""
-    x = (angle - pieces[first].start) % TURN
+    x = (angle - pieces[first].start) % FULL_TURN
     k = first
     while k + 1 < last and pieces[k + 1].start - pieces[first].start <= x:
         k += 1
@@ -243,4 +242,4 @@ def coefficients(angle, first, last, pieces):
     )
 
 
-KIND = ElementKind("stream_loads", (StreamLoad,), compile_elements)
+STREAM_LOAD_KIND = ElementKind("stream_loads", (StreamLoad,), compile_elements)

@@ -7,7 +7,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.forces.kind import Columns, Kept, Kind, Modes, Parts, States, Variable
+from hydrosim.forces.kind import (
+    Columns,
+    KindConstants,
+    ModeRows,
+    StateBlocks,
+    UnitKind,
+    UnitRecord,
+    Variable,
+)
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
 from hydrosim.tanks.contents import (
@@ -22,7 +30,7 @@ from hydrosim.tanks.pieces import FLUID_LEVEL
 from hydrosim.tanks.pumping import PUMP_RUNNING
 
 
-class _Kind(Kind):
+class TankFlowKind(UnitKind):
     unit = "pump"
     variables: ClassVar = {
         "tank_level": Variable("level above the bottom of the tank", "m", "tank"),
@@ -36,24 +44,24 @@ class _Kind(Kind):
         "centre_of_gravity": Variable("centre of gravity from the body's origin", "m", "body"),
     }
 
-    def of(self, parts: Parts) -> Tanks:
+    def constants_in(self, parts: KindConstants) -> Tanks:
         return parts.tanks
 
     def unit_names(self, scene: Scene) -> list[str]:
         """Names of the flows."""
         return flow_names(scene)
 
-    def modes(self, p: Tanks) -> Modes:
-        return Modes(p.flows.size, first=p.flows["first"], last=p.flows["last"])
+    def modes(self, p: Tanks) -> ModeRows:
+        return ModeRows(p.flows.size, first=p.flows["first"], last=p.flows["last"])
 
-    def states(self, p: Tanks, scene: Scene) -> Iterator[States]:
-        yield States("tank", tank_names(scene), ("volume",))
+    def states(self, p: Tanks, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("tank", tank_names(scene), ("volume",))
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         names = tank_names(scene)
         return {"tank": ("tank", names), **super().coordinates(scene)} if names else {}
 
-    def record(self, p: Tanks, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: Tanks, bodies: Any, kept: UnitRecord) -> Columns:
         volume = kept.y[p.state : p.state + p.each.size]
         running = kept.modes[:, :, MODE] == PUMP_RUNNING
         rate = p.rates["rate"][kept.modes[:, :, SEGMENT]]
@@ -71,4 +79,4 @@ class _Kind(Kind):
         return is_mirrored(p, y, modes)
 
 
-KIND = _Kind()
+TANK_FLOW_KIND = TankFlowKind()

@@ -31,17 +31,17 @@ from hydrosim.forces.channels import (
 from hydrosim.forces.contact import guide, transitions
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.joint import locks
-from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
+from hydrosim.forces.kind import Columns, ModeRows, StateBlocks, UnitRecord, Variable
 from hydrosim.forces.layout import constraint_names, unit_ranges
 from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Link
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, RISING
+from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_INDEX, RISING
 from hydrosim.scene import Active, ForceElement, Scene, When
 from hydrosim.tanks import pumping
 from hydrosim.tanks.contents import flow_names
@@ -50,7 +50,7 @@ from hydrosim.tanks.events import triggered_pumps
 if TYPE_CHECKING:
     from hydrosim.forces.layout import Layout
 
-STATE_NAMES = ("time last met",)
+TRIGGER_STATE_NAMES = ("time last met",)
 """State of each trigger: time at which its condition was last met [s]."""
 BEFORE, DURING, AFTER = range(3)
 """Modes of a trigger; the column `RISING` is 1 while the condition of its channel is met."""
@@ -72,12 +72,11 @@ TRIGGER = np.dtype(
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
 springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its
-flow or joint, else `NONE`."""
-NONE = -1
+flow or joint, else `NO_INDEX`."""
 NO_UNITS = (0,) * 14
 
 
-class Params(NamedTuple):
+class TriggerConstants(NamedTuple):
     """The triggers ``each`` (n,) of `TRIGGER`, and what they may watch: clearances ``gaps`` and
     named ``points``; the first of their states in y and of their rows of modes, and of the
     integrals of losses in y, row by row."""
@@ -90,7 +89,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> TriggerConstants:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
     kinds = (Contact, Spring, Link, Bushing, Catenary, Winch, Compensator)
@@ -102,16 +101,18 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         key = f"forces.{name}.active"
         own = (of.get(name, (0, 0)) for of in ranges)
         ends = _conditions(key, element.active, elements, layout)
-        rows.append((layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NONE, NONE))
+        rows.append(
+            (layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NO_INDEX, NO_INDEX)
+        )
     for pump in layout.pumps:
         ends = _conditions(pump.key, pump.active, elements, layout)
-        rows.append((layout.flow, *ends, *NO_UNITS, pump.flow, NONE))
+        rows.append((layout.flow, *ends, *NO_UNITS, pump.flow, NO_INDEX))
     for lock, name in enumerate(layout.constraints):
         active = layout.joints[name].active
         if active is not None:
             ends = _conditions(f"joints.{name}.active", active, elements, layout)
-            rows.append((layout.joint_row, *ends, *NO_UNITS, NONE, lock))
-    return Params(
+            rows.append((layout.joint_row, *ends, *NO_UNITS, NO_INDEX, lock))
+    return TriggerConstants(
         np.array(rows, dtype=TRIGGER), compile_clearances(layout), compile_points(layout), 0, 0, 0
     )
 
@@ -138,7 +139,7 @@ def _condition(when: When, elements: Mapping[str, ForceElement], layout: Layout)
 
 
 @kernel
-def beyond(condition, t, y, modes, motion, bodies, elements, tanks):
+def condition_excess(condition, t, y, modes, motion, bodies, elements, tanks):
     """Amount by which a condition exceeds its time or value."""
     if not condition.watches:
         return t - condition.time
@@ -147,7 +148,7 @@ def beyond(condition, t, y, modes, motion, bodies, elements, tanks):
 
 
 @root
-def margins(t, y, modes, motion, bodies, elements, tanks, out):
+def find_margins(t, y, modes, motion, bodies, elements, tanks, out):
     """Margins of all triggers into ``out``: distance to the condition or, if it is met, to leaving
     it, and the remaining duration."""
     p = elements.triggers
@@ -161,14 +162,14 @@ def margins(t, y, modes, motion, bodies, elements, tanks, out):
         condition = p.each[j].start if mode[MODE] == BEFORE else p.each[j].end
         if not condition.watches and condition.time == inf:
             continue
-        ahead = beyond(condition, t, y, modes, motion, bodies, elements, tanks)
+        ahead = condition_excess(condition, t, y, modes, motion, bodies, elements, tanks)
         out[m + CONTACT_MARGIN] = ahead if mode[RISING] == 1 else -ahead
         if mode[RISING] == 1:
             out[m + FRICTION_MARGIN] = y[p.state + j] + condition.lasting - t
 
 
 @root
-def switch(j, which, t, y, modes, motion, bodies, elements, tanks):
+def transition(j, which, t, y, modes, motion, bodies, elements, tanks):
     """Update trigger ``j`` after one of its margins has reached zero."""
     p = elements.triggers
     mode = modes[p.mode + j]
@@ -193,9 +194,9 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
     springs = elements.springs
     stage = modes[elements.triggers.mode + j, MODE]
     now = stage == DURING
-    if trigger.flow != NONE:
+    if trigger.flow != NO_INDEX:
         pumping.turn(trigger.flow, stage, y, modes, tanks)
-    if trigger.lock != NONE:
+    if trigger.lock != NO_INDEX:
         if now:
             locks.activate(trigger.lock, y, modes, motion, bodies, elements.locks)
         else:
@@ -206,7 +207,7 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
         else:
             transitions.deactivate(i, t, y, modes, motion, bodies, fenders)
     for i in range(elements.guides.pins.size):
-        if not _has(elements.guides.pins[i].point, trigger):
+        if not _has_point(elements.guides.pins[i].point, trigger):
             continue
         if now:
             guide.activate(i, modes, motion, bodies, elements)
@@ -214,7 +215,7 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             guide.deactivate(i, y, modes, motion, bodies, elements)
     for i in range(trigger.line, trigger.line + trigger.lines):
         if now:
-            spring.settle_line(i, t, modes, motion, bodies, springs)
+            spring.set_initial_mode(i, t, modes, motion, bodies, springs)
         else:
             spring.deactivate(i, modes, springs)
     for i in range(trigger.link, trigger.link + trigger.links):
@@ -229,12 +230,12 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             bushing.deactivate(i, modes, elements.bushings)
     for i in range(trigger.catenary, trigger.catenary + trigger.catenaries):
         if now:
-            catenary.settle_line(i, t, y, modes, motion, bodies, elements.catenaries)
+            catenary.set_initial_mode(i, t, y, modes, motion, bodies, elements.catenaries)
         else:
             catenary.deactivate(i, modes, elements.catenaries)
     for i in range(trigger.winch, trigger.winch + trigger.winches):
         if now:
-            winch.take_up(i, t, y, modes, motion, bodies, elements.winches)
+            winch.activate_in_run(i, t, y, modes, motion, bodies, elements.winches)
         else:
             winch.deactivate(i, y, modes, elements.winches)
     for i in range(trigger.cylinder, trigger.cylinder + trigger.cylinders):
@@ -245,13 +246,13 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
 
 
 @kernel
-def _has(point, trigger):
+def _has_point(point, trigger):
     """True if a contact point belongs to the element of a trigger."""
     return trigger.point <= point < trigger.point + trigger.points
 
 
 @root
-def settle(t, y, modes, motion, bodies, elements, tanks):
+def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
     """Modes of all triggers for a start; inactive contacts and lines are deactivated."""
     p = elements.triggers
     for j in range(p.each.size):
@@ -260,7 +261,7 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
         mode[RISING] = 0
         for stage in range(AFTER):
             condition = p.each[j].start if stage == BEFORE else p.each[j].end
-            there = beyond(condition, t, y, modes, motion, bodies, elements, tanks) >= 0.0
+            there = condition_excess(condition, t, y, modes, motion, bodies, elements, tanks) >= 0.0
             if mode[MODE] == stage and there and condition.lasting == 0.0:
                 mode[MODE] = stage + 1
             elif mode[MODE] == stage and there:
@@ -268,7 +269,7 @@ def settle(t, y, modes, motion, bodies, elements, tanks):
                 y[p.state + j] = t
         if mode[MODE] != DURING:
             for i in range(elements.guides.pins.size):
-                if _has(elements.guides.pins[i].point, p.each[j]):
+                if _has_point(elements.guides.pins[i].point, p.each[j]):
                     guide.start_inactive(i, modes, elements.guides)
             apply_switch(j, t, y, modes, motion, bodies, elements, tanks)
             for i in range(p.each[j].point, p.each[j].point + p.each[j].points):
@@ -285,23 +286,23 @@ def is_on(j, modes, p):
 def clear_inactive(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of inactive elements."""
     for j in range(p.each.size):
-        own = p.each[j].flow == NONE and p.each[j].lock == NONE
+        own = p.each[j].flow == NO_INDEX and p.each[j].lock == NO_INDEX
         if own and not is_on(j, modes, p):
             clear(wrench[p.each[j].row])
             rate[p.each[j].row] = 0.0
 
 
 @root
-def forget_stored(modes, p, stored):
+def clear_inactive_energy(modes, p, stored):
     """Clear the energy stored in inactive elements that have no modes of their own."""
     for j in range(p.each.size):
         trigger = p.each[j]
-        own = trigger.points + trigger.lines == 0 and trigger.lock == NONE
+        own = trigger.points + trigger.lines == 0 and trigger.lock == NO_INDEX
         if own and not is_on(j, modes, p):
             stored[trigger.row] = 0.0
 
 
-class _Kind(PosingKind):
+class TriggerKind(KindWithModeSets):
     unit = "trigger"
     variables: ClassVar = {
         "trigger_stage": Variable(
@@ -320,18 +321,18 @@ class _Kind(PosingKind):
         held = [name for name in constraint_names(scene) if scene.joints[name].active is not None]
         return [*named, *(flows[pump.flow] for pump in triggered_pumps(scene)), *held]
 
-    def modes(self, p: Params) -> Modes:
-        return Modes(p.each.size, "stage", "waits")
+    def modes(self, p: TriggerConstants) -> ModeRows:
+        return ModeRows(p.each.size, "stage", "waits")
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
-        yield States("trigger", self.unit_names(scene), STATE_NAMES)
+    def states(self, p: TriggerConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("trigger", self.unit_names(scene), TRIGGER_STATE_NAMES)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: TriggerConstants) -> Sequence[ModeSet]:
         """The posture in which all elements act."""
-        return [Posture("", rest_at_first(np.zeros(p.each.size), DURING))]
+        return [ModeSet("", rest_at_first(np.zeros(p.each.size), DURING))]
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: TriggerConstants, bodies: Any, kept: UnitRecord) -> Columns:
         return {"trigger_stage": (("time", "trigger"), kept.modes[:, :, MODE].astype(np.int8))}
 
 
-KIND = _Kind("triggers", (), compile_elements)
+TRIGGER_KIND = TriggerKind("triggers", (), compile_elements)

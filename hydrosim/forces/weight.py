@@ -26,7 +26,7 @@ import numpy as np
 
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.jit.kernels import kernel, root
-from hydrosim.rigid.kinematics import upright
+from hydrosim.rigid.kinematics import vertical_in_body
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
 
 
@@ -49,7 +49,7 @@ def add_weight(motion, bodies, p, contents, wrench):
         k = 6 * b
         row = wrench[p.row]
         row[k + 2] -= p.gravity * contents.mass[b]
-        turning = _moment(b, p.gravity, motion, bodies, contents)
+        turning = _weight_moment(b, p.gravity, motion, bodies, contents)
         for j in range(3):
             row[k + 3 + j] += turning[j]
         wrench[HYDROSTATIC, k + 2] += p.buoyancy[i]
@@ -65,7 +65,7 @@ def add_weight_energy(motion, bodies, p, contents, stored):
         height = bodies.each[b].origin[2] + heave
         moment = _moment_of(b, contents)
         surface = vector(contents.surface[b], 0)
-        levelled = potential(upright(b, motion, bodies), moment, surface, bodies.exact)
+        levelled = potential(vertical_in_body(b, motion, bodies), moment, surface, bodies.exact)
         stored[p.row] += p.gravity * (contents.mass[b] * height + levelled)
         stored[HYDROSTATIC] -= p.buoyancy[i] * heave
 
@@ -87,9 +87,9 @@ def _moment_of(b, contents):
 
 
 @kernel
-def _moment(b, gravity, motion, bodies, contents):
+def _weight_moment(b, gravity, motion, bodies, contents):
     """Moment of the weight about the origin of body ``b``."""
-    n = upright(b, motion, bodies)
+    n = vertical_in_body(b, motion, bodies)
     moment = _moment_of(b, contents)
     J = vector(contents.surface[b], 0)
     x = J[0] * n[0] + J[1] * n[1]

@@ -9,8 +9,8 @@ per unit of time: the total error of a run grows with its duration, not with its
 fast vibration with many short steps is as accurate as a slow one (error per unit step; Hairer,
 Norsett & Wanner 1993, II.4; Shampine 2005).
 
-Steps shorter than `SHORT` may have the error of a step of that length. Otherwise the rounding of
-k_i would shorten them without end.
+Steps shorter than `SHORT_STEP_S` may have the error of a step of that length. Otherwise the
+rounding of k_i would shorten them without end.
 
 The next step is h times 0.9 e^-0.7/q e_last^0.4/q, q the lower order, at least a fifth and at most
 five times the last (Gustafsson 1991; Hairer & Wanner 1996, IV.2).
@@ -25,8 +25,8 @@ import numpy as np
 
 from hydrosim.jit.kernels import kernel
 
-SAFETY, SHRINK, GROW = 0.9, 0.2, 5.0
-SHORT = 1e-3  # s
+SAFETY, MIN_STEP_FACTOR, MAX_STEP_FACTOR = 0.9, 0.2, 5.0
+SHORT_STEP_S = 1e-3  # s
 
 
 class Control(NamedTuple):
@@ -42,7 +42,7 @@ class Control(NamedTuple):
 @kernel
 def error_norm(h, method, k, y, end, control):
     """Error of a step of length ``h`` with stage derivatives ``k`` from ``y`` to ``end``."""
-    largest, part = 0.0, h / max(h, SHORT)
+    largest, part = 0.0, h / max(h, SHORT_STEP_S)
     for m in range(y.size):
         if isfinite(control.absolute[m]):
             error = 0.0
@@ -59,9 +59,9 @@ def step_factor(error, last, order):
     """Factor on the step after an ``error``, with the error of the ``last`` accepted step;
     ``order`` is the higher order of the method."""
     if not isfinite(error):
-        return SHRINK
+        return MIN_STEP_FACTOR
     error, last, q = max(error, 1e-10), max(last, 1e-4), order - 1
     factor = SAFETY * error ** (-0.7 / q)
     if error <= 1.0:
         factor *= last ** (0.4 / q)
-    return min(max(factor, SHRINK), GROW if error <= 1.0 else SAFETY)
+    return min(max(factor, MIN_STEP_FACTOR), MAX_STEP_FACTOR if error <= 1.0 else SAFETY)

@@ -6,7 +6,7 @@ from hydrosim.integrate.method import method_of
 from hydrosim.integrate.runge_kutta import tableau
 
 GAMMA = 1 / 4
-WEIGHTS = [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, GAMMA]
+ESDIRK4_WEIGHTS = [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, GAMMA]
 
 ESDIRK4 = method_of(
     "esdirk4",
@@ -19,9 +19,9 @@ ESDIRK4 = method_of(
                 *(15267082809 / 155376265600, -71443401 / 120774400),
                 *(730878875 / 902184768, 2285395 / 8070912, GAMMA),
             ],
-            WEIGHTS,
+            ESDIRK4_WEIGHTS,
         ],
-        WEIGHTS,
+        ESDIRK4_WEIGHTS,
         order=4,
         embedded=[
             *(4586570599 / 29645900160, 0.0, 178811875 / 945068544),

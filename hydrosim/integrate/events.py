@@ -11,23 +11,23 @@ from hydrosim.jit.kernels import kernel
 
 
 @kernel
-def phi(now, before, after):
+def guard_defect(now, before, after):
     """Smallest watched margin of ``now`` in units of its own range over the step."""
     smallest = 1.0
     for i in range(now.size):
         if after[i] < 0.0:
-            smallest = min(smallest, scaled(i, now, before, after))
+            smallest = min(smallest, linear_value(i, now, before, after))
     return smallest
 
 
 @kernel
-def scaled(i, now, before, after):
+def linear_value(i, now, before, after):
     """Margin ``i`` in units of the larger of its values at the ends of the step."""
     return now[i] / max(abs(before[i]), abs(after[i]))
 
 
 @kernel
-def between(lo, f_lo, hi, f_hi):
+def next_trial(lo, f_lo, hi, f_hi):
     """Next guess for a zero of a function f in [lo, hi], where f(lo) = f_lo >= 0 > f_hi = f(hi).
     It is the zero of the chord, kept 1 % of the bracket away from its ends, so that the bracket
     always shrinks."""

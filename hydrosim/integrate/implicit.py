@@ -27,8 +27,8 @@ import numpy as np
 
 from hydrosim.jit.kernels import assign, kernel
 
-ENOUGH = 1e-4  # fraction of the tolerances of a step to which stages are solved
-ITERATIONS, SLOW = 12, 5
+STAGE_TOLERANCE = 1e-4  # fraction of the tolerances of a step to which stages are solved
+MAX_ITERATIONS, SLOW_ITERATIONS = 12, 5
 STALE, READY = range(2)
 
 
@@ -76,16 +76,17 @@ def new_newton(states: np.ndarray, size: int, filters: Filters = NO_FILTERS) -> 
 
 
 @kernel
-def improve(k, f, y, weight, newton, control):
+def newton_iteration(k, f, y, weight, newton, control):
     """One iteration: update ``k`` (ny,) from ``f`` evaluated at it. Returns the change of the stage
-    in units of `ENOUGH` times the tolerances. ``y`` sets the scale of relative tolerances."""
+    in units of `STAGE_TOLERANCE` times the tolerances. ``y`` sets the scale of relative
+    tolerances."""
     d, states, total = newton.change, newton.states, 0.0
     for i in range(states.size):
         d[i] = f[states[i]] - k[states[i]]
     solve(newton.factors, newton.order, d)
     for i in range(states.size):
         m = states[i]
-        scale = ENOUGH * (control.absolute[m] + control.relative * abs(y[m]))
+        scale = STAGE_TOLERANCE * (control.absolute[m] + control.relative * abs(y[m]))
         total += (weight * d[i] / scale) ** 2
         d[i] += k[m]
     total += _improve_filters(k, f, y, weight, newton.filters, control)
@@ -106,14 +107,14 @@ def _improve_filters(k, f, y, weight, p, control):
         r, s = f[m] - k[m], f[n] - k[n]
         det = a * a + b * b
         for j, d in ((m, (a * r + b * s) / det), (n, (a * s - b * r) / det)):
-            scale = ENOUGH * (control.absolute[j] + control.relative * abs(y[j]))
+            scale = STAGE_TOLERANCE * (control.absolute[j] + control.relative * abs(y[j]))
             total += (weight * d / scale) ** 2
             f[j] = k[j] + d
     return total
 
 
 @kernel
-def prepare(weight, newton):
+def factorise_iteration_matrix(weight, newton):
     """Factorise I - g J for this ``weight`` g."""
     m = newton.states.size
     for i in range(m):

@@ -1,7 +1,7 @@
 """A method of time integration and its properties.
 
-Kernels receive its `Tableau`, arrays and numbers; all other code asks a `Method`. A method that
-needs more than a tableau, such as an exponential one, is a subclass.
+Kernels receive its `Tableau`, arrays and numbers; all other code asks a `IntegrationMethod`. A
+method that needs more than a tableau, such as an exponential one, is a subclass.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Method(ABC):
+class IntegrationMethod(ABC):
     """A method with its ``name`` and ``tableau``. ``why_any_step`` says why it is stable for any
     step; it is empty for methods with a limit."""
 
@@ -57,7 +57,7 @@ class Method(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class RungeKutta(Method):
+class RungeKutta(IntegrationMethod):
     """A method that its tableau defines. ``numerator`` and ``denominator`` are the coefficients of
     the polynomials in its `stability`, constants first."""
 
@@ -70,7 +70,7 @@ class RungeKutta(Method):
         return np.asarray(above / np.polyval(self.denominator[::-1], z))
 
 
-def method_of(name: str, tableau: Tableau, why_any_step: str = "") -> Method:
+def method_of(name: str, tableau: Tableau, why_any_step: str = "") -> IntegrationMethod:
     """The method of a ``tableau``."""
     a = tableau.a
     b = tableau.b

@@ -25,13 +25,13 @@ from numba.core.serialize import dumps
 
 from hydrosim.cache import limit_size, store, stored
 from hydrosim.jit.ingredients import describe_type, digest_of_kernel
-from hydrosim.jit.shipped import NO_MORE_FEATURES, PROCESSOR, shipped, shipped_files
+from hydrosim.jit.shipped import NO_MORE_FEATURES, PROCESSOR, read_shipped, shipped_files
 
 MAX_STORED_BYTES = 500_000_000
 """Size of all stored kernels, also those of other versions: some ten times what all cases need."""
 
 Name = tuple[str, str, Any]
-"""Module and name of a `Whole`, and the types of its arguments."""
+"""Module and name of a `CompiledKernel`, and the types of its arguments."""
 
 Machine = tuple[str, str, str]
 """Platform, processor and its features, as LLVM names them."""
@@ -72,7 +72,7 @@ class Disk(_Cache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store compiled code, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
-            content = dumps((self._calls(data.library), _lean(data._reduce())))
+            content = dumps((self._calls(data.library), _without_reports(data._reduce())))
             name = self._name(sig, data.codegen.magic_tuple())
             store(f"{self._folder()}/{name}", content)
             self._limit()
@@ -95,7 +95,7 @@ class Disk(_Cache):
         folder = self._folder()
         if files := shipped_files(folder, features):
             name = self._name(sig, (platform, PROCESSOR, NO_MORE_FEATURES))
-            content = shipped(name, files[name]) if name in files else None
+            content = read_shipped(name, files[name]) if name in files else None
             if content is not None:
                 return content
         return stored(f"{folder}/{self._name(sig, machine)}")
@@ -109,7 +109,7 @@ class Disk(_Cache):
         return f"{function.__module__}.{function.__qualname__}-{digest}.nbc"
 
 
-def _lean(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
+def _without_reports(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
     """Reduced form of numba's result, without its report of types and without the environments of
     its functions. Environments hold constants that are Python objects; kernels have none. Reading
     them takes longer than reading the code, and loads modules that only the compiler needs."""

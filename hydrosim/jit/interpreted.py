@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import StructReference
 
-KEPT = 64  # number of converted tuples that are kept
+MAX_CONVERTED = 64  # number of converted tuples that are kept
 _kept: dict[int, tuple[tuple, tuple]] = {}
 
 
-class Part:
+class InterpretedKernel:
     """A function that reads the fields of records as attributes."""
 
     def __init__(
@@ -31,7 +31,7 @@ class Part:
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
 
 
-Summing = Whole = Part
+kernel_classes = InterpretedKernel, InterpretedKernel, InterpretedKernel
 
 
 class _Record:
@@ -60,7 +60,7 @@ class _Records(np.ndarray):
 
 def _as_python_reads(value: Any) -> Any:
     """The argument of a kernel in its form for Python; both share their memory."""
-    if isinstance(value, Held):
+    if isinstance(value, StructReference):
         value = value.value
     if isinstance(value, np.ndarray) and value.dtype.names:
         return value.view(_Records)
@@ -71,7 +71,7 @@ def _as_python_reads(value: Any) -> Any:
     known = _kept.get(id(value))
     if known is None or (known[0] is not value and known[1] is not value):
         converted = type(value)(*map(_as_python_reads, value))
-        if len(_kept) >= KEPT:
+        if len(_kept) >= MAX_CONVERTED:
             del _kept[next(iter(_kept))]
         known = (value, converted)
         _kept[id(value)] = known

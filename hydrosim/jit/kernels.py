@@ -47,7 +47,7 @@ WAYS = {
     "plain": "hydrosim.jit.plain",
     "python": "hydrosim.jit.interpreted",
 }
-TRIED = (0, 68)
+LATEST_NUMBA = (0, 68)
 """Latest version of numba with which `hydrosim.jit.linking` was tested."""
 
 
@@ -59,8 +59,8 @@ def _way() -> ModuleType:
     if asked not in WAYS:
         raise InputError(f"HYDROSIM_JIT: found {asked}; expected {', '.join(WAYS)}.")
     try:
-        if asked == "linked" and numba.version_info.short > TRIED:
-            raise ImportError(f"tested up to numba {'.'.join(map(str, TRIED))}")
+        if asked == "linked" and numba.version_info.short > LATEST_NUMBA:
+            raise ImportError(f"tested up to numba {'.'.join(map(str, LATEST_NUMBA))}")
         return import_module(WAYS[asked])
     except (ImportError, AttributeError, TypeError) as error:
         if asked != "linked":
@@ -69,13 +69,14 @@ def _way() -> ModuleType:
             f"hydrosim.jit.linking does not support numba {numba.__version__} ({error}): kernels"
             " are compiled in the plain way, which takes minutes, once for each kind of scene."
             " Results are the same."
-            f" Install numba {'.'.join(map(str, TRIED))} for the fast way.",
+            f" Install numba {'.'.join(map(str, LATEST_NUMBA))} for the fast way.",
             stacklevel=2,
         )
         return import_module(WAYS["plain"])
 
 
 _ways = _way()
+_InlinedKernel, _SummingKernel, _CompiledKernel = _ways.kernel_classes
 WAY = next(way for way, name in WAYS.items() if name == _ways.__name__)
 """The way in use, a name in `WAYS`."""
 
@@ -102,27 +103,27 @@ def kernel(function: Callable[..., Any]) -> Any:
     many arrays of a model are passed without counting references. The machine code of a kernel
     becomes a part of every kernel that calls it, because a call would pass dozens of words.
     """
-    return _compiled(_ways.Part, function)
+    return _make_kernel(_InlinedKernel, function)
 
 
 def summing(function: Callable[..., Any]) -> Any:
     """A `kernel` whose sums may be taken in any order, so that they vectorise. Results change by
     rounding alone."""
-    return _compiled(_ways.Summing, function)
+    return _make_kernel(_SummingKernel, function)
 
 
 def root(function: Callable[..., Any]) -> Any:
     """A `kernel` with machine code of its own, compiled at its first call. It suits a kernel that
     is large and called from several places, or that few scenes need. It returns nothing."""
-    return _compiled(_ways.Whole, function)
+    return _make_kernel(_CompiledKernel, function)
 
 
 def root_giving(*types: type) -> Callable[[Callable[..., Any]], Any]:
     """A `root` that returns numbers of these types: float, bool or int."""
-    return partial(_compiled, partial(_ways.Whole, returns=types))
+    return partial(_make_kernel, partial(_CompiledKernel, returns=types))
 
 
-def _compiled(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
+def _make_kernel(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
     home = Path(function.__code__.co_filename)
     if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
         raise ImportError(f"{home} defines a kernel; add it to SOURCES in hydrosim/jit/kernels.py")

@@ -4,17 +4,17 @@ numba optimises and translates a kernel together with all kernels below it, and 
 every kernel above. In a tree of calls that takes most of the compile time. Here a kernel is one of
 two kinds for the kernels that call it.
 
-A `Part` is kept as numba's intermediate code until a `Whole` links it in. It is optimised there,
-once.
+A `InlinedKernel` is kept as numba's intermediate code until a `CompiledKernel` links it in. It is
+optimised there, once.
 
-A `Whole` (`@root`) is machine code of its own. Its callers know only its name and its types: they
-are compiled without it. They call it through a `_Door`: eight bytes that hold the address of its
-machine code, and zero at first.
+A `CompiledKernel` (`@root`) is machine code of its own. Its callers know only its name and its
+types: they are compiled without it. They call it through a `LazySymbol`: eight bytes that hold the
+address of its machine code, and zero at first.
 
 Code that finds zero there calls `_open`, which loads the whole from the disk or compiles it, and
 stores the address. So a scene without tanks never compiles a root of tanks, and nobody has to list
 the roots that a scene needs. If a root cannot be compiled, all kernels above it return at once with
-the status `CLOSED`, and the call from Python raises the error.
+the status `NO_CODE_STATUS`, and the call from Python raises the error.
 
 Addresses are valid in one process. So machine code on disk refers to doors by name; the doors are
 made again before it is loaded.
@@ -51,10 +51,10 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import InlineOverloads, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
-from hydrosim.interrupts import called_by_machine_code, catching, raise_waiting, undisturbed
+from hydrosim.interrupts import called_by_machine_code, catching, delay_interrupts, raise_waiting
 from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.ingredients import describe_type
-from hydrosim.jit.refs import hold
+from hydrosim.jit.refs import struct_reference
 from hydrosim.jit.waiting import Torn, waiting
 
 OPTIONS: dict[str, Any] = {
@@ -66,11 +66,11 @@ OPTIONS: dict[str, Any] = {
 }
 
 NUMBERS = {float: types.float64, bool: types.boolean, int: types.int64}
-CLOSED = -9  # a status that numba itself does not use
+NO_CODE_STATUS = -9  # a status that numba itself does not use
 
 # LLVM passes machine code in callbacks. An exception there would be lost, and the code with it. So
 # the exception that a signal raises is delayed until the callback has returned.
-JitEngine.finalize_object = undisturbed()(JitEngine.finalize_object)
+JitEngine.finalize_object = delay_interrupts()(JitEngine.finalize_object)
 
 
 class _PartCode(JITCodeLibrary):
@@ -92,7 +92,7 @@ class _WholeCode(JITCodeLibrary):
 
     def finalize(self) -> None:
         # a part comes after every part that may call it: LLVM links only symbols requested by then
-        last_first = dict.fromkeys(reversed(list(_below(self))))
+        last_first = dict.fromkeys(reversed(list(_linked_libraries(self))))
         self._linking_libraries = list(reversed(last_first))
         super().finalize()
 
@@ -104,12 +104,12 @@ class _WholeCode(JITCodeLibrary):
         return self.name, "object", (self._get_compiled_object(), code)
 
 
-def _below(library: Any) -> Iterator[Any]:
+def _linked_libraries(library: Any) -> Iterator[Any]:
     """All libraries linked into a library, at any depth."""
     for other in library._linking_libraries:
         yield other
         if isinstance(other, _PartCode):
-            yield from _below(other)
+            yield from _linked_libraries(other)
 
 
 NEEDLESS: tuple[Any, ...] = (
@@ -137,17 +137,17 @@ class _WholeCompiler(_PartCompiler):
         return super().compile_extra(func)
 
 
-_doors: dict[str, _Door] = {}
+_doors: dict[str, LazySymbol] = {}
 """Doors by their names in machine code."""
 
-_doors_at: dict[int, _Door] = {}
+_doors_at: dict[int, LazySymbol] = {}
 """Doors by their addresses."""
 
 
-class _Door:
+class LazySymbol:
     """The place in memory where machine code finds a ``whole`` for arguments of types ``args``."""
 
-    def __init__(self, whole: Whole, args: tuple[Any, ...]) -> None:
+    def __init__(self, whole: CompiledKernel, args: tuple[Any, ...]) -> None:
         function = whole.py_func
         self.whole = whole
         self.args = args
@@ -167,7 +167,7 @@ class _Door:
         self.code.value = result.library.get_pointer_to_function(name)
 
 
-def _called(library: Any) -> list[Name]:
+def _called_kernels(library: Any) -> list[Name]:
     """The wholes whose doors this code holds."""
     names = [variable.name for variable in library._final_module.global_variables]
     doors = [_doors[name] for name in names if name in _doors]
@@ -223,11 +223,11 @@ class _Kernel(CPUDispatcher):
         options = {**OPTIONS, "fastmath": set(fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self.fastmath = fastmath
-        self._cache = Disk(self, folder, _called)
+        self._cache = Disk(self, folder, _called_kernels)
 
     def __call__(self, *args: Any) -> Any:
         try:
-            returned = super().__call__(*map(hold, args))
+            returned = super().__call__(*map(struct_reference, args))
         except SystemError:  # numba raises it for a status that it does not know
             raise _reason() from None
         raise_waiting()
@@ -238,7 +238,7 @@ class _Kernel(CPUDispatcher):
 
 
 class _PartKernel(_Kernel):
-    """numba's object for a `Part`."""
+    """numba's object for a `InlinedKernel`."""
 
     def __init__(
         self, function: Any, folder: Callable[[], str], fastmath: frozenset[str], flags: Any
@@ -268,7 +268,7 @@ class _PartKernel(_Kernel):
         return result
 
 
-class Part:
+class InlinedKernel:
     """A kernel whose code becomes a part of the kernels that call it. Python calls it as machine
     code with its own parts.
 
@@ -285,30 +285,30 @@ class Part:
         self._folder = folder
 
     @cached_property
-    def compiled(self) -> Any:
+    def dispatcher(self) -> Any:
         """numba's object."""
         return _PartKernel(self.py_func, self._folder, self.fastmath, self.flags)
 
     @property
     def _numba_type_(self) -> Any:
         """Type of the kernel in the kernels that call it."""
-        return self.compiled._numba_type_
+        return self.dispatcher._numba_type_
 
     def __call__(self, *args: Any) -> Any:
-        return self.compiled(*args)
+        return self.dispatcher(*args)
 
     def __reduce__(self) -> str:
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
 
 
-class Summing(Part):
+class SummingKernel(InlinedKernel):
     """A part whose sums may be taken in any order."""
 
     fastmath = frozenset({"reassoc", "contract"})
     flags = _part_flags(fastmath)
 
 
-class Whole(_Kernel):
+class CompiledKernel(_Kernel):
     """A kernel with machine code of its own, for Python and for the kernels that call it. It
     returns numbers of the types ``returns``, because callers are compiled before it."""
 
@@ -319,7 +319,7 @@ class Whole(_Kernel):
         found = [NUMBERS[each] for each in returns]
         several = types.BaseTuple.from_types(found)
         self.returns = several if len(found) > 1 else found[0] if found else types.none
-        self._doors: dict[Any, _Door] = {}
+        self._doors: dict[Any, LazySymbol] = {}
         self._callable: dict[Any, Any] = {}
 
     def compile(self, sig: Any) -> Any:
@@ -338,13 +338,13 @@ class Whole(_Kernel):
             self._callable[args] = self._entrance(self.door(args))
         return self._callable[args]
 
-    def door(self, args: tuple[Any, ...]) -> _Door:
+    def door(self, args: tuple[Any, ...]) -> LazySymbol:
         """The door of the whole for arguments of these types."""
         if args not in self._doors:
-            self._doors[args] = _Door(self, args)
+            self._doors[args] = LazySymbol(self, args)
         return self._doors[args]
 
-    def _entrance(self, door: _Door) -> Any:
+    def _entrance(self, door: LazySymbol) -> Any:
         """The function that callers link in as a part: it calls through the ``door``."""
         context: Any = self.targetctx
         word = ir.IntType(8).as_pointer()
@@ -359,7 +359,7 @@ class Whole(_Kernel):
         with cgutils.if_unlikely(builder, cgutils.is_null(builder, builder.load(place))):
             builder.call(opener, [builder.bitcast(place, word)])
             with builder.if_then(cgutils.is_null(builder, builder.load(place))):
-                builder.ret(ir.Constant(function.function_type.return_type, CLOSED))
+                builder.ret(ir.Constant(function.function_type.return_type, NO_CODE_STATUS))
         whole = builder.bitcast(builder.load(place), function.function_type.as_pointer())
         builder.ret(builder.call(whole, function.args))
         code.add_ir_module(module)
@@ -376,3 +376,7 @@ def _reason() -> BaseException:
     if error is None or isinstance(error, KeyboardInterrupt):
         return Torn(*getattr(error, "args", ()))
     return error
+
+
+kernel_classes = InlinedKernel, SummingKernel, CompiledKernel
+"""Of `hydrosim.jit.kernels`: `kernel`, `summing`, and `root`."""

@@ -52,7 +52,7 @@ def register(answer: Answer) -> int:
 
 
 @called_by_machine_code
-def _ask(
+def _call_registered(
     number: int, t: float, size: int, exact: int, own: int, velocity: int, rotation: int
 ) -> int:
     found = _answers.get(number)
@@ -69,15 +69,15 @@ def _array(address: int, size: int) -> np.ndarray:
 
 _WORD = ctypes.c_int64
 _ask_for_code = ctypes.CFUNCTYPE(_WORD, _WORD, ctypes.c_double, _WORD, _WORD, _WORD, _WORD, _WORD)(
-    _ask
+    _call_registered
 )
 binding.add_symbol(SYMBOL, ctypes.cast(_ask_for_code, ctypes.c_void_p).value)
 
 
-def _compiled() -> Callable[..., Any]:
-    """`ask` for machine code."""
+def _compiled_call() -> Callable[..., Any]:
+    """`call_python` for machine code."""
 
-    def typed(
+    def type_and_code(
         typingctx: Any, number: Any, t: Any, exact: Any, own: Any, velocity: Any, rotation: Any
     ) -> Any:
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -96,15 +96,17 @@ def _compiled() -> Callable[..., Any]:
         arguments = (types.int64, types.float64, types.int64, own, velocity, rotation)
         return types.int64(*arguments), generate
 
-    return intrinsic(typed)
+    return intrinsic(type_and_code)
 
 
-def _interpreted(number: int, t: float, exact: int, own: Any, velocity: Any, rotation: Any) -> int:
-    """`ask` for kernels that Python runs."""
+def _interpreted_call(
+    number: int, t: float, exact: int, own: Any, velocity: Any, rotation: Any
+) -> int:
+    """`call_python` for kernels that Python runs."""
     places = (own.ctypes.data, velocity.ctypes.data, rotation.ctypes.data)
-    return _ask(number, t, own.size, exact, *places)
+    return _call_registered(number, t, own.size, exact, *places)
 
 
-ask: Any = _interpreted if WAY == "python" else _compiled()
-"""ask(number, t, exact, own, velocity, rotation) lets an `Answer` replace the content of ``own``;
-gives 0 if that fails. ``exact`` is 0 or 1."""
+call_python: Any = _interpreted_call if WAY == "python" else _compiled_call()
+"""call_python(number, t, exact, own, velocity, rotation) lets an `Answer` replace the content of
+``own``; gives 0 if that fails. ``exact`` is 0 or 1."""

@@ -16,12 +16,12 @@ from numba.extending import typeof_impl
 
 from hydrosim.cache import cache_folder
 from hydrosim.interrupts import raise_waiting
-from hydrosim.jit.refs import hold
+from hydrosim.jit.refs import struct_reference
 
 settings: Any = config
 
 
-class Part:
+class PlainKernel:
     """A kernel, for Python and for other kernels; numba infers its return type."""
 
     fastmath: frozenset[str] = frozenset()
@@ -35,7 +35,7 @@ class Part:
         self._made: Any = None
 
     @property
-    def compiled(self) -> Any:
+    def dispatcher(self) -> Any:
         """numba's compiled function, made on first use."""
         if self._made is None:
             # numba looks for its cache at this moment, and would not notice edits of other files
@@ -49,7 +49,7 @@ class Part:
         return self._made
 
     def __call__(self, *args: Any) -> Any:
-        returned = self.compiled(*map(hold, args))
+        returned = self.dispatcher(*map(struct_reference, args))
         raise_waiting()
         return returned
 
@@ -57,15 +57,15 @@ class Part:
         return str(self.py_func.__qualname__)  # pickled by name, as functions are
 
 
-Whole = Part
-
-
-class Summing(Part):
+class PlainSummingKernel(PlainKernel):
     """A kernel whose sums may be taken in any order."""
 
     fastmath = frozenset({"reassoc", "contract"})
 
 
-@typeof_impl.register(Part)
-def _type_of_kernel(kernel: Part, context: Any) -> Any:
-    return types.Dispatcher(kernel.compiled)
+kernel_classes = PlainKernel, PlainSummingKernel, PlainKernel
+
+
+@typeof_impl.register(PlainKernel)
+def _type_of_kernel(kernel: PlainKernel, context: Any) -> Any:
+    return types.Dispatcher(kernel.dispatcher)

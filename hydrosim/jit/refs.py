@@ -5,9 +5,9 @@ receives it. That costs time at each call, and most of the compile time. So a ke
 tuple as one pointer. Fields are read where they are used; fields that are tuples are pointers
 again.
 
-`Held` is a tuple laid out in memory like numba's structures: numbers are copied, arrays are shared.
-A call from Python makes one for each tuple and keeps the last few. Code with a large, short-lived
-tuple makes its own.
+`StructReference` is a tuple laid out in memory like numba's structures: numbers are copied, arrays
+are shared. A call from Python makes one for each tuple and keeps the last few. Code with a large,
+short-lived tuple makes its own.
 
 Kernels do not count references to arrays; numba's own memory manager would lose count.
 """
@@ -54,7 +54,7 @@ class Ref(types.Type):
         super().__init__(name=f"Ref({digest[:16]})")
 
 
-class Held:
+class StructReference:
     """A tuple of arrays, numbers and tuples in memory, for kernels: valid while it lives."""
 
     def __init__(self, value: tuple) -> None:
@@ -66,26 +66,26 @@ class Held:
         self._numba_type_ = Ref(_type_of(value))
 
 
-KEPT = 16  # the tuples passed last: to lay out a model takes longer than most kernels
-_kept: dict[int, Held] = {}
+MAX_LAID_OUT = 16  # the tuples passed last: to lay out a model takes longer than most kernels
+_kept: dict[int, StructReference] = {}
 _keeping = Lock()
 
 
-def hold(value: Any) -> Any:
+def struct_reference(value: Any) -> Any:
     """A named tuple in the form that kernels take; any other value unchanged."""
     if not (isinstance(value, tuple) and hasattr(value, "_fields")):
         return value
     held = _kept.get(id(value))  # keeps the tuple alive, so that no other tuple gets its id
     if held is None:
-        held = Held(value)
+        held = StructReference(value)
         with _keeping:
-            if len(_kept) >= KEPT:
+            if len(_kept) >= MAX_LAID_OUT:
                 del _kept[next(iter(_kept))]
             _kept[id(value)] = held
     return held
 
 
-def forget() -> None:
+def clear_references() -> None:
     """Let go of the tuples that were passed last, whose arrays may be large."""
     with _keeping:
         _kept.clear()

@@ -33,11 +33,11 @@ def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
     with TemporaryDirectory() as name:
         for case in cases:
             result = ("--output", f"{name}/run.nc", "--overwrite")
-            _run(Path(name), "check", case)
-            _run(Path(name), "run", case, *result)
-            _run(Path(name), "run", case, *AUTOMATIC, *result, may_refuse=True)
-            _run(Path(name), "linear", case, *result, may_refuse=True)
-        compiled = _compiled(Path(name))
+            _run_command(Path(name), "check", case)
+            _run_command(Path(name), "run", case, *result)
+            _run_command(Path(name), "run", case, *AUTOMATIC, *result, may_refuse=True)
+            _run_command(Path(name), "linear", case, *result, may_refuse=True)
+        compiled = _compiled_files(Path(name))
         if not compiled:
             raise SystemExit("no kernels to ship: hydrosim.jit.linking does not support this numba")
         folder.mkdir(parents=True, exist_ok=True)
@@ -52,7 +52,7 @@ def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
     return files
 
 
-def _run(cache: Path, *command: str, may_refuse: bool = False) -> None:
+def _run_command(cache: Path, *command: str, may_refuse: bool = False) -> None:
     """Run a command that compiles for the processor `PROCESSOR`, with this folder as cache. It
     ``may_refuse`` the case, as `linear` does with some: there is nothing to ship then."""
     processor = {"NUMBA_CPU_NAME": PROCESSOR, "NUMBA_CPU_FEATURES": NO_MORE_FEATURES}
@@ -63,7 +63,7 @@ def _run(cache: Path, *command: str, may_refuse: bool = False) -> None:
         raise SystemExit(done.returncode)  # the command has printed the reason
 
 
-def _compiled(cache: Path) -> list[Path]:
+def _compiled_files(cache: Path) -> list[Path]:
     return sorted((cache / kernel_folder()).glob("*.nbc"))
 
 

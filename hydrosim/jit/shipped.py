@@ -16,7 +16,7 @@ from typing import Any
 
 HOME = Path(__file__).parent / "shipped"
 MANIFEST = "manifest.json"
-ENTRIES = {"kernels", "made with", "processor", "files"}  # of a manifest
+MANIFEST_ENTRIES = {"kernels", "made with", "processor", "files"}  # of a manifest
 PROCESSOR = "x86-64-v3"
 NO_MORE_FEATURES = ""  # features beyond `FEATURES`, in LLVM's notation: none
 FEATURES = (
@@ -36,7 +36,7 @@ def read_manifest() -> dict[str, Any]:
         return {}
     except (OSError, ValueError, TypeError):
         manifest = {}
-    if manifest.keys() >= ENTRIES:
+    if manifest.keys() >= MANIFEST_ENTRIES:
         return manifest
     warnings.warn(
         f"{path} is damaged: kernels are compiled, which takes longer. Install hydrosim again.",
@@ -54,7 +54,7 @@ def shipped_files(kernels: str, features: str) -> Mapping[str, str]:
     return {} if refusal(SHIPPED, kernels, features) else SHIPPED["files"]
 
 
-def shipped(name: str, digest: str) -> bytes | None:
+def read_shipped(name: str, digest: str) -> bytes | None:
     """The content of a file of `HOME`; None, with a warning, if it has another ``digest``."""
     path = HOME / name
     try:

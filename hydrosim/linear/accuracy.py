@@ -36,7 +36,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.forces.contact.modes import OPEN
-from hydrosim.integrate import Method
+from hydrosim.integrate import IntegrationMethod
 from hydrosim.linear.components import expand_to_active
 from hydrosim.linear.modes import SMALLEST_FLOAT, participation_factors
 from hydrosim.linear.stability import Combination, what_moves
@@ -73,18 +73,20 @@ class Vibration:
     amplitude: np.ndarray
     felt: np.ndarray
 
-    def error(self, method: Method, step: float, duration: float) -> float:
+    def error(self, method: IntegrationMethod, step: float, duration: float) -> float:
         """Error of the vibration relative to its amplitude, in a run of this ``duration`` [s]."""
         return float(vibration_errors(method, step, duration, np.array([self.eigenvalue]))[0])
 
-    def accurate_step(self, method: Method, step: float, duration: float, error: float) -> float:
+    def accurate_step(
+        self, method: IntegrationMethod, step: float, duration: float, error: float
+    ) -> float:
         """The largest step, up to ``step`` [s], with an error of at most ``error``."""
         trial = step
         while self.error(method, trial, duration) > error and trial > FINEST * step:
             trial /= TRIED_STEP_RATIO
         return trial
 
-    def fading(self, method: Method, step: float) -> float:
+    def fading(self, method: IntegrationMethod, step: float) -> float:
         """Excess damping rate [1/s] of the vibration by the method."""
         R = method.stability(np.array([step * self.eigenvalue]))
         made = float(np.log(np.maximum(np.abs(R[0]), SMALLEST_FLOAT))) / step
@@ -141,7 +143,7 @@ def _widen(here: np.ndarray) -> np.ndarray:
 
 
 def vibration_errors(
-    method: Method, step: float, duration: float, values: np.ndarray
+    method: IntegrationMethod, step: float, duration: float, values: np.ndarray
 ) -> np.ndarray:
     """Errors of vibrations with eigenvalues ``values`` (m,) [1/s], relative to their amplitudes, as
     above."""
@@ -155,7 +157,7 @@ def vibration_errors(
 
 def vibrations(
     found: Sequence[Combination],
-    method: Method,
+    method: IntegrationMethod,
     model: Model,
     layout: StateLayout,
     duration: float,

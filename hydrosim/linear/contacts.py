@@ -19,12 +19,11 @@ from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.contact.modes import OPEN, STICK
-from hydrosim.forces.holds import NONE
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, nullspace_of
-from hydrosim.modes import MODE
+from hydrosim.modes import MODE, NO_INDEX
 from hydrosim.rigid.kinematics import place_bodies
-from hydrosim.stepping.dynamics import Model, constrain, new_work
+from hydrosim.stepping.dynamics import Model, add_constraints, new_work
 from hydrosim.stepping.state import State
 
 
@@ -78,9 +77,9 @@ def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.n
     n = model.bodies.active.size
     work = new_work(model)
     place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
-    constrain(state.y, state.modes, model, work)
+    add_constraints(state.y, state.modes, model, work)
     points = model.elements.fenders.points.size
     found = np.zeros((*forces.shape[:-1], points, 2), dtype=forces.dtype)
-    for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NONE):
+    for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NO_INDEX):
         found[..., work.holds.point[r], :] += forces[..., r, None] * work.holds.direction[r]
     return found

@@ -6,7 +6,7 @@ import numpy as np
 
 from hydrosim.forces import in_gusts
 from hydrosim.rigid.kinematics import acceleration_map, place_bodies
-from hydrosim.stepping.blending import blend
+from hydrosim.stepping.blending import blend_draughts
 from hydrosim.stepping.dynamics import Model, find_mass, new_work, update_contents
 from hydrosim.streams.gusts import NO_GUSTS
 from hydrosim.waves.build import wave_loads_model
@@ -32,7 +32,7 @@ def inertia(model: Model, y: np.ndarray) -> np.ndarray:
     found = np.zeros((n, n))
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     if model.family.body.size:
-        blend(y[model.draught :], model.family, A, work.blend)
+        blend_draughts(y[model.draught :], model.family, A, work.blend)
         A = work.blend.added_mass
     update_contents(y, model, work)
     find_mass(model, A, work)

@@ -30,13 +30,13 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import lasting_states, without_friction
-from hydrosim.forces.events import settle
+from hydrosim.forces.events import set_initial_modes
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import DEPENDENT, find_constraint_rows, nullspace_of
 from hydrosim.linear.modes import MIN_STIFFNESS_FREQUENCY, MIN_STIFFNESS_RATIO
-from hydrosim.rigid.free import positions
+from hydrosim.rigid.free import positions_at
 from hydrosim.rigid.kinematics import generalised_force, place_bodies
-from hydrosim.stepping.blending import settled
+from hydrosim.stepping.blending import steady_filters
 from hydrosim.stepping.dynamics import Model, Work, new_work, rhs
 from hydrosim.stepping.state import State
 
@@ -86,7 +86,7 @@ class Rest:
     def position(self) -> np.ndarray:
         """Displacements of all bodies, (nb, 6)."""
         bodies = self.model.bodies
-        return positions(bodies, self.state.y[: bodies.active.size])
+        return positions_at(bodies, self.state.y[: bodies.active.size])
 
 
 class _Loads:
@@ -113,7 +113,9 @@ class _Loads:
         y = _state_at_rest(q, state, model)
         load = np.zeros(q.size)
         place_bodies(q, np.zeros(q.size), model.bodies, work.motion)
-        settle(self.time, y, state.modes, work.motion, model.bodies, model.elements, model.tanks)
+        set_initial_modes(
+            self.time, y, state.modes, work.motion, model.bodies, model.elements, model.tanks
+        )
         rhs(self.time, y, state.modes, state.history, model, work, np.zeros_like(y))
         total = work.total if self.rows is None else work.wrench[[*self.rows]].sum(axis=0)
         generalised_force(model.bodies, work.motion, total, load)
@@ -298,8 +300,8 @@ def _state_at_rest(q: np.ndarray, state: State, model: Model) -> np.ndarray:
     y = np.zeros_like(state.y)
     y[: q.size] = q
     if model.family.body.size:
-        coordinates = positions(model.bodies, q).ravel()
-        y[model.draught : model.energy] = settled(model.family, coordinates)
+        coordinates = positions_at(model.bodies, q).ravel()
+        y[model.draught : model.energy] = steady_filters(model.family, coordinates)
     tanks = model.tanks
     held = slice(tanks.state, tanks.state + tanks.each.size)
     y[held] = state.y[held]

@@ -1,8 +1,8 @@
 """Constraints of a scene in a state, and the motions that they leave.
 
 Constraints are rows J of J q' = 0, with forces J^T lambda. They come from the function that runs
-use: `hydrosim.stepping.dynamics.constrain`. With a basis N of all allowed q', J N = 0, the motions
-are q = N p, and p obeys
+use: `hydrosim.stepping.dynamics.add_constraints`. With a basis N of all allowed q', J N = 0, the
+motions are q = N p, and p obeys
 
     N^T M N p'' = N^T (dQ + d(J^T) lambda0) N p + ...
 
@@ -23,7 +23,7 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.rigid.kinematics import place_bodies
-from hydrosim.stepping.dynamics import Model, constrain, most_constraints, new_work
+from hydrosim.stepping.dynamics import Model, add_constraints, most_constraints, new_work
 
 DEPENDENT = 1e-9  # of the largest: rows that differ by less hold the same direction
 
@@ -124,5 +124,5 @@ def find_constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.n
         return np.zeros((0, n))
     work = new_work(model)
     place_bodies(y[:n], np.zeros(n), model.bodies, work.motion)
-    constrain(y, modes, model, work)
+    add_constraints(y, modes, model, work)
     return work.constraints.J[: work.constraints.number[0]].copy()

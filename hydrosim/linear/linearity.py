@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrosim.forces import Recorded, joints_are_linear, signals_of
-from hydrosim.forces.layout import ROWS, constraint_names
+from hydrosim.forces.layout import BODY_ROWS, constraint_names
 from hydrosim.rigid.free import moving_dofs
 from hydrosim.rigid.tree import NO_BODY, SLIDE
 from hydrosim.scene import Scene, Turns
@@ -76,7 +76,7 @@ def _elements(scene: Scene, model: Model) -> Iterator[str]:
     """Reasons that elements give."""
     index = {body.name: b for b, body in enumerate(scene.bodies)}
     exact = model.bodies.exact
-    for row, (name, element) in enumerate(scene.forces.items(), len(ROWS)):
+    for row, (name, element) in enumerate(scene.forces.items(), len(BODY_ROWS)):
         free = _free_angles(index[element.body], model)
         reason = element.nonlinearity(name, Turns(free, exact, model.elements, row))
         if element.active is not None:

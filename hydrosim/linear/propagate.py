@@ -28,15 +28,15 @@ from scipy import linalg
 from hydrosim.forces import given_frequencies, given_rows, resistances
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.exponential import (
-    BESIDE,
-    POINTS,
-    Interval,
+    NODES_BESIDE,
+    POLYNOMIAL_NODES,
+    PropagationInterval,
     area_weights,
-    extended,
-    follow,
-    interval,
+    extend_nodes,
+    fill_recursion,
+    propagation_interval,
 )
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import StructReference
 from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
@@ -48,7 +48,7 @@ from hydrosim.stepping.state import STATUS, Run, State
 
 PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval
-MIN_PARTS = POINTS
+MIN_PARTS = POLYNOMIAL_NODES
 USUAL_PARTS = 16
 MAX_PARTS = 24
 # intervals at a time, such that their data stay in a core's cache; fewer with more states
@@ -65,7 +65,7 @@ class PartResponse(NamedTuple):
 
     states: np.ndarray
     coordinates: np.ndarray
-    interval: Interval
+    interval: PropagationInterval
     by_state: np.ndarray
     by_load: np.ndarray
 
@@ -107,7 +107,9 @@ def _part_response(
 ) -> PartResponse:
     """Response of the part with these ``states`` and ``coordinates``, by index."""
     n = coordinates.size
-    of = interval(J[np.ix_(states, states)], G[np.ix_(states, coordinates)], length, parts)
+    of = propagation_interval(
+        J[np.ix_(states, states)], G[np.ix_(states, coordinates)], length, parts
+    )
     force = memory[np.ix_(coordinates, states[2 * n :] - 2 * len(memory))]
     needed = linalg.block_diag(np.eye(n), force)  # of all but q: for the powers
     by_state = needed @ of.states[:, n:]
@@ -196,9 +198,7 @@ class Equation:
         return gained
 
 
-def propagate(
-    run: Run,
-) -> Iterator[float]:
+def propagate(run: Run) -> Iterator[float]:
     """Record the run of a linear scene from its present state. The state is left at the end of the
     run, or where ``counters[STATUS]`` gives the reason of a stop. Yields the time reached, first
     the start."""
@@ -207,7 +207,7 @@ def propagate(
     state = run.state
     times = record_times(clock)
     y = state.y.copy()
-    held = Held(run)
+    held = StructReference(run)
     keep_states(times[:1], y[None], held)
     equation = linear_equation(model, state)
     finest = node_spacing(clock, model)
@@ -367,7 +367,7 @@ def march(
     m = len(equation.J)
     parts = response.weights.size - 1
     first = 0
-    f = extended(np.einsum("krn->kn", loads) + equation.rest)
+    f = extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
     for around, states in motions(y[:m], f, response, pieces):
         here = loads[first * parts :]
         gained = equation.gains(around, states[:-1], here, response, y.size - m)
@@ -382,21 +382,21 @@ def motions(
 ) -> Iterator[tuple[list[np.ndarray], np.ndarray]]:
     """Forces (nk, ...) around intervals, by part of the equation, and states (nk + 1, m) from the
     start of the first on, many intervals at a time and multiples of ``pieces``. ``z`` (m,) is the
-    state at the very start; ``f`` are the forces at all nodes, (nodes + 2 `BESIDE`, n)."""
+    state at the very start; ``f`` are the forces at all nodes, (nodes + 2 `NODES_BESIDE`, n)."""
     parts = of.weights.size - 1
     around = [_forces_around(f[:, part.coordinates], part, parts) for part in of.parts]
     turned = [np.ascontiguousarray(part.interval.states[-1].T) for part in of.parts]
     together = (
         max(int(INTERVALS_PER_BLOCK * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
     )
-    for k in range(0, (len(f) - 2 * BESIDE - 1) // parts, together):
+    for k in range(0, (len(f) - 2 * NODES_BESIDE - 1) // parts, together):
         here = [np.ascontiguousarray(own[k : k + together]) for own in around]
         states = np.empty((len(here[0]) + 1, z.size))
         for part, transposed, forces in zip(of.parts, turned, here, strict=True):
             own = np.empty((len(states), part.states.size))
             own[0] = z[part.states]
             np.matmul(forces, part.interval.loads[-1].T, out=own[1:])
-            follow(transposed, own)
+            fill_recursion(transposed, own)
             states[:, part.states] = own
         z = states[-1]
         yield here, states

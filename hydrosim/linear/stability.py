@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import kinds_posing, loop_modes, new_modes, own_modes
-from hydrosim.forces.postures import PosingKind, Posture
-from hydrosim.integrate import Method
+from hydrosim.forces import kinds_with_mode_sets, loop_modes, modes_of_kind, new_modes
+from hydrosim.forces.postures import KindWithModeSets, ModeSet
+from hydrosim.integrate import IntegrationMethod
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import find_constraint_rows, nullspace_of
 from hydrosim.linear.linearise import Eigensystem, Linear, linearise
@@ -104,10 +104,10 @@ def combinations(
     watch: Watch = without_progress,
 ) -> list[Combination]:
     """All analysed combinations, with single units alone in a mode if ``each_alone``."""
-    posing = [(kind, p) for kind, p in kinds_posing(model) if kind.postures(p)]
-    time = max(kind.time_of_most(p) for kind, p in posing)
+    posing = [(kind, p) for kind, p in kinds_with_mode_sets(model) if kind.mode_sets(p)]
+    time = max(kind.time_of_largest_load(p) for kind, p in posing)
     each = [
-        (kind.postures(p), _single_unit_modes(kind, p, scene, model, state) if each_alone else [])
+        (kind.mode_sets(p), _single_unit_modes(kind, p, scene, model, state) if each_alone else [])
         for kind, p in posing
     ]
     found = []
@@ -115,7 +115,7 @@ def combinations(
     for chosen in watch(list(_chosen(each)), "contacts and springs"):
         modes = _joint_modes(model, state)
         for (kind, p), posture in zip(posing, chosen, strict=True):
-            own_modes(kind, p, modes)[:] = posture.modes
+            modes_of_kind(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
         found.append(_combination(text, modes, model, state, time, known))
     return found
@@ -123,7 +123,9 @@ def combinations(
 
 def all_open(model: Model, state: State) -> Combination:
     """The first of `combinations`, with all contacts open, alone."""
-    time = max((kind.time_of_most(p) for kind, p in kinds_posing(model)), default=0.0)
+    time = max(
+        (kind.time_of_largest_load(p) for kind, p in kinds_with_mode_sets(model)), default=0.0
+    )
     return _combination("", _at_rest(model, state), model, state, time, {})
 
 
@@ -147,8 +149,8 @@ def _combination(
 
 
 def _chosen(
-    each: Sequence[tuple[Sequence[Posture], Sequence[Posture]]],
-) -> Iterator[tuple[Posture, ...]]:
+    each: Sequence[tuple[Sequence[ModeSet], Sequence[ModeSet]]],
+) -> Iterator[tuple[ModeSet, ...]]:
     """One posture per kind: any posture of all its units, or a posture of a single unit with
     postures of all units of the other kinds."""
     if not each:
@@ -163,19 +165,19 @@ def _chosen(
 
 
 def _single_unit_modes(
-    kind: PosingKind, p: Any, scene: Scene, model: Model, state: State
-) -> list[Posture]:
+    kind: KindWithModeSets, p: Any, scene: Scene, model: Model, state: State
+) -> list[ModeSet]:
     """Postures of single units. A unit alone vibrates with omega^2 = k J M^-1 J^T. So among equal
     units only those count that move most in one of their directions."""
     moves = _mobility(kind, p, model, state)
-    keys = kind.alike(p)
+    keys = kind.equivalence_keys(p)
     alike = [np.flatnonzero([key == other for other in keys]) for key in dict.fromkeys(keys)]
     most = [same[moves[same].argmax(axis=0)] for same in alike]
     which = np.unique(np.concatenate([np.zeros(0, dtype=int), *most]))
-    return list(kind.alone(p, kind.unit_names(scene), which.tolist()))
+    return list(kind.one_unit_active(p, kind.unit_names(scene), which.tolist()))
 
 
-def _mobility(kind: PosingKind, p: Any, model: Model, state: State) -> np.ndarray:
+def _mobility(kind: KindWithModeSets, p: Any, model: Model, state: State) -> np.ndarray:
     """J M^-1 J^T of each unit (n, k) [1/kg] in each of its directions."""
     n = model.bodies.active.size
     motion = new_work(model).motion
@@ -191,7 +193,7 @@ def _mobility(kind: PosingKind, p: Any, model: Model, state: State) -> np.ndarra
 
 
 def step_limits(
-    found: Sequence[Combination], method: Method, layout: StateLayout, step: float
+    found: Sequence[Combination], method: IntegrationMethod, layout: StateLayout, step: float
 ) -> list[StepLimit]:
     """Limits below ``step`` [s] over all ``found`` combinations, rising: the smallest limit of
     everything that moves. Of equal limits one is kept. If none is below, the smallest of all; empty
@@ -212,12 +214,12 @@ def step_limits(
     return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + EQUAL_STEP_RTOL)]
 
 
-def smallest_step(found: Sequence[Combination], method: Method) -> float:
+def smallest_step(found: Sequence[Combination], method: IntegrationMethod) -> float:
     """The smallest of the limits [s] of all ``found`` combinations; infinite if there is none."""
     return min(_least_steps(found, method), default=np.inf)
 
 
-def _least_steps(found: Sequence[Combination], method: Method) -> list[float]:
+def _least_steps(found: Sequence[Combination], method: IntegrationMethod) -> list[float]:
     """The largest stable step [s] of each component of each combination."""
     values = [part.values for x in found for part in x.components]
     ends = np.cumsum([own.size for own in values])
@@ -225,13 +227,13 @@ def _least_steps(found: Sequence[Combination], method: Method) -> list[float]:
     return [float(own.min(initial=np.inf)) for own in steps]
 
 
-def _steps(method: Method, values: np.ndarray) -> np.ndarray:
+def _steps(method: IntegrationMethod, values: np.ndarray) -> np.ndarray:
     """The largest stable step [s] of each eigenvalue."""
     return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
 
 
 def _limits_below(
-    bound: float, contact: str, part: UncoupledPart, method: Method, layout: StateLayout
+    bound: float, contact: str, part: UncoupledPart, method: IntegrationMethod, layout: StateLayout
 ) -> Iterator[StepLimit]:
     """The limits below ``bound`` of one component."""
     values, left, right = part.spectrum.vectors()
@@ -242,7 +244,7 @@ def _limits_below(
         yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
 
 
-def ray_limits(method: Method, angle: np.ndarray) -> np.ndarray:
+def ray_limits(method: IntegrationMethod, angle: np.ndarray) -> np.ndarray:
     """Largest |z| up to which the method is stable on the rays z = r exp(i angle), (n,). Infinite
     for rays into the right half plane, where the motion itself grows."""
     places = np.linspace(0.0, REACH, 8001)[1:]
@@ -254,7 +256,7 @@ def ray_limits(method: Method, angle: np.ndarray) -> np.ndarray:
     return np.array(limits, dtype=float)[which]
 
 
-def _first_unstable(method: Method, places: np.ndarray, angle: float) -> float:
+def _first_unstable(method: IntegrationMethod, places: np.ndarray, angle: float) -> float:
     """The first of the ``places`` on a ray at which a method is unstable; infinite if there is
     none."""
     direction = np.exp(1j * angle)
@@ -280,9 +282,9 @@ def _joint_modes(model: Model, state: State) -> np.ndarray:
 def _at_rest(model: Model, state: State) -> np.ndarray:
     """Modes (rows, 3) with all units at rest."""
     modes = _joint_modes(model, state)
-    for kind, p in kinds_posing(model):
-        for posture in kind.postures(p)[:1]:
-            own_modes(kind, p, modes)[:] = posture.modes
+    for kind, p in kinds_with_mode_sets(model):
+        for posture in kind.mode_sets(p)[:1]:
+            modes_of_kind(kind, p, modes)[:] = posture.modes
     return modes
 
 
@@ -291,7 +293,7 @@ def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Li
     slip."""
     pressed = _with_all_pressed(model, state, modes)
     start = _sliding(pressed, state, modes, time)
-    idle = [k.idle_states(p, own_modes(k, p, modes)) for k, p in kinds_posing(model)]
+    idle = [k.idle_states(p, modes_of_kind(k, p, modes)) for k, p in kinds_with_mode_sets(model)]
     states = np.setdiff1d(dynamic_states(model), np.concatenate(idle))
     return linearise(pressed, start, modes, time, states=states)
 
@@ -303,8 +305,8 @@ def _with_all_pressed(model: Model, state: State, modes: np.ndarray) -> Model:
     motion = new_work(model).motion
     place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
     changed = {
-        kind.field: kind.pressed(p, own_modes(kind, p, modes), bodies, motion)
-        for kind, p in kinds_posing(model)
+        kind.field: kind.moved_onto_segment(p, modes_of_kind(kind, p, modes), bodies, motion)
+        for kind, p in kinds_with_mode_sets(model)
     }
     return model._replace(elements=model.elements._replace(**changed))
 
@@ -316,7 +318,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     n = bodies.active.size
     y = state.y.copy()
     motion = new_work(model).motion
-    posing = [(kind, p, own_modes(kind, p, modes)) for kind, p in kinds_posing(model)]
+    posing = [(kind, p, modes_of_kind(kind, p, modes)) for kind, p in kinds_with_mode_sets(model)]
     speed = max(kind.sliding_speed(p, own, time) for kind, p, own in posing)
     if speed > 0.0:
         own = own_coordinates(bodies)
@@ -324,7 +326,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
         y[n + own.size : 2 * n] += speed  # of joints
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     for kind, p, own in posing:
-        kind.slide(p, own, time, bodies, motion, y)
+        kind.set_steady_slip(p, own, time, bodies, motion, y)
     return state._replace(y=y)
 
 
@@ -333,7 +335,7 @@ def what_moves(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
     mode."""
     shares: dict[str, float] = {}
     for state, own in zip(linear.states, share, strict=True):
-        kind, entry = layout.at(state)
+        kind, entry = layout.entry_at(state)
         moved = entry.coordinates[0].name if entry.coordinates else f"the {kind} of {entry.owner}"
         name = "the radiation states" if kind == StateKind.RADIATION else moved
         shares[name] = shares.get(name, 0.0) + own

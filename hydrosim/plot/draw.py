@@ -86,7 +86,7 @@ def picture_outputs(
     made_of = origin or folder / f"{stem}.nc"
     paths = [folder / f"{stem}{name}" for name in view.pictures().values()]
     return [
-        Output(path, "picture", made_of, (made_of,), overwrite, "pictures").checked()
+        Output(path, "picture", made_of, (made_of,), overwrite, "pictures").checked_output()
         for path in paths
     ]
 

@@ -50,8 +50,8 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[PlanRuns, Output]
     for plan in effects.plans(runs):
         stem = f"{output.path.stem}_{plan.name}" if plan.name else output.path.stem
         if plan.figures:
-            place = output.at(output.path.with_name(f"{stem}{form}"), "picture")
-            found.append((plan, place.checked()))
+            place = output.output_at(output.path.with_name(f"{stem}{form}"), "picture")
+            found.append((plan, place.checked_output()))
     if not found:
         raise InputError(
             f"{output.origin}: its study has no figures to draw. Add some to the study: figures:"

@@ -19,12 +19,10 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 
 from hydrosim.cache import store, stored
-from hydrosim.program import PACKAGE, digest_of_sources
+from hydrosim.program import PACKAGE, SHIPPED_FITS, digest_of_sources
 
 Arrays = Mapping[str, np.ndarray]
 T = TypeVar("T")
-SHIPPED = Path(__file__).with_name("shipped.zip")
-"""Results that came with the package, under their names in the cache."""
 STORING = ("kept.py", "ship.py")
 """Modules that store results and compute none."""
 
@@ -37,7 +35,7 @@ def kept(
     of_arrays: Callable[[Arrays], T],
 ) -> T:
     """The result of ``make`` for the ``settings``, or the stored one from the folder ``kind`` of
-    the cache or of `SHIPPED`.
+    the cache or of `SHIPPED_FITS`.
 
     The file's name is a hash of the settings and of the sources that compute. So the settings must
     include everything that the content depends on.
@@ -55,7 +53,7 @@ def kept(
     return made
 
 
-def shipped(name: str, archive: Path = SHIPPED) -> bytes | None:
+def shipped(name: str, archive: Path = SHIPPED_FITS) -> bytes | None:
     """The content of ``name`` in an ``archive``; None if it is not there, or is damaged."""
     with suppress(KeyError, OSError, BadZipFile, zlib.error), ZipFile(archive) as entries:
         return entries.read(name)

@@ -2,7 +2,7 @@
 CASE...`.
 
 Each case is checked with an empty cache. What `kept` stored of fits there becomes its archive
-`SHIPPED`. Names contain a hash of the sources, so make the archive again after a change of them.
+`SHIPPED_FITS`. Names contain a hash of the sources: make the archive again after a change of them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from hydrosim.cache import DIGEST
-from hydrosim.radiation.kept import SHIPPED
+from hydrosim.program import SHIPPED_FITS
 
 KINDS = ("fits", "reduced")
 """What is slow to make and small."""
@@ -24,9 +24,9 @@ ANSWERS = (0, 1)
 """Exit codes of `check` where it could compile the case."""
 
 
-def ship(cases: Iterable[str], archive: Path = SHIPPED) -> list[str]:
+def ship(cases: Iterable[str], archive: Path = SHIPPED_FITS) -> list[str]:
     """Make the ``archive`` of the fits of ``cases`` anew; returns the names of its entries."""
-    SHIPPED.unlink(missing_ok=True)  # what it holds would not be made
+    SHIPPED_FITS.unlink(missing_ok=True)  # what it holds would not be made
     with TemporaryDirectory() as cache:
         for case in cases:
             environment = {**os.environ, "HYDROSIM_CACHE_DIR": cache}
@@ -55,7 +55,7 @@ def main() -> None:
     if len(sys.argv) < 2:
         raise SystemExit("usage: python -m hydrosim.radiation.ship CASE...")
     names = ship(sys.argv[1:])
-    print(f"{len(names)} fits, {SHIPPED.stat().st_size / 1e6:.1f} MB, in {SHIPPED}")
+    print(f"{len(names)} fits, {SHIPPED_FITS.stat().st_size / 1e6:.1f} MB, in {SHIPPED_FITS}")
 
 
 if __name__ == "__main__":

@@ -59,7 +59,7 @@ def write_recording(
         f"# {output.mark}; {text}; {digits} significant digits",
         *("".join(map(str.rjust, row, widths)) for row in (names, units)),
     ]
-    with output.written() as path:
+    with output.write_complete() as path:
         np.savetxt(
             path,
             np.column_stack([time, rows]),

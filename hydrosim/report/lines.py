@@ -11,10 +11,12 @@ import xarray as xr
 
 from hydrosim.dofs import about_z
 from hydrosim.forces.kind import elements_of
-from hydrosim.forces.line.catenary import STEADY, Catenary, find_pull
-from hydrosim.forces.line.points import find_points
-from hydrosim.forces.line.shape import PIECE, Pull
+from hydrosim.forces.line.catenary import Catenary, pull_entries
+from hydrosim.forces.line.points import line_points
+from hydrosim.forces.line.shape import LinePull
 from hydrosim.forces.signal import compile_signals, value
+from hydrosim.modes import NO_INDEX
+from hydrosim.rigid.kinematics import LINE_PIECE
 from hydrosim.scene import Scene
 
 POINTS_PER_LINE = 41  # of a line at rest
@@ -90,10 +92,10 @@ def _points(
     if line.friction is not None:
         bed, friction = min(-scene.environment.water_depth - end[2], 0.0), line.friction
     pieces = _pieces(line, t)
-    pull = Pull(*find_pull(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
+    pull = LinePull(*pull_entries(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
     if not pull.converged:
         return np.linspace(start, end, count)
-    found, _ = find_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
+    found, _ = line_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
     return np.column_stack([start[:2] + found[:, :1] * e, end[2] + found[:, 1]])
 
 
@@ -106,10 +108,10 @@ def _point_in_earth(
 
 
 def _pieces(line: Catenary, t: float) -> np.ndarray:
-    pieces = np.zeros(line.length.size, dtype=PIECE)
+    pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
     for name in ("length", "weight", "stiffness", "hung"):
         pieces[name] = getattr(line, name)
-    if line.paid is not None and line.paying != STEADY:
+    if line.paid is not None and line.paying != NO_INDEX:
         each, parts = compile_signals([line.paid])
         pieces["length"][line.paying] = value(t, each[0], parts)
     return pieces

@@ -47,7 +47,7 @@ def written_page(document: Document, output: Output) -> int:
         raise InputError(
             f"{output.path}: the page would have {found}. hydrosim plot draws pictures instead."
         )
-    with output.written() as path:
+    with output.write_complete() as path:
         path.write_bytes(page)
     return len(page)
 

@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.leftovers import is_marked, is_plain, remove_folder
+from hydrosim.leftovers import has_mark, is_regular_file, remove_folder
 from hydrosim.outputs import Output
 from hydrosim.results.dataset import differing
 
@@ -160,12 +160,12 @@ def is_part(path: Path) -> bool:
     """Whether a file belongs to a journal, by its name and its mark."""
     if path.name != RUNS:
         name = path.name.removesuffix(PARTIAL)
-        return name in MARKED and is_marked(path, MARKED[name])
+        return name in MARKED and has_mark(path, MARKED[name])
     begins = _beginning(path)
     cut_off = not begins or (
         LINE_BEGINNING.match(begins) is not None and not begins.endswith(b"\n")
     )
-    return is_plain(path) and (
+    return is_regular_file(path) and (
         cut_off or begins.startswith(EARLIER) or bool(identity_of(path.parent))
     )
 

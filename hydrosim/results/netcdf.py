@@ -28,7 +28,7 @@ def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
     """Write netCDF; the file appears under its name when it is complete. Raises as `Output` does if
     it must not be written."""
     output = as_output(target, "result")
-    with output.written() as path:
+    with output.write_complete() as path:
         marked = dataset.assign_attrs(output.attributes)
         marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
 

@@ -19,9 +19,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces import KINDS, kinds_of, losses, own_modes
+from hydrosim.forces import ELEMENT_KINDS, kinds_of, losses, modes_of_kind
 from hydrosim.forces.contact.kind import group_of_points, remembered_groups
-from hydrosim.forces.kind import Columns, Kept, Kind, Modes, RecordedStates, Tallying
+from hydrosim.forces.kind import (
+    Columns,
+    HasImpulses,
+    ModeRows,
+    RecordedStates,
+    UnitKind,
+    UnitRecord,
+)
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import impulses, memory, points
@@ -31,14 +38,9 @@ from hydrosim.results.netcdf import RECORDED
 from hydrosim.results.phases import group_phases
 from hydrosim.results.stages import add_stage_results
 from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
-from hydrosim.stepping.blending import STATES as STATES_OF_DRAUGHT
-from hydrosim.stepping.names import (
-    force_names,
-    loses,
-    stores,
-    supplies,
-)
-from hydrosim.stepping.record import states_at, unpack, with_states
+from hydrosim.stepping.blending import DRAUGHT_STATES as STATES_OF_DRAUGHT
+from hydrosim.stepping.names import force_names, is_work_row, may_dissipate, may_store_energy
+from hydrosim.stepping.record import states_at, unpack_channels, with_states
 from hydrosim.stepping.state_layout import StateKind, StateLayout
 from hydrosim.waves import WaveComponents, elevations
 
@@ -64,7 +66,7 @@ def to_dataset(
 ) -> xr.Dataset:
     """Dataset of the first ``count`` records with ``attributes``, the waves of the ``sea`` at the
     probes, and the velocity ``history`` at the end."""
-    values = unpack(model, record, count)
+    values = unpack_channels(model, record, count)
     time = values["time"]
     data: Columns = {
         "position": (MOTION, _by_body(values["coordinates"])),
@@ -80,8 +82,8 @@ def to_dataset(
         data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
     data.update(_draughts(model, values["y"]))
     modes = record.modes[:count]
-    for kind in KINDS:
-        p = kind.of(model)
+    for kind in ELEMENT_KINDS:
+        p = kind.constants_in(model)
         if kind.modes(p).size or (kind.unit in values and values[kind.unit].size):
             data.update(
                 kind.record(p, model.bodies.each, _unit_records(kind, p, model, values, modes))
@@ -110,20 +112,16 @@ def _by_body(flat: np.ndarray) -> np.ndarray:
 
 
 def _states(
-    scene: Scene,
-    model: Model,
-    layout: StateLayout,
-    record: Record,
-    count: int,
+    scene: Scene, model: Model, layout: StateLayout, record: Record, count: int
 ) -> tuple[Columns, dict[str, object]]:
     """State that a run can start from, at every output time or at the last one that has radiation
     states, and its coordinates. That is the end, unless the run blew up and was cut off."""
     kept = with_states(record, count)
     if not scene.output_states:
         kept = kept[-1:]
-    time = unpack(model, record, count)["time"][kept]
+    time = unpack_channels(model, record, count)["time"][kept]
     modes = record.modes[kept]
-    of_memory = (q for entry in layout.of(StateKind.RADIATION) for q in entry.coordinates)
+    of_memory = (q for entry in layout.entries_of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
@@ -144,11 +142,11 @@ def _states(
         "state_input": (("state",), rates),
     }
     for kind, p in kinds_of(model):
-        states |= _of_modes(kind.unit, kind.modes(p), own_modes(kind, p, modes))
+        states |= _of_modes(kind.unit, kind.modes(p), modes_of_kind(kind, p, modes))
     return states, coords
 
 
-def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
+def _of_modes(unit: str, rows: ModeRows, modes: np.ndarray) -> Columns:
     """Data of the ``modes`` (nt, n, 3) of units that a run can start from, besides the states."""
     found: Columns = {}
     if rows.size and rows.first is not None:
@@ -163,15 +161,15 @@ def _of_modes(unit: str, rows: Modes, modes: np.ndarray) -> Columns:
 
 
 def _unit_records(
-    kind: Kind, p: Any, model: Model, values: Mapping[str, Any], modes: np.ndarray
-) -> Kept:
+    kind: UnitKind, p: Any, model: Model, values: Mapping[str, Any], modes: np.ndarray
+) -> UnitRecord:
     """Data of the units of a kind that are kept."""
     y = values["y"]
     rows = kind.modes(p).size
     observed = values.get(kind.unit, np.zeros((len(y), rows, 0)))
-    tallied = isinstance(kind, Tallying) and model.impulse < model.size
+    tallied = isinstance(kind, HasImpulses) and model.impulse < model.size
     tallies = impulses.tallies(model, y, rows) if tallied else np.zeros((len(y), rows, 0))
-    return Kept(values["time"], y, own_modes(kind, p, modes), observed, tallies)
+    return UnitRecord(values["time"], y, modes_of_kind(kind, p, modes), observed, tallies)
 
 
 def _phases(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
@@ -224,13 +222,13 @@ def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[s
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
     for row, name in enumerate(force_names(scene)):
-        if stores(scene, row):
+        if may_store_energy(scene, row):
             ledger[f"energy_stored_{name}"] = values["stored"][:, row]
             total += values["stored"][:, row]
-        if supplies(scene, row):
+        if is_work_row(scene, row):
             ledger[f"energy_work_{name}"] = integrals[:, row]
             total -= integrals[:, row]
-        elif loses(scene, row):
+        elif may_dissipate(scene, row):
             lost = integrals[:, row] + besides.get(row, 0.0)
             ledger[f"energy_dissipated_{name}"] = lost
             total += lost
@@ -251,7 +249,7 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
         "body": ("body", [b.name for b in scene.bodies], {"long_name": "body"}),
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
-        **{name: of for kind in KINDS for name, of in kind.coordinates(scene).items()},
+        **{name: of for kind in ELEMENT_KINDS for name, of in kind.coordinates(scene).items()},
         **impulses.coordinates(scene),
         **(_probe_places(scene) if scene.wave_probes else {}),
         **points.coordinates(scene),

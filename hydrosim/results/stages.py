@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact import group
-from hydrosim.forces.contact.group import CARRIES, NEVER, Remembered
+from hydrosim.forces.contact.group import CARRIED_SHARE, NEVER, GroupMemory
 from hydrosim.forces.contact.modes import OPEN
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class GroupLoad(NamedTuple):
 
         spline = CubicHermiteSpline(self.time, self.impulse, self.load)
         first, last = self.time[[0, -1]]
-        gives = self.load[0] > CARRIES * self.weight
+        gives = self.load[0] > CARRIED_SHARE * self.weight
 
         def share_at(time: np.ndarray) -> np.ndarray:
             low = np.maximum(time - 0.5 * AVERAGING_WINDOW_S, first)
@@ -96,7 +96,7 @@ class GroupLoad(NamedTuple):
         return [_reaches(level, time, share(time), share) for level in levels]
 
 
-def add_stage_results(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Dataset:
+def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Dataset:
     """The ``run`` with loads and impulses of its groups of contacts, times of their stages and
     `FIGURES`. They are NaN for groups that are not in ``groups``."""
     if not groups or run.sizes["time"] == 0:
@@ -112,7 +112,7 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Datas
     for each in groups:
         k = each.group
         own = each.y
-        impulse[:, k] = own[:, group.IMPULSE]
+        impulse[:, k] = own[:, group.GROUP_IMPULSE]
         weight[k] = each.weight or np.nan
         parts = GroupLoad(
             run.time.values, impulse[:, k], load.values[:, k], weight[k]
@@ -140,7 +140,7 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[Remembered]) -> xr.Datas
 def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
     """Times of `STAGES` [s] from the stored events of a group; NaN for stages that did not
     happen."""
-    first, opened, last = own[[group.FIRST, group.OPENED, group.LAST]]
+    first, opened, last = own[[group.FIRST_CONTACT, group.FIRST_OPEN, group.LAST_OPEN]]
     after = (time if time == NEVER else max(time, first) for time in parts)  # the mean looks ahead
     known = (first, *after, opened, last if ends_open else NEVER)
     return [time if time != NEVER else np.nan for time in known]
@@ -148,8 +148,8 @@ def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[flo
 
 def _figures(own: np.ndarray) -> list[float]:
     """Values of all `FIGURES` except the last."""
-    count, speed, force = own[group.CLOSINGS : group.AGAIN]
-    again, again_speed, again_force = own[group.AGAIN :]
+    count, speed, force = own[group.CLOSINGS : group.RECONTACTS]
+    again, again_speed, again_force = own[group.RECONTACTS :]
     unknown = np.nan
     return [
         *(count, speed if count else unknown, force),

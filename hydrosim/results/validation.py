@@ -58,6 +58,13 @@ def check_run(path: Path, run: xr.Dataset) -> None:
         raise InputError(f"{path}: {problem}. {CHANGED_FILE_HINT}")
 
 
+def check_runs(path: Path, runs: xr.Dataset) -> None:
+    """Raises InputError for attributes or names that no file of runs has."""
+    check_attributes(path, runs.attrs)
+    for problem in _wrong_names(runs):
+        raise InputError(f"{path}: {problem}. {CHANGED_FILE_HINT}")
+
+
 def _wrong_units(run: xr.Dataset) -> Iterator[str]:
     """Units of degrees of freedom that are not one for each."""
     for name, variable in run.variables.items():

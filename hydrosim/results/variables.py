@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.documents.series import unit_of
-from hydrosim.forces import KINDS
+from hydrosim.forces import ELEMENT_KINDS
 from hydrosim.forces.kind import Variable
 from hydrosim.results.phases import Phase
 
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 EARTH_FRAME = "earth"
 HEADING = "axes that turn with the yaw of the body"
 MIXED = "SI"  # for numbers with different units
-ELEMENT_VARIABLES = {
-    # name: long_name, units, frame; a name that ends in "_" is a prefix
+ELEMENT_VARIABLES = {  # name: long_name, units, frame; a name that ends in "_" is a prefix
     "position": Variable(
         "displacement of the centre of gravity from rest; angles", "m or rad", EARTH_FRAME
     ),
@@ -73,8 +72,7 @@ ELEMENT_VARIABLES = {
         "velocity history at the last step but one, with the acceleration", MIXED, HEADING
     ),
 }
-LABELS = {
-    # names of coordinates, with what their labels name
+LABELS = {  # names of coordinates, with what their labels name
     "axis": "axis of the frame",
     "channel": "channel of the run",
     "direction": "axis of the frame",
@@ -111,7 +109,7 @@ RESTART = ("state", "memory_", "radiation_dof")
 PURPOSE = "purpose"
 """Attribute of what a run keeps to be continued."""
 VARIABLES: dict[str, Variable] = ELEMENT_VARIABLES | {
-    name: variable for kind in KINDS for name, variable in kind.variables.items()
+    name: variable for kind in ELEMENT_KINDS for name, variable in kind.variables.items()
 }
 
 

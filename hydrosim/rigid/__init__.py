@@ -4,15 +4,15 @@ from hydrosim.rigid.added_mass import add_turning, stream_energy
 from hydrosim.rigid.contents import Contents, new_contents
 from hydrosim.rigid.heading import (
     Headings,
-    Hulls,
+    HeadingScratch,
     accelerations_along,
     all_to_earth,
     all_to_heading,
     find_flow,
     heading,
     motion_along,
+    new_heading_scratch,
     new_headings,
-    new_hulls,
     translations_to_earth,
 )
 from hydrosim.rigid.inertia import (
@@ -32,8 +32,8 @@ from hydrosim.rigid.kinematics import (
     attachment,
     generalised_force,
     new_motion,
-    place,
     place_bodies,
+    place_bodies_inline,
     point_velocity,
     wrench_of_coordinates,
 )

@@ -19,9 +19,9 @@ from hydrosim.jit.kernels import assign, clear, kernel, root_giving
 from hydrosim.rigid.mass import cholesky_solve
 
 DROPPED = -1  # pivot of a row that depends on earlier rows
-LEFT = 1e-10  # of a row's largest entry: what elimination leaves of it is rounding
-NOTHING = 1e-20  # of the size of a row: what is left of it is rounding
-DEPENDENT = 1e-10  # squared sine of the angle between a row and the span of earlier ones
+ENTRY_ROUNDING = 1e-10  # of a row's largest entry: what elimination leaves of it is rounding
+ROW_ROUNDING = 1e-20  # of the size of a row: what is left of it is rounding
+MIN_SQUARED_SINE = 1e-10  # squared sine of the angle between a row and the span of earlier ones
 
 
 class Constraints(NamedTuple):
@@ -58,7 +58,7 @@ def solve_for_pivots(p):
     for i in range(p.number[0]):
         clear(p.combination[i])
         p.combination[i, i] = 1.0
-        p.load[i] = LEFT * abs(p.J[i, _largest(p.J[i])])
+        p.load[i] = ENTRY_ROUNDING * abs(p.J[i, _largest(p.J[i])])
     for i in range(p.number[0]):
         p.pivot[i] = _largest(p.J[i])
         if abs(p.J[i, p.pivot[i]]) <= p.load[i]:
@@ -143,7 +143,7 @@ def find_forces(p, x):
 
 
 @kernel
-def restore(p, x):
+def restore_pivots(p, x):
     """Set the pivots of ``x`` (n,) such that J x = c."""
     for k in range(p.number[0]):
         if p.pivot[k] == DROPPED:
@@ -171,12 +171,12 @@ def find_rank(p, L, size):
         clear(p.combination[i])
         for k in range(i):
             if p.pivot[k] != DROPPED:
-                _project(i, k, p)
+                _projected_entry(i, k, p)
         own = _product(p.J[i], p.inertia[i])
         left = own
         for k in range(i):
             left -= p.combination[i, k] * p.combination[i, k]
-        if left <= DEPENDENT * own or own <= NOTHING * size[i]:
+        if left <= MIN_SQUARED_SINE * own or own <= ROW_ROUNDING * size[i]:
             p.pivot[i] = DROPPED
             clear(p.combination[i])
             continue
@@ -187,7 +187,7 @@ def find_rank(p, L, size):
 
 
 @kernel
-def _project(i, k, p):
+def _projected_entry(i, k, p):
     """Entry (i, k) of the Cholesky factor of J H^-1 J^T."""
     entry = _product(p.J[i], p.inertia[k])
     for s in range(k):

@@ -28,7 +28,7 @@ def are_lengths(bodies: Bodies) -> np.ndarray:
     return found
 
 
-def owners(bodies: Bodies) -> np.ndarray:
+def coordinate_owners(bodies: Bodies) -> np.ndarray:
     """Body (n,) that each coordinate moves: of a joint, the one that it carries."""
     found = np.concatenate([own_coordinates(bodies) // 6, np.zeros(bodies.tree.coordinates, int)])
     for branch in bodies.tree.branches:
@@ -37,10 +37,10 @@ def owners(bodies: Bodies) -> np.ndarray:
     return found
 
 
-def groups(bodies: Bodies) -> np.ndarray:
+def coordinate_groups(bodies: Bodies) -> np.ndarray:
     """Number (n,) of the group of each coordinate: the three positions or the three angles of a
     body, or the motions of a joint of one kind and body."""
-    kinds = 2 * (bodies.each.size + owners(bodies)) + ~are_lengths(bodies)
+    kinds = 2 * (bodies.each.size + coordinate_owners(bodies)) + ~are_lengths(bodies)
     own = own_coordinates(bodies) // 3
     return np.concatenate([own, kinds[own.size :]])
 
@@ -59,7 +59,7 @@ def moving_dofs(bodies: Bodies) -> np.ndarray:
     return np.flatnonzero(slopes_at_rest(bodies).any(axis=1))
 
 
-def positions(bodies: Bodies, q: np.ndarray) -> np.ndarray:
+def positions_at(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     """Displacements (nb, 6) of all bodies at the coordinates ``q`` (n,)."""
     motion = new_motion(bodies)
     place_bodies(q, np.zeros_like(q), bodies, motion)

@@ -44,7 +44,7 @@ class Headings(NamedTuple):
     stream: np.ndarray
 
 
-class Hulls(NamedTuple):
+class HeadingScratch(NamedTuple):
     """Scratch, (6 nb,) in heading axes: ``velocity`` for the radiation memory and ``flow`` relative
     to the water, see `find_flow`; ``turn`` psi' J flow; ``momentum`` of the water and its
     ``force``; the ``motion`` of the bodies that their inertia needs."""
@@ -91,10 +91,10 @@ def turning_heading(bodies: Bodies) -> np.ndarray:
     return free
 
 
-def new_hulls(bodies: Bodies) -> Hulls:
+def new_heading_scratch(bodies: Bodies) -> HeadingScratch:
     """Scratch for these bodies."""
     velocity, flow, turn, momentum, force = np.zeros((5, 6 * bodies.each.size))
-    return Hulls(velocity, flow, turn, momentum, force, new_motion(bodies))
+    return HeadingScratch(velocity, flow, turn, momentum, force, new_motion(bodies))
 
 
 @kernel
@@ -117,18 +117,18 @@ def heading_rate(b, motion):
 def to_heading(b, motion, x):
     """Turn the six entries of body ``b`` in ``x`` (6 nb,) from earth to heading axes, in place."""
     E = motion.rate_map[b]
-    _turn(E[1, 1], E[0, 1], 6 * b, x)
+    _turn_pairs(E[1, 1], E[0, 1], 6 * b, x)
 
 
 @kernel
 def to_earth(b, motion, x):
     """Turn the six entries of body ``b`` in ``x`` (6 nb,) from heading to earth axes, in place."""
     E = motion.rate_map[b]
-    _turn(E[1, 1], -E[0, 1], 6 * b, x)
+    _turn_pairs(E[1, 1], -E[0, 1], 6 * b, x)
 
 
 @kernel
-def _turn(c, s, k, x):
+def _turn_pairs(c, s, k, x):
     for i in (k, k + 3):
         x[i], x[i + 1] = c * x[i] - s * x[i + 1], s * x[i] + c * x[i + 1]
 

@@ -84,11 +84,11 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
         *(np.flatnonzero(~turns), np.flatnonzero(turns), t),
         *(own[turns] // 6, own[turns] % 6 - 3),
         *(inverse, coupling, gain, added_mass[np.ix_(r, r)] - coupling @ gain),
-        alone=len(M) == bodies.active.size and not _coupled(added_mass),
+        alone=len(M) == bodies.active.size and not _couples_bodies(added_mass),
     )
 
 
-def _coupled(added_mass: np.ndarray) -> bool:
+def _couples_bodies(added_mass: np.ndarray) -> bool:
     """True if added mass couples two bodies."""
     body = np.arange(len(added_mass)) // 6
     return bool(added_mass[body[:, None] != body].any())
@@ -123,7 +123,7 @@ def accelerate_freely(p, bodies, motion, F, room, x):
     if p.turning.size > 0:
         _fill_rotary_inertia(p, bodies, motion, room.W)
         _find_moments(p, motion, F, room, x)
-        _turn(p, motion, room, x)
+        _solve_turning(p, motion, room, x)
 
 
 @kernel
@@ -141,7 +141,7 @@ def _accelerate_alone(b, p, inertia, motion, F, x):
         add(vector(p.rest[k + 2], k), (dot(z_, t[0]), dot(z_, t[1]), dot(z_, t[2]))),
     )
     y = _block(p.inverse, k, vector(F, f))
-    omega = _solved(W, sub(vector(F, f + 3), _block(p.coupling, k, y)))
+    omega = _solve_rotary(W, sub(vector(F, f + 3), _block(p.coupling, k, y)))
     v = sub(y, _block(p.gain, k, omega))
     d = sub(omega, vector(motion.bias, f + 3))
     cp, sp = E[1, 1], -E[0, 1]
@@ -157,7 +157,7 @@ def _block(A, k, a):
 
 
 @kernel
-def _solved(W, m):
+def _solve_rotary(W, m):
     """Solve W x = m for a symmetric W, given by rows."""
     first, second, third = cross(W[1], W[2]), cross(W[2], W[0]), cross(W[0], W[1])
     scale = 1.0 / dot(W[0], first)
@@ -187,7 +187,7 @@ def _find_moments(p, motion, F, room, y):
 
 
 @kernel
-def _turn(p, motion, room, x):
+def _solve_turning(p, motion, room, x):
     """Accelerations of the angles from the moments, and the resulting change of the
     translations."""
     for i in range(p.turning.size):

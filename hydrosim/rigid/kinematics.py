@@ -26,14 +26,14 @@ import numpy as np
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.rigid.tree import (
     NO_TREE,
-    Growth,
     Tree,
+    TreeScratch,
     add_generalised,
     add_inertia,
     add_to_accelerations,
     add_wrench_of_angles,
-    grow,
-    new_growth,
+    forward_kinematics,
+    new_tree_scratch,
 )
 from hydrosim.rigid.vectors import add, cross, matvec, vector
 
@@ -64,7 +64,7 @@ class Bodies(NamedTuple):
     tree: Tree = NO_TREE
 
 
-PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
+LINE_PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
 """A piece of a line, see `hydrosim.forces.line`."""
 
 
@@ -79,16 +79,16 @@ class Motion(NamedTuple):
     rate_map: np.ndarray
     velocity: np.ndarray
     bias: np.ndarray
-    growth: Growth
+    growth: TreeScratch
     pieces: np.ndarray
 
 
-def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, PIECE)) -> Motion:
+def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, LINE_PIECE)) -> Motion:
     """Scratch for these bodies at rest, and for the ``pieces`` of their lines."""
     nb = bodies.each.size
     unit = np.tile(np.eye(3), (nb, 1, 1))
     zero = np.zeros(6 * nb)
-    growth = new_growth(bodies.tree)
+    growth = new_tree_scratch(bodies.tree)
     moving = (zero.copy(), zero.copy(), growth, pieces.copy())
     return Motion(bodies.locked.copy(), zero, unit, unit.copy(), *moving)
 
@@ -96,11 +96,11 @@ def new_motion(bodies: Bodies, pieces: np.ndarray = np.zeros(0, PIECE)) -> Motio
 @root
 def place_bodies(q, u, bodies, motion):
     """Fill ``motion`` from the free coordinates ``q`` (n,) and their rates ``u`` (n,)."""
-    place(q, u, bodies, motion)
+    place_bodies_inline(q, u, bodies, motion)
 
 
 @kernel
-def place(q, u, bodies, motion):
+def place_bodies_inline(q, u, bodies, motion):
     """`place_bodies` as a part of its caller, for callers where the cost of a call matters."""
     for j in range(bodies.active.size - bodies.tree.coordinates):
         motion.coordinates[bodies.active[j]] = q[j]
@@ -112,11 +112,11 @@ def place(q, u, bodies, motion):
             angles = (angles[0], angles[1], angles[2] + bodies.each[b].heading)
             _rotate(angles, motion.rotation[b])
             _rate_map(angles, motion.rate_map[b])
-            _turn(b, angles, motion)
+            _set_angular_velocity(b, angles, motion)
         else:
             _rotate_little(angles, motion.rotation[b])
     if bodies.tree.branches.size > 0:
-        grow(q, u, bodies, motion)
+        forward_kinematics(q, u, bodies, motion)
 
 
 @kernel
@@ -139,7 +139,7 @@ def accelerations(x, bodies, motion, a):
 
 
 @kernel
-def _turn(b, angles, motion):
+def _set_angular_velocity(b, angles, motion):
     """Angular velocity E a' and its bias E' a' of body b from the rates a' of its angles."""
     rate = vector(motion.rate, 6 * b + 3)
     omega = matvec(motion.rate_map[b], rate)
@@ -216,7 +216,7 @@ def _rate_map_bias(angles, rate):
 
 
 @kernel
-def upright(b, motion, bodies):
+def vertical_in_body(b, motion, bodies):
     """The vertical n in the frame of body ``b``; (-pitch, roll, 1) in linear kinematics."""
     R = motion.rotation[b]
     return (R[2, 0], R[2, 1], R[2, 2] if bodies.exact else 1.0)

@@ -49,7 +49,7 @@ def sums_below(z, n, h, p):
         middle, reach = _depths(z, n, p.box[k])
         if middle + reach <= 0.0:
             continue
-        part = _wet(z, n, p.moments[k]) if middle >= reach else _cut(z, n, k, p)
+        part = _wet_box(z, n, p.moments[k]) if middle >= reach else _cut_parcel(z, n, k, p)
         total, depth, arm = total + part[0], depth + part[1], add(arm, part[2])
     return total, depth, arm
 
@@ -66,7 +66,9 @@ def area_below(z, n, h, p):
         elif middle + reach > 0.0:
             for i in range(p.begin[k], p.begin[k + 1]):
                 r, s, t = p.corners[i, 0], p.corners[i, 1], p.corners[i, 2]
-                total += p.area[i] * _share(_depth(z, n, r), _depth(z, n, s), _depth(z, n, t))
+                total += p.area[i] * _submerged_fraction(
+                    _depth(z, n, r), _depth(z, n, s), _depth(z, n, t)
+                )
     return total
 
 
@@ -84,7 +86,7 @@ def _depth(z, n, r):
 
 
 @kernel
-def _share(a, b, c):
+def _submerged_fraction(a, b, c):
     """Fraction of a triangle below the plane, from the depths of its corners."""
     if a <= 0.0 and b <= 0.0 and c <= 0.0:
         return 0.0
@@ -103,7 +105,7 @@ def _share(a, b, c):
 
 
 @kernel
-def _wet(z, n, of):
+def _wet_box(z, n, of):
     """Sums over a parcel below the plane: A_k m, its derivatives by depth, and these times r."""
     b, turned = vector(of.first, 0), matvec(of.second, n)
     along = dot(n, b)
@@ -112,8 +114,8 @@ def _wet(z, n, of):
 
 
 @kernel
-def _cut(z, n, parcel, p):
-    """`_wet` for a parcel that reaches above the plane, triangle by triangle."""
+def _cut_parcel(z, n, parcel, p):
+    """`_wet_box` for a parcel that reaches above the plane, triangle by triangle."""
     total, depth, arm = 0.0, 0.0, (0.0, 0.0, 0.0)
     for k in range(p.begin[parcel], p.begin[parcel + 1]):
         r, s, t = vector(p.corners[k, 0], 0), vector(p.corners[k, 1], 0), vector(p.corners[k, 2], 0)
@@ -131,16 +133,16 @@ def mean_square(a, b, c):
     is linear between them."""
     if a <= 0.0 and b <= 0.0 and c <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    whole = _whole(a, b, c)
+    whole = _mean_square_whole(a, b, c)
     if a >= 0.0 and b >= 0.0 and c >= 0.0:
         return whole
     if (b > 0.0) == (c > 0.0):
-        part, lone = _corner(a, b, c), a
+        part, lone = _mean_square_corner(a, b, c), a
     elif (a > 0.0) == (c > 0.0):
-        m, mb, mc, ma = _corner(b, c, a)
+        m, mb, mc, ma = _mean_square_corner(b, c, a)
         part, lone = (m, ma, mb, mc), b
     else:
-        m, mc, ma, mb = _corner(c, a, b)
+        m, mc, ma, mb = _mean_square_corner(c, a, b)
         part, lone = (m, ma, mb, mc), c
     if lone > 0.0:
         return part
@@ -148,14 +150,14 @@ def mean_square(a, b, c):
 
 
 @kernel
-def _whole(a, b, c):
+def _mean_square_whole(a, b, c):
     """Mean of d^2, and its derivatives."""
     s = a + b + c
     return (a * a + b * b + c * c + s * s) / 12.0, (a + s) / 6.0, (b + s) / 6.0, (c + s) / 6.0
 
 
 @kernel
-def _corner(a, b, c):
+def _mean_square_corner(a, b, c):
     """Share of the mean of d^2 from the corner where d = a, the only corner with that sign of d."""
     p, q = a / (a - b), a / (a - c)
     m = a * p * q / 6.0

@@ -43,19 +43,19 @@ import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.rigid.vectors import (
-    about,
     add,
     conjugate_moment,
     cross,
     dot,
     fill_rotation,
     multiply,
-    of_parameters,
     parameter_rates,
+    quaternion_about,
+    quaternion_of_parameters,
+    rotate_vector,
     rotation_vector,
     scale,
     sub,
-    turned,
     vector,
     vector_rates,
 )
@@ -64,7 +64,7 @@ SLIDE, TURN, BALL = range(3)
 NO_BODY = -1
 UP = (0.0, 0.0, 1.0)
 FULL_TURN = 2.0 * pi
-LARGEST = 4.0  # of four Rodrigues parameters: an angle of 180 deg
+HALF_TURN_NORM = 4.0  # of four Rodrigues parameters: an angle of 180 deg
 
 MOVE = np.dtype([("kind", int), ("coordinate", int), ("sign", float), ("axes", float, (3, 3))])
 """A move: its first coordinate, its axis in the earth frame at rest; a ball has three of both."""
@@ -94,7 +94,7 @@ class Tree(NamedTuple):
     slopes: np.ndarray
 
 
-class Growth(NamedTuple):
+class TreeScratch(NamedTuple):
     """Scratch of a tree: ``S`` (6 nb, n). Of each body: its rotation since rest as a quaternion
     ``turned`` (nb, 4); its ``heading`` (nb,) since rest and the ``rate`` (nb,) of that; its
     rotation vector from there in heading axes, ``angles`` (nb, 3). Of each joint: its ``place``
@@ -121,11 +121,11 @@ NO_TREE = Tree(
 )
 
 
-def new_growth(tree: Tree) -> Growth:
+def new_tree_scratch(tree: Tree) -> TreeScratch:
     """Scratch for this tree, at rest."""
     nb = tree.branch.size
     nj = tree.branches.size
-    return Growth(
+    return TreeScratch(
         tree.slopes.copy(),
         np.tile([1.0, 0.0, 0.0, 0.0], (nb, 1)),
         np.zeros(nb),
@@ -138,19 +138,20 @@ def new_growth(tree: Tree) -> Growth:
 
 
 @root
-def grow(q, u, bodies, motion):
-    """Fill ``motion`` of all jointed bodies, and the `Growth`, from the roots, which are placed."""
+def forward_kinematics(q, u, bodies, motion):
+    """Fill ``motion`` of all jointed bodies, and the `TreeScratch`, from the roots, which are
+    placed."""
     tree = bodies.tree
     if not bodies.exact:
-        _grow_little(q, u, bodies, motion)
+        _small_angle_kinematics(q, u, bodies, motion)
         return
     _fill_roots(bodies, motion)
     for k in range(tree.branches.size):
-        _carry(k, q, u, bodies, motion)
+        _transfer_to_child(k, q, u, bodies, motion)
 
 
 @kernel
-def _grow_little(q, u, bodies, motion):
+def _small_angle_kinematics(q, u, bodies, motion):
     """Displacements and velocities S q and S u of jointed bodies, for small angles."""
     tree = bodies.tree
     S = tree.slopes
@@ -184,43 +185,45 @@ def _fill_roots(bodies, motion):
     for b in range(bodies.each.size):
         if tree.branch[b] < 0:
             roll, pitch, yaw = vector(motion.coordinates, 6 * b + 3)
-            back = about(UP, -bodies.each[b].heading)
-            tilt = multiply(about((0.0, 1.0, 0.0), pitch), about((1.0, 0.0, 0.0), roll))
-            heading = about(UP, yaw + bodies.each[b].heading)
-            _set(multiply(heading, multiply(tilt, back)), growth.turned[b])
+            back = quaternion_about(UP, -bodies.each[b].heading)
+            tilt = multiply(
+                quaternion_about((0.0, 1.0, 0.0), pitch), quaternion_about((1.0, 0.0, 0.0), roll)
+            )
+            heading = quaternion_about(UP, yaw + bodies.each[b].heading)
+            _copy_vector(multiply(heading, multiply(tilt, back)), growth.turned[b])
             growth.heading[b] = yaw
             growth.rate[b] = motion.rate[6 * b + 5]
 
 
 @kernel
-def _carry(k, q, u, bodies, motion):
+def _transfer_to_child(k, q, u, bodies, motion):
     """Place the child of joint ``k``, and give its velocity, its bias and its columns of S."""
     tree = bodies.tree
     growth = motion.growth
     branch = tree.branches[k]
-    here, x, v, omega, b, b_omega = _leave(k, bodies, motion)
+    here, x, v, omega, b, b_omega = _begin_at_parent(k, bodies, motion)
     there = (1.0, 0.0, 0.0, 0.0)  # rotation in the joint
     relative = (0.0, 0.0, 0.0)  # angular velocity in the joint
     for m in range(branch.first, branch.last):
         _set_axes(m, multiply(here, there), tree, growth)
         if tree.moves[m].kind == SLIDE:
-            x, v, b = _slide(m, q, u, tree, growth, (x, v, omega, b, b_omega))
+            x, v, b = _move_slide(m, q, u, tree, growth, (x, v, omega, b, b_omega))
         else:
             spin = _spin_of(m, u, tree, growth)
             b_omega = add(b_omega, cross(omega, spin))
             omega = add(omega, spin)
             relative = add(relative, spin)
             there = multiply(there, _turn_of(m, q, tree))
-    _set(multiply(here, there), growth.turned[branch.child])
-    _set(x, growth.place[k])
-    centre = _arrive(k, (x, v, omega, b, b_omega), bodies, motion)
+    _copy_vector(multiply(here, there), growth.turned[branch.child])
+    _copy_vector(x, growth.place[k])
+    centre = _finish_child(k, (x, v, omega, b, b_omega), bodies, motion)
     _turn_heading(k, q, here, there, relative, tree, growth)
-    _orient(k, omega, bodies, motion)
+    _set_orientation(k, omega, bodies, motion)
     _fill_columns(k, centre, bodies, motion)
 
 
 @kernel
-def _slide(m, q, u, tree, growth, at):
+def _move_slide(m, q, u, tree, growth, at):
     """Place, velocity and bias after slide ``m``, from place, velocity, angular velocity, and their
     biases ``at`` its beginning."""
     x, v, omega, b, b_omega = at
@@ -235,29 +238,29 @@ def _slide(m, q, u, tree, growth, at):
 
 
 @kernel
-def _arrive(k, at, bodies, motion):
+def _finish_child(k, at, bodies, motion):
     """Displacement, velocity and bias of the child of joint ``k`` from those ``at`` the joint, as
-    of `_slide`. Returns the place of its centre of gravity."""
+    of `_move_slide`. Returns the place of its centre of gravity."""
     x, v, omega, b, b_omega = at
     branch = bodies.tree.branches[k]
     child = branch.child
     q = motion.growth.turned[child]
-    arm = turned((q[0], q[1], q[2], q[3]), scale(-1.0, vector(branch.to_child, 0)))
+    arm = rotate_vector((q[0], q[1], q[2], q[3]), scale(-1.0, vector(branch.to_child, 0)))
     swing = cross(omega, arm)
     velocity = add(v, swing)
     bias = add(b, add(cross(b_omega, arm), cross(omega, swing)))
     centre = add(x, arm)
-    _put(child, sub(centre, vector(bodies.each[child].origin, 0)), motion.coordinates, 0)
-    _put(child, velocity, motion.velocity, 0)
-    _put(child, velocity, motion.rate, 0)
-    _put(child, omega, motion.velocity, 3)
-    _put(child, bias, motion.bias, 0)
-    _put(child, b_omega, motion.bias, 3)
+    _put_vector(child, sub(centre, vector(bodies.each[child].origin, 0)), motion.coordinates, 0)
+    _put_vector(child, velocity, motion.velocity, 0)
+    _put_vector(child, velocity, motion.rate, 0)
+    _put_vector(child, omega, motion.velocity, 3)
+    _put_vector(child, bias, motion.bias, 0)
+    _put_vector(child, b_omega, motion.bias, 3)
     return centre
 
 
 @kernel
-def _leave(k, bodies, motion):
+def _begin_at_parent(k, bodies, motion):
     """Rotation, and place, velocity and acceleration bias of the parent's point of joint ``k``."""
     branch = bodies.tree.branches[k]
     p = branch.parent
@@ -267,7 +270,7 @@ def _leave(k, bodies, motion):
         return (1.0, 0.0, 0.0, 0.0), arm, zero, zero, zero, zero
     q = motion.growth.turned[p]
     here = (q[0], q[1], q[2], q[3])
-    arm = turned(here, arm)
+    arm = rotate_vector(here, arm)
     centre = add(vector(bodies.each[p].origin, 0), vector(motion.coordinates, 6 * p))
     omega = vector(motion.velocity, 6 * p + 3)
     b_omega = vector(motion.bias, 6 * p + 3)
@@ -280,7 +283,7 @@ def _leave(k, bodies, motion):
 @kernel
 def _set_axes(m, rotation, tree, growth):
     for a in range(3):
-        axis = turned(rotation, vector(tree.moves[m].axes[a], 0))
+        axis = rotate_vector(rotation, vector(tree.moves[m].axes[a], 0))
         for i in range(3):
             growth.axes[m, a, i] = axis[i]
 
@@ -291,8 +294,10 @@ def _turn_of(m, q, tree):
     move = tree.moves[m]
     j = move.coordinate
     if move.kind == TURN:
-        return about(vector(move.axes[0], 0), move.sign * q[j])
-    return of_parameters(_along(move.axes, scale(0.25 * move.sign, (q[j], q[j + 1], q[j + 2]))))
+        return quaternion_about(vector(move.axes[0], 0), move.sign * q[j])
+    return quaternion_of_parameters(
+        _combine_axes(move.axes, scale(0.25 * move.sign, (q[j], q[j + 1], q[j + 2])))
+    )
 
 
 @kernel
@@ -302,11 +307,11 @@ def _spin_of(m, u, tree, growth):
     j = move.coordinate
     if move.kind == TURN:
         return scale(move.sign * u[j], vector(growth.axes[m, 0], 0))
-    return _along(growth.axes[m], scale(move.sign, (u[j], u[j + 1], u[j + 2])))
+    return _combine_axes(growth.axes[m], scale(move.sign, (u[j], u[j + 1], u[j + 2])))
 
 
 @kernel
-def _along(axes, a):
+def _combine_axes(axes, a):
     """Sum of the ``axes`` times the entries of a."""
     first = add(scale(a[0], vector(axes[0], 0)), scale(a[1], vector(axes[1], 0)))
     return add(first, scale(a[2], vector(axes[2], 0)))
@@ -325,7 +330,7 @@ def _turn_heading(k, q, here, there, relative, tree, growth):
     axis = (there[1], there[2], there[3])
     g = add(scale(there[0] * there[0], UP), scale(there[0], cross(axis, UP)))
     g = scale(1.0 / square, add(g, scale(there[3], axis))) if square > 0.0 else UP
-    g = turned(here, g)
+    g = rotate_vector(here, g)
     if branch.winding >= 0:
         move = tree.moves[branch.winding]
         heading += move.sign * q[move.coordinate] * move.axes[0, 2]
@@ -334,11 +339,11 @@ def _turn_heading(k, q, here, there, relative, tree, growth):
         heading += 2.0 * atan2(side * there[3], side * there[0])
     growth.heading[branch.child] = heading
     growth.rate[branch.child] = rate + dot(g, relative)
-    _set(g, growth.gradient[k])
+    _copy_vector(g, growth.gradient[k])
 
 
 @kernel
-def _orient(k, omega, bodies, motion):
+def _set_orientation(k, omega, bodies, motion):
     """Rotation matrix, angles and their rates of the child of joint ``k``. Its ``rate_map`` is the
     turn by its heading, which `rigid.heading` reads."""
     growth = motion.growth
@@ -346,7 +351,7 @@ def _orient(k, omega, bodies, motion):
     own = bodies.each[b].heading
     heading = growth.heading[b] + own
     q = growth.turned[b]
-    attitude = multiply((q[0], q[1], q[2], q[3]), about(UP, own))
+    attitude = multiply((q[0], q[1], q[2], q[3]), quaternion_about(UP, own))
     fill_rotation(attitude, motion.rotation[b])
     c = cos(heading)
     s = sin(heading)
@@ -355,13 +360,13 @@ def _orient(k, omega, bodies, motion):
     E[0, 1] = -s
     E[1, 0] = s
     E[1, 1] = c
-    angles = rotation_vector(multiply(about(UP, -heading), attitude))
+    angles = rotation_vector(multiply(quaternion_about(UP, -heading), attitude))
     spin = (c * omega[0] + s * omega[1], c * omega[1] - s * omega[0], omega[2] - growth.rate[b])
     rates = vector_rates(angles, spin)
     for i in range(3):
         growth.angles[b, i] = angles[i]
-    _put(b, (angles[0], angles[1], growth.heading[b]), motion.coordinates, 3)
-    _put(b, (rates[0], rates[1], growth.rate[b]), motion.rate, 3)
+    _put_vector(b, (angles[0], angles[1], growth.heading[b]), motion.coordinates, 3)
+    _put_vector(b, (rates[0], rates[1], growth.rate[b]), motion.rate, 3)
 
 
 @kernel
@@ -402,13 +407,13 @@ def _fill_columns(k, centre, bodies, motion):
 
 
 @kernel
-def _set(value, target):
+def _copy_vector(value, target):
     for i in range(target.size):
         target[i] = value[i]
 
 
 @kernel
-def _put(b, value, target, first):
+def _put_vector(b, value, target, first):
     for i in range(3):
         target[6 * b + first + i] = value[i]
 
@@ -448,7 +453,7 @@ def fill_rates(q, u, bodies, dq):
 
 
 @root_giving(bool)
-def rechart(q, bodies):
+def switch_rotation_chart(q, bodies):
     """Replace Rodrigues parameters beyond 180 deg by those of the same rotation, in place. Returns
     true if there were any."""
     tree = bodies.tree
@@ -459,10 +464,10 @@ def rechart(q, bodies):
             j = move.coordinate
             p = (q[j], q[j + 1], q[j + 2])
             square = dot(p, p)
-            if square > LARGEST * LARGEST:
+            if square > HALF_TURN_NORM * HALF_TURN_NORM:
                 changed = True
                 for i in range(3):
-                    q[j + i] = -LARGEST * LARGEST / square * p[i]
+                    q[j + i] = -HALF_TURN_NORM * HALF_TURN_NORM / square * p[i]
     return changed
 
 

@@ -78,7 +78,7 @@ def product(A, x, k):
 
 
 @kernel
-def about(axis, angle):
+def quaternion_about(axis, angle):
     """Rotation by an angle about a unit vector."""
     s = sin(0.5 * angle)
     return (cos(0.5 * angle), s * axis[0], s * axis[1], s * axis[2])
@@ -96,7 +96,7 @@ def multiply(a, b):
 
 
 @kernel
-def turned(q, v):
+def rotate_vector(q, v):
     """R(q) v."""
     axis = (q[1], q[2], q[3])
     across = cross(axis, v)
@@ -107,13 +107,13 @@ def turned(q, v):
 def fill_rotation(q, R):
     """Fill ``R`` (3, 3) with R(q)."""
     for j in range(3):
-        column = turned(q, (1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)))
+        column = rotate_vector(q, (1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)))
         for i in range(3):
             R[i, j] = column[i]
 
 
 @kernel
-def of_parameters(s):
+def quaternion_of_parameters(s):
     """Rotation of the modified Rodrigues parameters s = tan(angle / 4) axis (Schaub & Junkins,
     Analytical Mechanics of Space Systems, 2003, eq. 3.138)."""
     square = dot(s, s)
@@ -144,7 +144,7 @@ def rotation_vector(q):
 def vector_rates(vector, omega):
     """Rates of a rotation vector for the angular velocity in the fixed frame."""
     across = cross(vector, omega)
-    change = add(scale(-0.5, across), scale(_third(vector), cross(vector, across)))
+    change = add(scale(-0.5, across), scale(_third_coefficient(vector), cross(vector, across)))
     return add(omega, change)
 
 
@@ -152,12 +152,12 @@ def vector_rates(vector, omega):
 def conjugate_moment(vector, force):
     """Moment in the fixed frame whose power is ``force`` times the rates of a rotation vector."""
     across = cross(vector, force)
-    change = add(scale(0.5, across), scale(_third(vector), cross(vector, across)))
+    change = add(scale(0.5, across), scale(_third_coefficient(vector), cross(vector, across)))
     return add(force, change)
 
 
 @kernel
-def _third(vector):
+def _third_coefficient(vector):
     """(1 - (a/2) cot(a/2)) / a^2 of an angle a."""
     square = dot(vector, vector)
     if square < ALMOST_ZERO:

@@ -154,7 +154,8 @@ def seed_spread(values: np.ndarray, lowest: float = -np.inf) -> SeedSpread:
 
 def _student(x: np.ndarray) -> float:
     """Standard deviation (n,) times Student's t."""
-    return float(scipy.stats.t.ppf(0.5 + 0.5 * INTERVAL_PROBABILITY, x.size - 1) * x.std(ddof=1))
+    quantile = float(scipy.special.stdtrit(x.size - 1, 0.5 + 0.5 * INTERVAL_PROBABILITY))
+    return quantile * float(x.std(ddof=1))
 
 
 def _another_interval(x: np.ndarray) -> tuple[float, float]:

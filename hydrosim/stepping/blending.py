@@ -30,11 +30,11 @@ import numpy as np
 
 from hydrosim.jit.kernels import assign, clear, kernel, root
 
-CUT = 0.05  # rad/s, c
-STATES = 2  # states of a family in y: z_1 and z_2
+DRAUGHT_CUTOFF = 0.05  # rad/s, c
+DRAUGHT_STATES = 2  # states of a family in y: z_1 and z_2
 
 
-class Family(NamedTuple):
+class DraughtFamilies(NamedTuple):
     """Constants of the families of databases: the ``body`` (nf,) of each and its draught at
     ``rest`` (nf,) [m], T_0. Members of a family start at ``first`` (nf + 1,). Each has its body
     ``owner`` (nm,), rising ``draught`` (nm,) [m] and ``added_mass`` (nm, 6, 6) at infinite
@@ -63,7 +63,7 @@ class Blend(NamedTuple):
     second: np.ndarray
 
 
-def new_blend(family: Family, bodies: int) -> Blend:
+def new_blend(family: DraughtFamilies, bodies: int) -> Blend:
     """Scratch for these families and this number of bodies."""
     members, own = family.owner.size, 6 * bodies
     every = np.zeros((4, own + 6 * members))
@@ -71,13 +71,13 @@ def new_blend(family: Family, bodies: int) -> Blend:
     return Blend(np.zeros(members), np.zeros(members), blended, np.zeros(own), *every)
 
 
-def settled(family: Family, coordinates: np.ndarray) -> np.ndarray:
+def steady_filters(family: DraughtFamilies, coordinates: np.ndarray) -> np.ndarray:
     """Filters (2 nf,) of bodies that have long been at their ``coordinates`` (6 nb,)."""
-    return np.repeat(coordinates[6 * family.body + 2], STATES)
+    return np.repeat(coordinates[6 * family.body + 2], DRAUGHT_STATES)
 
 
 @root
-def blend(y, p, added_mass, out):
+def blend_draughts(y, p, added_mass, out):
     """Fill roots and ``added_mass`` for the filters ``y`` (2 nf,); the argument ``added_mass`` (6
     nb, 6 nb) covers all other bodies."""
     for i in range(added_mass.shape[0]):
@@ -85,8 +85,10 @@ def blend(y, p, added_mass, out):
     clear(out.root)
     clear(out.change)
     for f in range(p.body.size):
-        z_1, z_2 = y[STATES * f], y[STATES * f + 1]
-        _weigh(p.rest[f] - z_2, CUT * (z_2 - z_1), p.first[f], p.first[f + 1] - 1, p, out)
+        z_1, z_2 = y[DRAUGHT_STATES * f], y[DRAUGHT_STATES * f + 1]
+        _set_roots(
+            p.rest[f] - z_2, DRAUGHT_CUTOFF * (z_2 - z_1), p.first[f], p.first[f + 1] - 1, p, out
+        )
         at = 6 * p.body[f]
         for i in range(6):
             for j in range(6):
@@ -97,7 +99,7 @@ def blend(y, p, added_mass, out):
 
 
 @kernel
-def _weigh(draught, rate, first, last, p, out):
+def _set_roots(draught, rate, first, last, p, out):
     """Roots of the members ``first`` to ``last`` at a ``draught``, and their rates."""
     k = first
     while k < last - 1 and draught > p.draught[k + 1]:
@@ -111,7 +113,7 @@ def _weigh(draught, rate, first, last, p, out):
 
 
 @kernel
-def spread(u, p, out):
+def to_members(u, p, out):
     """Velocities of bodies and members, r u, from those of the bodies (6 nb,); all forces are
     cleared."""
     assign(out.velocity, u)
@@ -124,7 +126,7 @@ def spread(u, p, out):
 
 
 @kernel
-def gather(every, squared, p, roots, force):
+def from_members(every, squared, p, roots, force):
     """Add the forces on bodies and members, ``every`` (6 (nb + nm),), to ``force`` (6 nb,). A
     member's force is multiplied by its root, or by the square of it."""
     for i in range(force.size):
@@ -136,7 +138,7 @@ def gather(every, squared, p, roots, force):
 
 
 @kernel
-def lag_behind(u, p, out):
+def added_mass_rate_force(u, p, out):
     """Fill ``out.lag`` with A' u / 2, A' = sum 2 r r' A_i."""
     clear(out.lag)
     for k in range(p.owner.size):
@@ -150,6 +152,6 @@ def lag_behind(u, p, out):
 def draught_rates(y, coordinates, p, dy):
     """Rates ``dy`` of the filters ``y`` (2 nf,)."""
     for f in range(p.body.size):
-        z_1, z_2 = y[STATES * f], y[STATES * f + 1]
-        dy[STATES * f] = CUT * (coordinates[6 * p.body[f] + 2] - z_1)
-        dy[STATES * f + 1] = CUT * (z_1 - z_2)
+        z_1, z_2 = y[DRAUGHT_STATES * f], y[DRAUGHT_STATES * f + 1]
+        dy[DRAUGHT_STATES * f] = DRAUGHT_CUTOFF * (coordinates[6 * p.body[f] + 2] - z_1)
+        dy[DRAUGHT_STATES * f + 1] = DRAUGHT_CUTOFF * (z_1 - z_2)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.signal import PIECE
+from hydrosim.forces.signal import SIGNAL_PIECE
 from hydrosim.integrate import Control
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def align_corners(model: Model, clock: Clock) -> Model:
         pieces = {
             name: _align_pieces(array, clock)
             for name, array in zip(getattr(constants, "_fields", ()), constants, strict=False)
-            if isinstance(array, np.ndarray) and array.dtype == PIECE
+            if isinstance(array, np.ndarray) and array.dtype == SIGNAL_PIECE
         }
         if any(pieces[name] is not getattr(constants, name) for name in pieces):
             elements[kind] = constants._replace(**pieces)

@@ -25,50 +25,58 @@ does a drive that moves what a dropped row holds: at once, or when it moves on f
 from __future__ import annotations
 
 from hydrosim.forces import events
-from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
-from hydrosim.forces.joint.locks import CLOSED, IMPULSE, LOSS, NO_RATCHET, RUNNING
+from hydrosim.forces.joint.locks import CLOSED, LOCK_IMPULSE, LOCK_LOSS, NO_RATCHET, RATCHETING
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
-from hydrosim.modes import MODE, SEGMENT
+from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 from hydrosim.rigid.constraints import DROPPED, find_rank
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.mass import cholesky
 from hydrosim.rigid.tree import fill_rates
-from hydrosim.stepping.dynamics import constrain, find_inertia, solve_held
-from hydrosim.stepping.state import DRIVEN_APART, NEXT_STEP, RANK, RANK_TIME, SINGULAR, STATUS
+from hydrosim.stepping.dynamics import add_constraints, find_inertia, solve_held
+from hydrosim.stepping.state import (
+    DRIVEN_APART,
+    NEXT_STEP,
+    ROW_RANK,
+    ROW_RANK_TIME,
+    SINGULAR,
+    STATUS,
+)
 
-MET = 1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
-STILL = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
-OPPOSED = 1e-9  # m/s or rad/s, and 1e-9 of the lever: rounding of the rate of a dropped row
-DRIVEN = 1e-6  # m, rad and per second, and of the size of a rate: errors of a dropped row
-TRIES = 5  # Newton's iterations back to the constraints
-ROUNDS = 20  # impacts through ratchets that join in or let go
+PLACE_TOLERANCE = (
+    1e-13  # m or 1: residual of a place, more by 1e-15 of the farthest place beyond 100 m
+)
+VELOCITY_ROUNDING = 1e-14  # of the sum of the terms of a velocity: rounding of J q'
+OPPOSED_RATE = 1e-9  # m/s or rad/s, and 1e-9 of the lever: rounding of the rate of a dropped row
+DRIVEN_TOLERANCE = 1e-6  # m, rad and per second, and of the size of a rate: errors of a dropped row
+MAX_PROJECTIONS = 5  # Newton's iterations back to the constraints
+MAX_IMPACT_ROUNDS = 20  # impacts through ratchets that join in or let go
 
 
 @root
-def keep_closed(t, run):
+def project_state(t, run):
     """Bring the accepted state back onto the constraints of joints, and watch their rank."""
     model = run.model
     if locks.any_closed(run.state.modes, model.elements.locks):
-        project(run.state.y, run.state.modes, model, run.work)
-        _watch(t, run)
-        if run.work.holds.driven.shape[0] > 0 and _drives_part(run.state, model, run.work):
+        project_places_and_rates(run.state.y, run.state.modes, model, run.work)
+        _check_rank(t, run)
+        if run.work.holds.driven.shape[0] > 0 and _drives_part_joint(run.state, model, run.work):
             run.counters[STATUS] = DRIVEN_APART
 
 
 @root
-def meet(t, run):
+def apply_impacts(t, run):
     """After modes have switched: find the rows of joints that hold, and book the impact of those
     that have closed. A joint that closes against a drive ends the run."""
     state = run.state
     model = run.model
     p = model.elements.locks
     choose_rows(state.y, state.modes, model, run.work)
-    if not locks.any_closed(state.modes, p) and not _any_runs(state.modes, p):
+    if not locks.any_closed(state.modes, p) and not _any_ratcheting(state.modes, p):
         return
     project_places(state.y, state.modes, model, run.work)
-    for _ in range(ROUNDS):
-        struck = strike(state.y, state.modes, model, run.work)
+    for _ in range(MAX_IMPACT_ROUNDS):
+        struck = apply_impact(state.y, state.modes, model, run.work)
         joins = _ratchets_join(state.y, state.modes, model, run.work)
         if joins:
             choose_rows(state.y, state.modes, model, run.work)
@@ -76,11 +84,11 @@ def meet(t, run):
             _test_contacts(t, run)
         if not joins:
             break
-    run.scratch.pace[RANK_TIME] = t
-    run.scratch.pace[RANK] = choose_rows(state.y, state.modes, model, run.work)
+    run.scratch.pace[ROW_RANK_TIME] = t
+    run.scratch.pace[ROW_RANK] = choose_rows(state.y, state.modes, model, run.work)
     if _opposes_drives(state.y, model, run.work):
         run.counters[STATUS] = DRIVEN_APART
-    project(state.y, state.modes, model, run.work)
+    project_places_and_rates(state.y, state.modes, model, run.work)
 
 
 @kernel
@@ -96,13 +104,13 @@ def _opposes_drives(y, model, work):
         for j in range(n):
             rate += constraints.J[r, j] * y[n + j]
             size = max(size, abs(constraints.J[r, j]))
-        if constraints.pivot[r] == DROPPED and abs(rate) > OPPOSED * size:
+        if constraints.pivot[r] == DROPPED and abs(rate) > OPPOSED_RATE * size:
             return True
     return False
 
 
 @kernel
-def _drives_part(state, model, work):
+def _drives_part_joint(state, model, work):
     """True if drives have moved what a closed joint holds by rows that depend on those of drives.
     They are dropped, so that nothing else would show it: the joint closed while the drive stood
     still. ``work.motion`` is that of the state."""
@@ -117,7 +125,7 @@ def _drives_part(state, model, work):
             continue
         mode[SEGMENT] = locks.every_row(i, p)
         constraints.number[0] = 0
-        locks.hold(
+        locks.add_constraints(
             state.y, state.modes, work.motion, model.bodies, p, work.total, constraints, holds
         )
         parted = parted or _is_parted(i, state.y, model.bodies.active.size, constraints, holds)
@@ -135,17 +143,17 @@ def _is_parted(i, y, n, constraints, holds):
             term = constraints.J[r, j] * y[n + j]
             rate += term
             size += abs(term)
-        moves = abs(rate) > DRIVEN * size or abs(holds.residual[r]) > DRIVEN
+        moves = abs(rate) > DRIVEN_TOLERANCE * size or abs(holds.residual[r]) > DRIVEN_TOLERANCE
         if holds.lock[r] == i and moves:
             return True
     return False
 
 
 @kernel
-def _any_runs(modes, p):
+def _any_ratcheting(modes, p):
     running = 0
     for i in range(p.each.size):
-        if modes[p.mode + i, MODE] == RUNNING:
+        if modes[p.mode + i, MODE] == RATCHETING:
             running += 1
     return running > 0
 
@@ -160,7 +168,7 @@ def _test_contacts(t, run):
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
     headings = run.scratch.headings
     reactions = run.work.holds.reaction
-    events.strike(
+    events.recheck_after_impact(
         t, state.y, state.modes, motion, model.bodies, headings, reactions, model.elements
     )
 
@@ -172,8 +180,10 @@ def _set_up(y, modes, model, work):
     work.constraints.number[0] = 0
     p = model.elements.locks
     holds = work.holds
-    events.hold_drives(model.elements, work.constraints, holds)
-    locks.hold(y, modes, work.motion, model.bodies, p, work.total, work.constraints, holds)
+    events.add_drive_constraints(model.elements, work.constraints, holds)
+    locks.add_constraints(
+        y, modes, work.motion, model.bodies, p, work.total, work.constraints, holds
+    )
 
 
 @root_giving(float)
@@ -188,7 +198,7 @@ def choose_rows(y, modes, model, work):
     cholesky(work.inertia)
     least = find_rank(work.constraints, work.inertia, work.holds.size)
     for r in range(work.constraints.number[0]):
-        if work.constraints.pivot[r] == DROPPED and work.holds.lock[r] != NONE:
+        if work.constraints.pivot[r] == DROPPED and work.holds.lock[r] != NO_INDEX:
             modes[p.mode + work.holds.lock[r], SEGMENT] -= 1 << work.holds.bit[r]
     return least
 
@@ -199,7 +209,7 @@ def project_places(y, modes, model, work):
     n = model.bodies.active.size
     constraints = work.constraints
     change = work.jump[0]
-    for _ in range(TRIES):
+    for _ in range(MAX_PROJECTIONS):
         _set_up(y, modes, model, work)
         if _places_met(model, work):
             return
@@ -224,21 +234,21 @@ def _places_met(model, work):
             place = model.bodies.each[b].origin[i] + work.motion.coordinates[6 * b + i]
             farthest = max(farthest, 0.01 * abs(place))
     for r in range(work.constraints.number[0]):
-        if abs(work.holds.residual[r]) > MET * farthest:
+        if abs(work.holds.residual[r]) > PLACE_TOLERANCE * farthest:
             return False
     return True
 
 
 @root
-def project(y, modes, model, work):
+def project_places_and_rates(y, modes, model, work):
     """Bring places and rates in ``y`` back onto the constraints: places onto those of joints, rates
     onto all."""
     n = model.bodies.active.size
     project_places(y, modes, model, work)
     change = work.jump[0]
-    for _ in range(TRIES):
+    for _ in range(MAX_PROJECTIONS):
         find_inertia(y, model, work)
-        constrain(y, modes, model, work)
+        add_constraints(y, modes, model, work)
         if _find_stops(y[n : 2 * n], work.constraints, model.elements.drives.each.size):
             return
         clear(change)
@@ -262,20 +272,20 @@ def _find_stops(u, constraints, drives):
             rate += term
             size += abs(term)
         constraints.bound[r] = -rate
-        if abs(rate) > STILL * size:
+        if abs(rate) > VELOCITY_ROUNDING * size:
             still = False
     return still
 
 
 @root_giving(bool)
-def strike(y, modes, model, work):
+def apply_impact(y, modes, model, work):
     """Stop the rates in ``y`` across closed joints by impulses, and book them. A ratchet that would
     pull lets go. Returns true if there was anything to stop."""
     n = model.bodies.active.size
     p = model.elements.locks
     constraints = work.constraints
     change = work.jump[0]
-    for _ in range(ROUNDS):
+    for _ in range(MAX_IMPACT_ROUNDS):
         _set_up(y, modes, model, work)
         if _find_stops(y[n : 2 * n], constraints, model.elements.drives.each.size):
             return False
@@ -285,7 +295,7 @@ def strike(y, modes, model, work):
         solve_held(work.inertia, constraints, change)
         if not _lets_go(modes, constraints, work.holds, p):
             break
-    _book(y, change, modes, model, work)
+    _book_impact(y, change, modes, model, work)
     for i in range(n):
         y[n + i] += change[i]
     return True
@@ -298,14 +308,14 @@ def _lets_go(modes, constraints, holds, p):
     pull = 0.0
     for r in range(constraints.number[0]):
         i = holds.lock[r]
-        if i == NONE:
+        if i == NO_INDEX:
             continue
         if p.each[i].ratchet != NO_RATCHET and constraints.force[r] < pull:
             pull = constraints.force[r]
             worst = i
     if worst < 0:
         return False
-    modes[p.mode + worst, MODE] = RUNNING
+    modes[p.mode + worst, MODE] = RATCHETING
     return True
 
 
@@ -318,29 +328,29 @@ def _ratchets_join(y, modes, model, work):
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     for i in range(p.each.size):
         if locks.goes_back(i, y, modes, model.bodies, work.motion, p):
-            locks.close(i, y, modes, work.motion, model.bodies, p)
+            locks.close_lock(i, y, modes, work.motion, model.bodies, p)
             found = True
     return found
 
 
 @kernel
-def _book(y, change, modes, model, work):
+def _book_impact(y, change, modes, model, work):
     """Book the impulses of all closed joints and the energy that they take, before the rates
     ``change`` (n,)."""
     p = model.elements.locks
     constraints = work.constraints
     holds = work.holds
-    locks.collect(p, constraints, holds)
+    locks.collect_reactions(p, constraints, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
-        if i == NONE:
+        if i == NO_INDEX:
             continue
         lost = 0.5 * constraints.force[r] * work.jump[1, r]
-        y[p.state + locks.STATES * i + LOSS] += lost
+        y[p.state + locks.LOCK_STATES * i + LOCK_LOSS] += lost
         y[p.losses + p.each[i].row] += lost
     for i in range(p.each.size):
         for a in range(6):
-            y[p.state + locks.STATES * i + IMPULSE + a] += holds.joint[i, a]
+            y[p.state + locks.LOCK_STATES * i + LOCK_IMPULSE + a] += holds.joint[i, a]
     events.book_drive_impulses(y, model.bodies, model.elements, constraints)
     if model.impulse < model.size:
         _book_impulses(y, modes, change, model, work)
@@ -357,7 +367,7 @@ def _book_impulses(y, modes, change, model, work):
     clear(push)
     for i in range(p.each.size):
         if locks.is_closed(i, modes, p):
-            locks.press(i, y, work.holds.joint[i], work.motion, model.bodies, p, push)
+            locks.add_joint_wrench(i, y, work.holds.joint[i], work.motion, model.bodies, p, push)
     n = model.bodies.active.size
     mean = work.jump[1]
     for i in range(n):
@@ -381,23 +391,23 @@ def _book_impulses(y, modes, change, model, work):
 
 
 @kernel
-def _watch(t, run):
+def _check_rank(t, run):
     """End the run if a row of constraints depends on others, or will by the end of the next step:
     the sine between them, continued in a straight line, reaches zero."""
     pace = run.scratch.pace
-    now = _sine(run)
-    before = pace[RANK]
-    h = t - pace[RANK_TIME]
+    now = _smallest_sine(run)
+    before = pace[ROW_RANK]
+    h = t - pace[ROW_RANK_TIME]
     ahead = pace[NEXT_STEP] if run.clock.control.adaptive else run.clock.step
     falls = h > 0.0 and now < before and now * h <= (before - now) * ahead
     if now == 0.0 or falls:
         run.counters[STATUS] = SINGULAR
-    pace[RANK] = now
-    pace[RANK_TIME] = t
+    pace[ROW_RANK] = now
+    pace[ROW_RANK_TIME] = t
 
 
 @root_giving(float)
-def _sine(run):
+def _smallest_sine(run):
     """Smallest sine between a row of joints and those before it; 0 if a row depends on them."""
     work = run.work
     _set_up(run.state.y, run.state.modes, run.model, work)

@@ -12,108 +12,116 @@ from math import isfinite
 
 from hydrosim.forces import add_element_energies, events
 from hydrosim.forces.contact.modes import SLIP
-from hydrosim.integrate import between, hermite, phi, scaled
+from hydrosim.integrate import guard_defect, hermite, linear_value, next_trial
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.rigid.kinematics import place_bodies
-from hydrosim.stepping.closing import meet
+from hydrosim.stepping.closing import apply_impacts
 from hydrosim.stepping.dynamics import apply_impulse, project_velocities
 from hydrosim.stepping.state import (
-    AFTER,
+    AFTER_STEP,
     AT_END,
+    AT_PLACE,
     AT_START,
     AT_THIRD,
     AT_TWO_THIRDS,
-    BEFORE,
-    BETWEEN,
-    BUT_FOR_SLIP,
-    EARLY,
+    BEFORE_STEP,
     END,
     END_SLOPE,
-    EVERY,
+    EVALUATED,
     FULL,
-    KNOWN,
-    LATE,
-    LOOKS,
-    NOW,
-    RUNNING,
+    GUARD_EVALUATIONS,
+    IN_PROGRESS,
+    INSIDE_STEP,
+    MAY_END,
+    NEAR_END,
+    NEAR_START,
     SLOPE,
-    SOME,
     SPARE,
     STAGE,
+    STALE_SLIP_ONLY,
     START_MARGINS,
     STATUS,
     TRIAL,
+    VALID,
 )
-from hydrosim.stepping.stepper import is_held, keep_reactions, knows_end_slope, slope, step
+from hydrosim.stepping.stepper import (
+    find_slope,
+    is_held,
+    keep_reactions,
+    knows_end_slope,
+    take_step,
+)
 from hydrosim.tanks.flows import add_momentum
 
-LANDED = 1e-10  # of a margin's range over the step: tolerance of the location of an event
-SWITCHED = 1e-8  # margins this close to zero switch together
-CHORDS = 1000  # attempts to land by chords; afterwards by bisection
-DIPS = 10  # times that a step is shortened in search of a mode that ends inside it
-NEAR = 1e-4  # of a step: distance from its ends at which slopes of margins are taken
+GUARD_RTOL = 1e-10  # of a margin's range over the step: tolerance of the location of an event
+JOINT_GUARD_RTOL = 1e-8  # margins this close to zero switch together
+MAX_CHORDS = 1000  # attempts to land by chords; afterwards by bisection
+MAX_CUTS = 10  # times that a step is shortened in search of a mode that ends inside it
+SLOPE_OFFSET = 1e-4  # of a step: distance from its ends at which slopes of margins are taken
 
 
 @root_giving(float, bool)
-def cut(t, stop, located, run):
+def truncate_at_event(t, stop, located, run):
     """Cut the step from ``t`` to ``stop`` at its first event, if it has one and events are
     ``located``. Returns the time at its end, and true if a mode has ended there."""
     scratch = run.scratch
-    after = scratch.margins[AFTER]
+    after = scratch.margins[AFTER_STEP]
     if after.size == 0:
         return stop, False
-    _measure_end(stop, run, after)
+    _evaluate_end_guards(stop, run, after)
     left = any_negative(after)
     if not located:
         return stop, left
-    for _ in range(DIPS):  # negative on the cubic need not be negative in the method's step
+    for _ in range(MAX_CUTS):  # negative on the cubic need not be negative in the method's step
         if left:
-            stop = t + _land(t, stop - t, run)
+            stop = t + _locate_event(t, stop - t, run)
         else:
-            assign(scratch.margins[NOW], after)
+            assign(scratch.margins[AT_PLACE], after)
         _find_end_reactions(stop, run)
-        part = _dip(t, stop - t, run) if stop > t else 1.0
+        part = _find_grazing_event(t, stop - t, run) if stop > t else 1.0
         if part == 1.0:
             if left:
-                _look_midway(t, stop - t, run)
+                _check_midway(t, stop - t, run)
             return stop, left
         stop = t + part * (stop - t)
-        step(t, stop - t, run)
-        _measure_end(stop, run, after)
+        take_step(t, stop - t, run)
+        _evaluate_end_guards(stop, run, after)
         left = any_negative(after)
     if left:
-        stop = t + _land(t, stop - t, run)
+        stop = t + _locate_event(t, stop - t, run)
         _find_end_reactions(stop, run)
-        assign(scratch.margins[LATE], scratch.margins[BEFORE])
+        assign(scratch.margins[NEAR_END], scratch.margins[BEFORE_STEP])
     return stop, left
 
 
 @root
-def _measure_end(t, run, out):
+def _evaluate_end_guards(t, run, out):
     """Margins at the end of the step. Reactions are margins of held points: the right hand side
     gives them, and its slope is kept."""
     scratch = run.scratch
     end = scratch.states[END]
-    every = scratch.watched[EVERY]
+    every = scratch.watched[MAY_END]
     _find_end_reactions(t, run)
-    _measure(t, end, run, AT_END, every, out)
+    _evaluate_guards(t, end, run, AT_END, every, out)
     elements = run.model.elements
     if events.has_lines(elements):
         motion = run.work.motion
-        events.end_step(t, end, run.state.modes, motion, run.model.bodies, elements, every, out)
+        events.update_lines_at_step_end(
+            t, end, run.state.modes, motion, run.model.bodies, elements, every, out
+        )
 
 
 @root
-def _measure_try(t, run, out):
+def _evaluate_trial_guards(t, run, out):
     """Margins at the end of a tried step; the values of the uncut step are kept."""
     scratch = run.scratch
     end = scratch.states[END]
     if is_held(run):
-        slope(t, end, run, scratch.states[SPARE])
-    keep_reactions(BETWEEN, run)
-    _measure(t, end, run, BETWEEN, scratch.watched[EVERY], out)
+        find_slope(t, end, run, scratch.states[SPARE])
+    keep_reactions(INSIDE_STEP, run)
+    _evaluate_guards(t, end, run, INSIDE_STEP, scratch.watched[MAY_END], out)
 
 
 @root
@@ -121,12 +129,12 @@ def _find_end_slope(t, run):
     """The slope at the end of the step into ``states[SLOPE]``, with the reactions there, unless
     they are known."""
     scratch = run.scratch
-    if scratch.known[END_SLOPE] == 0:
+    if scratch.step_cache[END_SLOPE] == 0:
         if knows_end_slope(run):
             assign(scratch.states[SLOPE], scratch.k[-1])
         else:
-            slope(t, scratch.states[END], run, scratch.states[SLOPE])
-        scratch.known[END_SLOPE] = 1
+            find_slope(t, scratch.states[END], run, scratch.states[SLOPE])
+        scratch.step_cache[END_SLOPE] = 1
         keep_reactions(AT_END, run)
 
 
@@ -140,13 +148,13 @@ def _find_end_reactions(t, run):
 
 
 @root
-def _measure(t, y, run, which, watched, out):
+def _evaluate_guards(t, y, run, which, watched, out):
     """Margins at t, y with ``which`` of the reactions; for contacts, only the ``watched`` rows."""
     model = run.model
     modes = run.state.modes
     motion = run.work.motion
-    _place(y, run)
-    run.counters[LOOKS] += 1
+    _place_bodies_at(y, run)
+    run.counters[GUARD_EVALUATIONS] += 1
     bodies = model.bodies
     elements = model.elements
     headings = run.scratch.headings
@@ -157,7 +165,7 @@ def _measure(t, y, run, which, watched, out):
 
 
 @kernel
-def _place(y, run):
+def _place_bodies_at(y, run):
     """Fill the motion of the bodies from ``y``."""
     n = run.model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], run.model.bodies, run.work.motion)
@@ -168,21 +176,21 @@ def _find_before(t, run):
     """Margins at the start of the step, unless the step before has left them there."""
     scratch = run.scratch
     state = run.state
-    known = scratch.known
-    watched = scratch.watched[EVERY]
-    slipping = scratch.watched[SOME]
-    if known[START_MARGINS] == KNOWN:
+    cache = scratch.step_cache
+    watched = scratch.watched[MAY_END]
+    slipping = scratch.watched[EVALUATED]
+    if cache[START_MARGINS] == VALID:
         return
-    if known[START_MARGINS] == BUT_FOR_SLIP:
+    if cache[START_MARGINS] == STALE_SLIP_ONLY:
         watched = slipping
         for i in range(slipping.size):
             slipping[i] = 1 if state.modes[i, MODE] == SLIP else 0
-    _measure(t, state.y, run, AT_START, watched, scratch.margins[BEFORE])
-    known[START_MARGINS] = KNOWN
+    _evaluate_guards(t, state.y, run, AT_START, watched, scratch.margins[BEFORE_STEP])
+    cache[START_MARGINS] = VALID
 
 
 @root
-def _look_over(t, h, run):
+def _scan_guards(t, h, run):
     """Store the step as the uncut one, with the cubic through both its ends, and compute the
     margins at its start."""
     scratch = run.scratch
@@ -203,12 +211,12 @@ def _find_reactions(which, t, h, run):
     x = (which - AT_START) / 3.0
     stage = run.scratch.states[STAGE]
     _interpolate(x, h, 0, stage.size, run)
-    slope(t + x * h, stage, run, run.scratch.states[SPARE])
+    find_slope(t + x * h, stage, run, run.scratch.states[SPARE])
     keep_reactions(which, run)
 
 
 @root_giving(float)
-def _land(t, h, run):
+def _locate_event(t, h, run):
     """Cut the step of length ``h`` at its first event: the state there is in ``states[END]``.
 
     The zero is sought on the cubic through both ends. The difference between the method's own step
@@ -216,29 +224,29 @@ def _land(t, h, run):
     that always shrinks. Returns the length of the cut step.
     """
     scratch = run.scratch
-    before = scratch.margins[BEFORE]
-    after = scratch.margins[AFTER]
-    now = scratch.margins[NOW]
-    ended = scratch.watched[SOME]
-    _look_over(t, h, run)
+    before = scratch.margins[BEFORE_STEP]
+    after = scratch.margins[AFTER_STEP]
+    now = scratch.margins[AT_PLACE]
+    ended = scratch.watched[EVALUATED]
+    _scan_guards(t, h, run)
     for i in range(ended.size):
         ended[i] = 1 if any_negative(after[MARGINS * i : MARGINS * (i + 1)]) else 0
     if events.has_lines(run.model.elements):  # not all of them had margins at the start
-        _measure(t, run.state.y, run, AT_START, ended, before)
+        _evaluate_guards(t, run.state.y, run, AT_START, ended, before)
     lo = 0.0
-    f_lo = phi(before, before, after)
+    f_lo = guard_defect(before, before, after)
     hi = 1.0
-    f_hi = phi(after, before, after)
+    f_hi = guard_defect(after, before, after)
     x, on_cubic = _zero_on_cubic(0.0, t, h, run)
     tries = 0
     while True:  # bisects the bracket in the end, so that the search terminates
         tries += 1
-        step(t, x * h, run)
-        if run.counters[STATUS] != RUNNING:
+        take_step(t, x * h, run)
+        if run.counters[STATUS] != IN_PROGRESS:
             return x * h
-        _measure_try(t + x * h, run, now)
-        value = phi(now, before, after)
-        if x == 0.0 or abs(value) <= LANDED or hi - lo < 1e-13:
+        _evaluate_trial_guards(t + x * h, run, now)
+        value = guard_defect(now, before, after)
+        if x == 0.0 or abs(value) <= GUARD_RTOL or hi - lo < 1e-13:
             return x * h
         if value >= 0.0:
             lo = x
@@ -247,11 +255,11 @@ def _land(t, h, run):
             hi = x
             f_hi = value
         x, on_cubic = _zero_on_cubic(value - on_cubic, t, h, run)
-        if tries > CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
+        if tries > MAX_CHORDS or not (isfinite(f_lo) and isfinite(f_hi)):
             x = 0.5 * (lo + hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
         elif not lo < x < hi:
-            x = between(lo, max(f_lo, 0.0), hi, f_hi)
+            x = next_trial(lo, max(f_lo, 0.0), hi, f_hi)
             on_cubic = _phi_on_cubic(x, t, h, run)
 
 
@@ -259,10 +267,10 @@ def _land(t, h, run):
 def _zero_on_cubic(defect, t, h, run):
     """First x in [0, 1] where phi on the cubic, plus ``defect``, becomes negative, and phi there.
     Zero if phi is never positive (a mode that ends as soon as it begins)."""
-    before = run.scratch.margins[BEFORE]
-    after = run.scratch.margins[AFTER]
+    before = run.scratch.margins[BEFORE_STEP]
+    after = run.scratch.margins[AFTER_STEP]
     lo = 0.0
-    f_lo = phi(before, before, after) + defect
+    f_lo = guard_defect(before, before, after) + defect
     hi = 0.0
     f_hi = -1.0
     for j in range(1, 9):
@@ -279,7 +287,7 @@ def _zero_on_cubic(defect, t, h, run):
     for _ in range(60):
         if hi - lo < 1e-14 or abs(f) < 1e-13:
             break
-        x = between(lo, f_lo, hi, f_hi)
+        x = next_trial(lo, f_lo, hi, f_hi)
         f = _phi_on_cubic(x, t, h, run) + defect
         if f >= 0.0:
             lo = x
@@ -293,34 +301,34 @@ def _zero_on_cubic(defect, t, h, run):
 @kernel
 def _phi_on_cubic(x, t, h, run):
     scratch = run.scratch
-    now = scratch.margins[NOW]
-    before = scratch.margins[BEFORE]
-    after = scratch.margins[AFTER]
-    _on_cubic(x, t, h, run, scratch.watched[SOME], now)
+    now = scratch.margins[AT_PLACE]
+    before = scratch.margins[BEFORE_STEP]
+    after = scratch.margins[AFTER_STEP]
+    _on_cubic(x, t, h, run, scratch.watched[EVALUATED], now)
     smallest = 1.0
     for i in range(run.state.modes.shape[0]):
-        if scratch.watched[SOME, i] != 0:
+        if scratch.watched[EVALUATED, i] != 0:
             a = MARGINS * i
             b = MARGINS * (i + 1)
-            smallest = min(smallest, phi(now[a:b], before[a:b], after[a:b]))
+            smallest = min(smallest, guard_defect(now[a:b], before[a:b], after[a:b]))
     return smallest
 
 
 @root
 def _on_cubic(x, t, h, run, watched, out):
-    """`_measure` on the cubic through both ends of the uncut step, for coordinates, rates and other
-    entries that margins depend on. Reactions lie on the cubic through the known ones."""
+    """`_evaluate_guards` on the cubic through both ends of the uncut step, for coordinates, rates
+    and other entries that margins depend on. Reactions lie on the cubic through the known ones."""
     model = run.model
     stage = run.scratch.states[STAGE]
     _interpolate(x, h, 0, 2 * model.bodies.active.size, run)
     for i in range(watched.size):
         if watched[i] != 0:
-            for part in range(events.FELT):
-                first, last = events.felt(i, part, model.elements, model.tanks)
+            for part in range(events.MAX_DEPENDENCIES):
+                first, last = events.guard_dependencies(i, part, model.elements, model.tanks)
                 if last > first:
                     _interpolate(x, h, first, last, run)
     _interpolate_reactions(x, run.scratch.reactions)
-    _measure(t + x * h, stage, run, BETWEEN, watched, out)
+    _evaluate_guards(t + x * h, stage, run, INSIDE_STEP, watched, out)
 
 
 @kernel
@@ -336,7 +344,7 @@ def _interpolate_reactions(x, reactions):
             reaction += third * reactions[AT_THIRD, i, a]
             reaction += two_thirds * reactions[AT_TWO_THIRDS, i, a]
             reaction += end * reactions[AT_END, i, a]
-            reactions[BETWEEN, i, a] = reaction
+            reactions[INSIDE_STEP, i, a] = reaction
 
 
 @kernel
@@ -352,7 +360,7 @@ def _interpolate(x, h, i, j, run):
 
 
 @root_giving(float)
-def _dip(t, h, run):
+def _find_grazing_event(t, h, run):
     """Fraction of the step at which a margin that falls at first and rises at last is negative on
     the cubic through both ends; 1 if there is none.
 
@@ -361,22 +369,22 @@ def _dip(t, h, run):
     """
     scratch = run.scratch
     margin = scratch.margins
-    every = scratch.watched[EVERY]
-    _look_over(t, h, run)
-    _on_cubic(NEAR, t, h, run, every, margin[EARLY])
+    every = scratch.watched[MAY_END]
+    _scan_guards(t, h, run)
+    _on_cubic(SLOPE_OFFSET, t, h, run, every, margin[NEAR_START])
     if not _may_dip(margin):
         return 1.0
-    _on_cubic(1.0 - NEAR, t, h, run, every, margin[LATE])
+    _on_cubic(1.0 - SLOPE_OFFSET, t, h, run, every, margin[NEAR_END])
     for i in range(margin.shape[1]):
-        first = margin[BEFORE, i]
-        last = margin[NOW, i]
-        falling = (margin[EARLY, i] - first) / NEAR
-        rising = (last - margin[LATE, i]) / NEAR
+        first = margin[BEFORE_STEP, i]
+        last = margin[AT_PLACE, i]
+        falling = (margin[NEAR_START, i] - first) / SLOPE_OFFSET
+        rising = (last - margin[NEAR_END, i]) / SLOPE_OFFSET
         if falling < 0.0 < rising:
             meet = (last - rising - first) / (falling - rising)
-            floor = -LANDED * max(abs(first), abs(last))
+            floor = -GUARD_RTOL * max(abs(first), abs(last))
             if first + falling * meet < floor:
-                x = _deepest(i, floor, t, h, run)
+                x = _minimise_guard(i, floor, t, h, run)
                 if x < 1.0:
                     return x
     return 1.0
@@ -386,14 +394,14 @@ def _dip(t, h, run):
 def _may_dip(margin):
     """True if the tangent of any margin at the start of the step is below zero at its end."""
     for i in range(margin.shape[1]):
-        first = margin[BEFORE, i]
-        if first + (margin[EARLY, i] - first) / NEAR < 0.0:
+        first = margin[BEFORE_STEP, i]
+        if first + (margin[NEAR_START, i] - first) / SLOPE_OFFSET < 0.0:
             return True
     return False
 
 
 @root_giving(float)
-def _deepest(i, floor, t, h, run):
+def _minimise_guard(i, floor, t, h, run):
     """Place of a value below ``floor`` near the minimum of margin ``i`` on the cubic, by golden
     section; 1 if there is none."""
     golden = 0.6180339887498949
@@ -423,7 +431,7 @@ def _deepest(i, floor, t, h, run):
 
 @root_giving(float)
 def _margin_on_cubic(i, x, t, h, run):
-    one = run.scratch.watched[SOME]
+    one = run.scratch.watched[EVALUATED]
     out = run.scratch.margins[TRIAL]
     for j in range(one.size):
         one[j] = 1 if j == i // MARGINS else 0
@@ -432,15 +440,15 @@ def _margin_on_cubic(i, x, t, h, run):
 
 
 @root
-def note_headings(t, run):
+def store_slip_directions(t, run):
     """Store the headings of all slipping points at the start of a step."""
     headings = run.scratch.headings
     state = run.state
     model = run.model
-    _place(state.y, run)
+    _place_bodies_at(state.y, run)
     motion = run.work.motion
     bodies = model.bodies
-    events.find_headings(t, state.y, state.modes, motion, bodies, model.elements, headings)
+    events.find_slip_directions(t, state.y, state.modes, motion, bodies, model.elements, headings)
 
 
 @root
@@ -449,16 +457,16 @@ def switch_modes(t, run):
     all with a negative margin. Each row of modes switches once."""
     state = run.state
     scratch = run.scratch
-    before = scratch.margins[BEFORE]
-    after = scratch.margins[AFTER]
-    first = phi(scratch.margins[NOW], before, after)
-    _place(state.y, run)
+    before = scratch.margins[BEFORE_STEP]
+    after = scratch.margins[AFTER_STEP]
+    first = guard_defect(scratch.margins[AT_PLACE], before, after)
+    _place_bodies_at(state.y, run)
     _add_momentum(-1.0, run)
     for i in range(state.modes.shape[0]):
         for which in range(MARGINS):
             m = MARGINS * i + which
             if _has_ended(m, first, run):
-                _switch(i, which, max(abs(before[m]), abs(after[m])), t, run)
+                _transition(i, which, max(abs(before[m]), abs(after[m])), t, run)
                 break
     _add_momentum(1.0, run)
     scratch.newton.status[0] = STALE
@@ -479,9 +487,9 @@ def _has_ended(m, first, run):
         return False
     if not run.clock.events or not _was_zero(m, run):
         return True
-    if scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= first:
+    if linear_value(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= first:
         return True
-    return margins[NOW, m] < max(margins[BEFORE, m], margins[LATE, m])
+    return margins[AT_PLACE, m] < max(margins[BEFORE_STEP, m], margins[NEAR_END, m])
 
 
 @kernel
@@ -489,29 +497,32 @@ def _is_near(m, first, run):
     """True if margin ``m`` is negative at the end of the uncut step, and zero now; without location
     the first condition suffices."""
     margins = run.scratch.margins
-    if margins[AFTER, m] >= 0.0:
+    if margins[AFTER_STEP, m] >= 0.0:
         return False
     if not run.clock.events:
         return True
-    near = max(first, 0.0) + SWITCHED
-    return scaled(m, margins[NOW], margins[BEFORE], margins[AFTER]) <= near
+    near = max(first, 0.0) + JOINT_GUARD_RTOL
+    return linear_value(m, margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP]) <= near
 
 
 @kernel
 def _was_zero(m, run):
     """True if margin ``m`` was zero at the start of the step."""
     margins = run.scratch.margins
-    return abs(scaled(m, margins[BEFORE], margins[BEFORE], margins[AFTER])) <= SWITCHED
+    return (
+        abs(linear_value(m, margins[BEFORE_STEP], margins[BEFORE_STEP], margins[AFTER_STEP]))
+        <= JOINT_GUARD_RTOL
+    )
 
 
 @kernel
-def _look_midway(t, h, run):
+def _check_midway(t, h, run):
     """Margins in the middle of the cut step of length ``h`` into LATE, for `_has_ended`. They are
     computed on its cubic if needed, and otherwise copied from its start."""
     scratch = run.scratch
     margins = scratch.margins
-    assign(margins[LATE], margins[BEFORE])
-    first = phi(margins[NOW], margins[BEFORE], margins[AFTER])
+    assign(margins[NEAR_END], margins[BEFORE_STEP])
+    first = guard_defect(margins[AT_PLACE], margins[BEFORE_STEP], margins[AFTER_STEP])
     count = 0
     begun = False
     for m in range(margins.shape[1]):
@@ -519,7 +530,7 @@ def _look_midway(t, h, run):
             count += 1
             begun = begun or _was_zero(m, run)
     if begun and count > 1 and h > 0.0:
-        _on_cubic(0.5, t, h, run, scratch.watched[EVERY], margins[LATE])
+        _on_cubic(0.5, t, h, run, scratch.watched[MAY_END], margins[NEAR_END])
 
 
 @kernel
@@ -543,7 +554,7 @@ def _add_momentum(sign, run):
 
 
 @kernel
-def _switch(i, which, size, t, run):
+def _transition(i, which, size, t, run):
     """Switch row ``i`` of the modes, whose margin ``which`` had this ``size``."""
     state = run.state
     model = run.model
@@ -558,7 +569,7 @@ def _switch(i, which, size, t, run):
     elements = model.elements
     tanks = model.tanks
     reactions = run.scratch.reactions[AT_END]
-    events.switch(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
+    events.transition(i, which, size, step, t, y, modes, motion, bodies, elements, tanks, reactions)
     run.scratch.switches[i] += 1
     if triggered:
         _book_stored(i, -1.0, t, run)
@@ -584,7 +595,7 @@ def make_consistent(t, run):
     cannot be held."""
     events.follow_drives(t, run.state.y, run.model.bodies, run.model.elements, run.work.holds)
     if events.any_joints(run.model.elements):
-        meet(t, run)
+        apply_impacts(t, run)
     if run.work.constraints.force.size > events.joint_rows(run.model.elements):
         _make_consistent(t, run)
 
@@ -596,7 +607,7 @@ def _make_consistent(t, run):
     work = run.work
     project_velocities(state.y, state.modes, model, work)
     for _ in range(work.constraints.force.size):
-        slope(t, state.y, run, run.scratch.states[SPARE])
+        find_slope(t, state.y, run, run.scratch.states[SPARE])
         loose = events.break_loose(
             t,
             state.y,

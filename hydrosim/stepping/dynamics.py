@@ -31,7 +31,7 @@ import numpy as np
 
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
-from hydrosim.forces.displacement import Hulls as Displacement
+from hydrosim.forces.displacement import MeshHulls as Displacement
 from hydrosim.forces.displacement import add_displacement, add_displacement_energy
 from hydrosim.forces.holds import Holds, new_holds
 from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
@@ -52,18 +52,18 @@ from hydrosim.rigid.constraints import (
     eliminate,
     find_forces,
     new_constraints,
-    restore,
+    restore_pivots,
     solve_for_pivots,
 )
 from hydrosim.rigid.contents import Contents, new_contents
 from hydrosim.rigid.heading import (
     Headings,
-    Hulls,
+    HeadingScratch,
     all_to_earth,
     all_to_heading,
     find_flow,
     motion_along,
-    new_hulls,
+    new_heading_scratch,
     translations_to_earth,
 )
 from hydrosim.rigid.inertia import Inertia, Turning, accelerate_freely, new_turning
@@ -73,21 +73,21 @@ from hydrosim.rigid.kinematics import (
     acceleration_map,
     generalised_force,
     new_motion,
-    place,
     place_bodies,
+    place_bodies_inline,
 )
 from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
 from hydrosim.rigid.tree import fill_rates
 from hydrosim.rigid.vectors import cross, matvec, vector
 from hydrosim.stepping.blending import (
     Blend,
-    Family,
-    blend,
+    DraughtFamilies,
+    added_mass_rate_force,
+    blend_draughts,
     draught_rates,
-    gather,
-    lag_behind,
+    from_members,
     new_blend,
-    spread,
+    to_members,
 )
 from hydrosim.tanks import contents, flows
 from hydrosim.tanks.contents import Tanks
@@ -117,7 +117,7 @@ class Model(NamedTuple):
     damping: ConstantDamping
     waves: WaveLoads
     following: FollowingLoads
-    family: Family
+    family: DraughtFamilies
     elements: Elements
     tanks: Tanks
     liquids: Liquids
@@ -136,7 +136,7 @@ class Work(NamedTuple):
     """Scratch of one evaluation of `rhs`; its content is not kept after the call."""
 
     motion: Motion
-    hulls: Hulls
+    hulls: HeadingScratch
     contents: Contents
     wrench: np.ndarray  # (nr, 6 nb), force of every row
     rate: np.ndarray  # (nr,), work or dissipation of every row
@@ -163,7 +163,7 @@ def new_work(model: Model) -> Work:
     rows = most_constraints(model)
     return Work(
         new_motion(model.bodies, forces.pieces_of_lines(model.elements)),
-        new_hulls(model.bodies),
+        new_heading_scratch(model.bodies),
         new_contents(model.bodies, model.liquids.each.size),
         np.zeros((model.rows, m)),
         np.zeros(model.rows),
@@ -190,14 +190,14 @@ def new_work(model: Model) -> Work:
 
 
 def most_constraints(model: Model) -> int:
-    """Largest number of rows of `constrain`."""
+    """Largest number of rows of `add_constraints`."""
     return events.held_directions(model.elements)
 
 
 def dynamic_states(model: Model) -> np.ndarray:
     """Entries (m,) of y that act on others: all except slip distances, headings and energies."""
     motion = np.arange(model.own)
-    return np.concatenate([motion, forces.felt_states(model)]).astype(np.int64)
+    return np.concatenate([motion, forces.coupled_states(model)]).astype(np.int64)
 
 
 def radiation_filters(model: Model) -> Filters:
@@ -222,12 +222,12 @@ def rhs(t, y, modes, history, model, work, dy):
     in ``work``."""
     n = model.bodies.active.size
     motion = work.motion
-    place(y[:n], y[n : 2 * n], model.bodies, motion)
+    place_bodies_inline(y[:n], y[n : 2 * n], model.bodies, motion)
     if model.headings.turned.size > 0:
         find_flow(model.headings, motion, work.hulls)
     blends = model.family.body.size > 0
     if blends:
-        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+        blend_draughts(y[model.draught :], model.family, model.added_mass, work.blend)
     A = work.blend.added_mass if blends else model.added_mass
     update_contents(y, model, work)
     add_forces(t, y, modes, history, model, work, dy)
@@ -270,7 +270,9 @@ def add_impulses(t, y, modes, model, work, rates):
             rates[count + row * v.size + i] = wrench[row, i] * v[i]
     reactions = work.holds.reaction
     tallies = rates[2 * count :]
-    events.tally(t, y, modes, work.motion, model.bodies, model.elements, reactions, tallies)
+    events.add_tally_rates(
+        t, y, modes, work.motion, model.bodies, model.elements, reactions, tallies
+    )
 
 
 @root
@@ -296,7 +298,7 @@ def accelerate(y, modes, model, work, x):
     subtract_bias(model.bodies, motion, work.mass, work.total)
     generalised_force(model.bodies, motion, work.total, x)
     acceleration_map(model.bodies, motion, work.mass, work.inertia)
-    constrain(y, modes, model, work)
+    add_constraints(y, modes, model, work)
     solve_held(work.inertia, constraints, x)
     events.add_reactions(
         y, modes, motion, model.bodies, model.elements, constraints, work.holds, work.wrench
@@ -311,7 +313,7 @@ def solve_held(inertia, constraints, x):
     cholesky(inertia)
     cholesky_solve(inertia, x)
     find_forces(constraints, x)
-    restore(constraints, x)
+    restore_pivots(constraints, x)
 
 
 @kernel
@@ -342,7 +344,7 @@ def apply_impulse(y, modes, model, work):
     update_contents(y, model, work)
     blends = model.family.body.size > 0
     if blends:
-        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+        blend_draughts(y[model.draught :], model.family, model.added_mass, work.blend)
     find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
     change = work.jump[0]
     given = work.jump[1]
@@ -352,7 +354,7 @@ def apply_impulse(y, modes, model, work):
     generalised_force(model.bodies, work.motion, push, change)
     assign(given, change)
     acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
-    constrain(y, modes, model, work)
+    add_constraints(y, modes, model, work)
     clear(constraints.bound)
     solve_held(work.inertia, constraints, change)
     events.book_drive_impulses(y, model.bodies, model.elements, constraints)
@@ -371,19 +373,19 @@ def may_hold(modes, model, work):
 
 @root_giving(bool)
 def _may_hold(modes, model, work):
-    if events.may_hold(modes, model.elements, work.constraints.force.size):
+    if events.may_have_constraints(modes, model.elements, work.constraints.force.size):
         return True
     work.constraints.number[0] = 0
-    events.release(model.elements, work.holds)
+    events.clear_joint_reactions(model.elements, work.holds)
     return False
 
 
 @kernel
-def constrain(y, modes, model, work):
+def add_constraints(y, modes, model, work):
     """Set up all constraints J q'' = c at the present ``work.motion``."""
     constraints = work.constraints
     constraints.number[0] = 0
-    events.hold(
+    events.add_constraints(
         y, modes, work.motion, model.bodies, model.elements, work.total, constraints, work.holds
     )
 
@@ -396,7 +398,7 @@ def find_inertia(y, model, work):
     update_contents(y, model, work)
     blends = model.family.body.size > 0
     if blends:
-        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+        blend_draughts(y[model.draught :], model.family, model.added_mass, work.blend)
     find_mass(model, work.blend.added_mass if blends else model.added_mass, work)
     acceleration_map(model.bodies, work.motion, work.mass, work.inertia)
 
@@ -407,12 +409,12 @@ def project_velocities(y, modes, model, work):
     n = model.bodies.active.size
     constraints = work.constraints
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    constrain(y, modes, model, work)
+    add_constraints(y, modes, model, work)
     if constraints.number[0] > 0:
         clear(constraints.bound)
         events.keep_driven_rates(y, model.bodies, model.elements, constraints)
         solve_for_pivots(constraints)
-        restore(constraints, y[n : 2 * n])
+        restore_pivots(constraints, y[n : 2 * n])
 
 
 @root
@@ -465,9 +467,9 @@ def add_forces(t, y, modes, history, model, work, dy):
     if model.weights.body.size > 0:
         add_weight(motion, model.bodies, model.weights, work.contents, wrench)
 
-    rate[RADIATION] -= power(wrench[RADIATION], v)
-    rate[WAVE_FIRST_ORDER] = power(wrench[WAVE_FIRST_ORDER], v)
-    rate[WAVE_SECOND_ORDER] = power(wrench[WAVE_SECOND_ORDER], v)
+    rate[RADIATION] -= power_of(wrench[RADIATION], v)
+    rate[WAVE_FIRST_ORDER] = power_of(wrench[WAVE_FIRST_ORDER], v)
+    rate[WAVE_SECOND_ORDER] = power_of(wrench[WAVE_SECOND_ORDER], v)
     assign(dy[model.energy :], rate)
     dy[model.energy + model.rows] = abs(rate[WAVE_FIRST_ORDER] + rate[WAVE_SECOND_ORDER])
 
@@ -485,7 +487,7 @@ def add_water(t, y, u, history, model, work, radiated, first, second, dy):
     if any_waves(model.waves):
         wave_loads(t, model.waves, first, second)
     if model.following.body.size > 0:
-        follow(t, y[model.slow :], model.following, work, first, second, dy[model.slow :])
+        add_path_loads(t, y[model.slow :], model.following, work, first, second, dy[model.slow :])
 
 
 @root
@@ -495,22 +497,22 @@ def add_blended(t, y, u, history, model, work, dy):
     family = model.family
     every = work.blend
     wrench = work.wrench
-    spread(u, family, every)
+    to_members(u, family, every)
     add_water(
         t, y, every.velocity, history, model, work, every.force, every.first, every.second, dy
     )
-    gather(every.force, False, family, every.root, wrench[RADIATION])
-    gather(every.first, True, family, every.root, wrench[WAVE_FIRST_ORDER])
-    gather(every.second, True, family, every.root, wrench[WAVE_SECOND_ORDER])
-    lag_behind(u, family, every)
-    work.rate[RADIATION] -= power(every.lag, u)
+    from_members(every.force, False, family, every.root, wrench[RADIATION])
+    from_members(every.first, True, family, every.root, wrench[WAVE_FIRST_ORDER])
+    from_members(every.second, True, family, every.root, wrench[WAVE_SECOND_ORDER])
+    added_mass_rate_force(u, family, every)
+    work.rate[RADIATION] -= power_of(every.lag, u)
     for i in range(u.size):
         wrench[RADIATION, i] -= every.lag[i]
     draught_rates(y[model.draught :], work.motion.coordinates, family, dy[model.draught :])
 
 
 @root
-def follow(t, y, p, work, first, second, dy):
+def add_path_loads(t, y, p, work, first, second, dy):
     """Loads of both orders on the bodies that the waves follow; rates ``dy`` of their slow
     positions."""
     coordinates = work.motion.coordinates
@@ -531,7 +533,7 @@ def total_force(wrench, total):
 
 
 @kernel
-def power(force, v):
+def power_of(force, v):
     """Power F v."""
     total = 0.0
     for i in range(v.size):
@@ -593,7 +595,7 @@ def stored_energies(t, y, modes, model, work, stored):
         add_weight_energy(motion, model.bodies, model.weights, work.contents, stored)
     blends = model.family.body.size > 0
     if blends:
-        blend(y[model.draught :], model.family, model.added_mass, work.blend)
+        blend_draughts(y[model.draught :], model.family, model.added_mass, work.blend)
     A = work.blend.added_mass if blends else model.added_mass
     find_mass(model, A, work)
     still_there = stream_energy(model.headings, A, motion, work.hulls)

@@ -10,10 +10,10 @@ from hydrosim.forces import add_given_forces
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.jit.kernels import assign, clear, kernel
 from hydrosim.rigid.kinematics import generalised_force
-from hydrosim.stepping.dynamics import power
-from hydrosim.stepping.record import keep
+from hydrosim.stepping.dynamics import power_of
+from hydrosim.stepping.record import write_record
 from hydrosim.stepping.run import check
-from hydrosim.stepping.state import RUNNING, STATUS
+from hydrosim.stepping.state import IN_PROGRESS, STATUS
 from hydrosim.waves.loads import wave_loads
 
 
@@ -67,11 +67,11 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
             w = weights[i]
             waves = 0.0
             for r in range(rows.size):
-                rate = power(loads[k * (weights.size - 1) + i, r], u)
+                rate = power_of(loads[k * (weights.size - 1) + i, r], u)
                 energies[k, rows[r]] += w * rate
                 waves += rate if r < 2 else 0.0
             energies[k, -1] += w * abs(waves)
-            energies[k, RADIATION] += w * power(memory[k, i], u)
+            energies[k, RADIATION] += w * power_of(memory[k, i], u)
             for e in range(row.size):
                 energies[k, row[e]] += w * u[one[e]] * resistances.B[e] * u[other[e]]
             for e in range(steady_row.size):
@@ -85,6 +85,6 @@ def keep_states(times, states, run):
     for k in range(times.size):
         assign(run.state.y, states[k])
         check(run.state.y, run.model, run.counters)
-        if run.counters[STATUS] != RUNNING:
+        if run.counters[STATUS] != IN_PROGRESS:
             return
-        keep(times[k], run)
+        write_record(times[k], run)

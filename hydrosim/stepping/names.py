@@ -12,9 +12,9 @@ from hydrosim.forces import spring
 from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.layout import (
     BALLAST,
+    BODY_ROWS,
     JOINTS,
     RADIATION,
-    ROWS,
     WAVE_FIRST_ORDER,
     WAVE_SECOND_ORDER,
     WEIGHT,
@@ -25,7 +25,7 @@ from hydrosim.scene import ForceElement, Scene
 from hydrosim.scene.trees import arrangement, tree_joints
 from hydrosim.stepping.dynamics import Model
 
-WAVES = (ROWS[WAVE_FIRST_ORDER], ROWS[WAVE_SECOND_ORDER])
+WAVE_ROWS = (BODY_ROWS[WAVE_FIRST_ORDER], BODY_ROWS[WAVE_SECOND_ORDER])
 
 
 def force_names(scene: Scene) -> tuple[str, ...]:
@@ -33,26 +33,26 @@ def force_names(scene: Scene) -> tuple[str, ...]:
     return row_names(scene)
 
 
-def supplies(scene: Scene, row: int) -> bool:
+def is_work_row(scene: Scene, row: int) -> bool:
     """True if the power of a row of forces is booked as work, false if as dissipation."""
     element = element_of(scene, row)
     if element is not None:
         return element.supplies
-    return force_names(scene)[row] in (*WAVES, *([WEIGHT, BALLAST] if has_flow(scene) else []))
+    return force_names(scene)[row] in (*WAVE_ROWS, *([WEIGHT, BALLAST] if has_flow(scene) else []))
 
 
-def stores(scene: Scene, row: int) -> bool:
+def may_store_energy(scene: Scene, row: int) -> bool:
     """True if a row of forces may store energy."""
     name = force_names(scene)[row]
-    holds = row == RADIATION or name == JOINTS or supplies(scene, row)
+    holds = row == RADIATION or name == JOINTS or is_work_row(scene, row)
     return name == WEIGHT or not holds
 
 
-def loses(scene: Scene, row: int) -> bool:
+def may_dissipate(scene: Scene, row: int) -> bool:
     """True if a row of forces may dissipate energy."""
     if row == RADIATION or force_names(scene)[row] in (JOINTS, *scene.joints):
         return True
-    return element_of(scene, row) is not None and not supplies(scene, row)
+    return element_of(scene, row) is not None and not is_work_row(scene, row)
 
 
 def element_of(scene: Scene, row: int) -> ForceElement | None:
@@ -108,12 +108,12 @@ def coordinate_names(scene: Scene) -> list[str]:
 
 def contact_names(scene: Scene) -> list[str]:
     """Names of all contact points, "element 1", "element 2", ..."""
-    return contact_points.KIND.unit_names(scene)
+    return contact_points.CONTACT_KIND.unit_names(scene)
 
 
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
-    return spring.KIND.unit_names(scene)
+    return spring.SPRING_KIND.unit_names(scene)
 
 
 def memory_names(scene: Scene, model: Model) -> list[str]:

@@ -21,14 +21,14 @@ from hydrosim.stepping.state import (
     EVENTS,
     RECORDS,
     START_SLOPE,
-    Places,
     Record,
+    RecordColumns,
 )
 from hydrosim.stepping.stepper import keep_reactions
 from hydrosim.streams.gusts import gust_at, has_gusts
 from hydrosim.waves.loads import any_waves, wave_loads
 
-SPACING = 16  # records from one with radiation states to the next
+MEMORY_SPACING = 16  # records from one with radiation states to the next
 
 
 def channels(model: Model) -> dict[str, tuple[int, ...]]:
@@ -46,12 +46,12 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "momentum": (m if model.impulse < model.size else 0,),
         "stored": (model.rows,),
         "wrench": (model.rows, m),
-        **events.observed(model.elements),
+        **events.output_shapes(model.elements),
     }
 
 
 def new_record(
-    model: Model, clock: Clock, accelerations: bool = False, spacing: int = SPACING
+    model: Model, clock: Clock, accelerations: bool = False, spacing: int = MEMORY_SPACING
 ) -> Record:
     """Room for all output times, the first included, with or without ``accelerations``. Every
     ``spacing``-th has radiation states."""
@@ -59,7 +59,7 @@ def new_record(
     nt = -(-clock.points // clock.every) + 1
     shapes = channels(model).values()
     *places, width = accumulate(map(prod, shapes), initial=0)
-    at = Places(*places[: len(Places._fields)])
+    at = RecordColumns(*places[: len(RecordColumns._fields)])
     modes = new_modes(model)
     rates = np.zeros((nt if accelerations else 0, 6 * model.bodies.each.size))
     remembered = np.full(-(-nt // spacing) + 1, -1)
@@ -74,7 +74,7 @@ def new_record(
     )
 
 
-def unpack(model: Model, record: Record, count: int, first: int = 0) -> dict[str, Any]:
+def unpack_channels(model: Model, record: Record, count: int, first: int = 0) -> dict[str, Any]:
     """Channels by name, (count - first, ...) each, of the records ``first`` <= i < ``count``. The
     states "y" are `RecordedStates`."""
     kept = record.channels[first:count]
@@ -109,7 +109,7 @@ def _radiation(model: Model) -> slice:
 
 
 @root
-def keep(t, run):
+def write_record(t, run):
     """Record the state and all derived values; the slope computed for them begins the next step."""
     model = run.model
     work = run.work
@@ -126,7 +126,7 @@ def keep(t, run):
     if model.impulse < model.size:
         momentum(work, row[at.momentum :])
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
-    scratch.known[START_SLOPE] = 1
+    scratch.step_cache[START_SLOPE] = 1
     keep_reactions(AT_START, run)
     if run.record.accelerations.size > 0:
         n = model.bodies.active.size
@@ -134,7 +134,7 @@ def keep(t, run):
         accelerations(scratch.k[0][n : 2 * n], model.bodies, motion, changes)
     row[at.time] = t
     row[at.events] = counters[EVENTS]
-    _keep_states(y, run, row[at.y :])
+    _write_states(y, run, row[at.y :])
     assign(row[at.coordinates :], motion.coordinates)
     if model.bodies.tree.branches.size > 0:
         record_angles(model.bodies, motion, row[at.coordinates :])
@@ -143,10 +143,12 @@ def keep(t, run):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
     elements = model.elements
     observed = row[at.observed :]
-    events.observe(t, y, modes, motion, model.bodies, elements, work.holds, work.wrench, observed)
+    events.write_outputs(
+        t, y, modes, motion, model.bodies, elements, work.holds, work.wrench, observed
+    )
     if model.bodies.tree.branches.size > 0:
         n = model.bodies.active.size
-        loads = observed[events.joints_observed(elements) :]
+        loads = observed[events.joint_output_start(elements) :]
         find_joint_loads(scratch.k[0][n : 2 * n], model, work, loads)
     for i in range(modes.shape[0]):
         assign(kept[i], modes[i])
@@ -160,7 +162,7 @@ def keep(t, run):
 
 
 @kernel
-def _keep_states(y, run, row):
+def _write_states(y, run, row):
     """Write all states but those of radiation to ``row``. The latter are kept for the newest record
     and for every `Record.spacing`-th."""
     model = run.model

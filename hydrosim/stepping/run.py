@@ -15,56 +15,63 @@ from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summi
 from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import LARGEST_TILT, accelerations, place_bodies
-from hydrosim.rigid.tree import rechart
+from hydrosim.rigid.tree import switch_rotation_chart
 from hydrosim.stepping.clock import STEP_ROUNDING, TIME_ROUNDING
-from hydrosim.stepping.closing import keep_closed
-from hydrosim.stepping.crossing import cut, make_consistent, note_headings, switch_modes
+from hydrosim.stepping.closing import project_state
+from hydrosim.stepping.crossing import (
+    make_consistent,
+    store_slip_directions,
+    switch_modes,
+    truncate_at_event,
+)
 from hydrosim.stepping.dynamics import may_hold, project_velocities, update_contents
-from hydrosim.stepping.record import keep
+from hydrosim.stepping.record import write_record
 from hydrosim.stepping.state import (
-    AFTER,
-    BEFORE,
-    BUT_FOR_SLIP,
+    ACCEPTED,
+    AFTER_STEP,
+    BEFORE_STEP,
     CAPSIZED,
     CHATTERING,
+    EARLIER_EVENTS,
+    EARLIER_STEPS,
     END,
     END_SLOPE,
     ERROR_INTEGRAL,
     EVALUATIONS,
     EVENTS,
-    EVENTS_THEN,
-    EVERY,
+    GRID_POINT,
+    GUARD_EVALUATIONS,
+    IN_PROGRESS,
     LAST_ERROR,
-    LOOKS,
+    MAY_END,
     NEXT_STEP,
     NO_SAMPLE,
     NOT_FINITE,
-    POINT,
-    REACHED,
+    PROGRESS_TIME,
+    REACHED_TIME,
     RECORDS,
     REJECTED,
-    RUNNING,
-    SINCE,
     SLOPE,
+    STALE,
+    STALE_SLIP_ONLY,
     START_MARGINS,
     START_SLOPE,
     STATUS,
     STEP_TOO_SMALL,
-    STEPS,
-    STEPS_THEN,
-    UNKNOWN,
 )
-from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, step
+from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, take_step
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
 from hydrosim.waves.slow_path_loads import BLOCK_BEGIN, begin_block
 
-PITCH = 4  # among a body's six coordinates
-UPRIGHT = 0.087  # cosine of that angle
-PARTS = 3  # of a step, while a contact node relaxes fast after an event
-SHORTEST = 1e-12  # s, or relative to the time: smallest step of an adaptive method
-PIECES = 200  # events in one step, per contact point or spring: more are chattering
-CRAWL = 200_000  # steps in the time of one: with more, no step is small enough
+PITCH_DOF = 4  # among a body's six coordinates
+MIN_PITCH_COSINE = 0.087  # cosine of that angle
+RELAXATION_PARTS = 3  # of a step, while a contact node relaxes fast after an event
+MIN_STEP = 1e-12  # s, or relative to the time: smallest step of an adaptive method
+MAX_EVENTS_PER_INTERVAL = (
+    200  # events in one step, per contact point or spring: more are chattering
+)
+MAX_STEPS_PER_INTERVAL = 200_000  # steps in the time of one: with more, no step is small enough
 
 
 @root_giving(float)
@@ -87,32 +94,32 @@ def advance_until(evaluations, until, run):
     enough = count_evaluations(counters) + evaluations
     if counters[RECORDS] == 0:
         t = grid_time(0, clock)
-        pace[REACHED] = pace[SINCE] = t
+        pace[REACHED_TIME] = pace[PROGRESS_TIME] = t
         if clock.block > 0:
-            _take_up_block(t, run)
+            _begin_block(t, run)
         make_consistent(t, run)
-        if events.samples(run.model.elements):
+        if events.has_sampled_functions(run.model.elements):
             take_samples(t, False, run)
-        remember(t, run)
-        keep(t, run)
-    while counters[POINT] < clock.points and count_evaluations(counters) < enough:
-        goal = grid_time(counters[POINT] + 1, clock)
-        _cross(min(goal, until), enough, run)
-        if counters[STATUS] != RUNNING or pace[REACHED] < goal:
+        append_velocity_history(t, run)
+        write_record(t, run)
+    while counters[GRID_POINT] < clock.points and count_evaluations(counters) < enough:
+        goal = grid_time(counters[GRID_POINT] + 1, clock)
+        _advance_to_gridpoint(min(goal, until), enough, run)
+        if counters[STATUS] != IN_PROGRESS or pace[REACHED_TIME] < goal:
             break
-        counters[POINT] += 1
-        n = counters[POINT]
+        counters[GRID_POINT] += 1
+        n = counters[GRID_POINT]
         if clock.block > 0 and (clock.first + n) % clock.block == 0:
             _next_block(goal, run)
         if n % clock.every == 0 or n == clock.points:
-            keep(goal, run)
-    return pace[REACHED]
+            write_record(goal, run)
+    return pace[REACHED_TIME]
 
 
 @kernel
 def count_evaluations(counters):
     """Cost of a run: evaluations of the right hand side plus evaluations of margins."""
-    return counters[EVALUATIONS] + counters[LOOKS]
+    return counters[EVALUATIONS] + counters[GUARD_EVALUATIONS]
 
 
 @root
@@ -120,16 +127,16 @@ def _next_block(t, run):
     """Renew the slow paths in waves at t. Loads jump here. Store the acceleration that a run
     starting at t would have."""
     model = run.model
-    known = run.scratch.known
+    cache = run.scratch.step_cache
     begin_block(t, run.state.y[model.slow :], model.following)
-    known[START_SLOPE] = 0
-    known[START_MARGINS] = UNKNOWN
+    cache[START_SLOPE] = 0
+    cache[START_MARGINS] = STALE
     if drop(t, run.state.history):
-        remember(t, run)
+        append_velocity_history(t, run)
 
 
 @root
-def _take_up_block(t, run):
+def _begin_block(t, run):
     """Keep the paths that a run starts with if the next ones are due before these end."""
     clock = run.clock
     p = run.model.following
@@ -146,47 +153,47 @@ def grid_time(n, clock):
 
 
 @root
-def _cross(goal, enough, run):
+def _advance_to_gridpoint(goal, enough, run):
     """Advance to the time ``goal``, piece by piece, but not beyond ``enough`` evaluations."""
     clock = run.clock
     state = run.state
     scratch = run.scratch
     counters = run.counters
-    t = scratch.pace[REACHED]
+    t = scratch.pace[REACHED_TIME]
     events.begin_drives(t, run.model.elements, run.work.holds)
-    while t < goal and count_evaluations(counters) < enough and counters[STATUS] == RUNNING:
+    while t < goal and count_evaluations(counters) < enough and counters[STATUS] == IN_PROGRESS:
         stop = _breakpoint_after(t, goal, clock)
-        paced = t + _pace(t, stop - t, run)
+        paced = t + _adapt_step(t, stop - t, run)
         if stop - paced > rounding_of_step(t, stop):
             stop = paced
         count_anew(state.history)
-        accepted, reached, left = _try(t, stop, run)
+        accepted, reached, left = _attempt_step(t, stop, run)
         if not accepted:
             counters[REJECTED] += 1
             continue
         t = _round_event(t, reached, stop) if left else reached
-        counters[STEPS] += 1
+        counters[ACCEPTED] += 1
         assign(state.y, scratch.states[END])
-        if events.remembers(run.model.elements):
+        if events.stores_step_values(run.model.elements):
             _record_largest(t, run)
-        _renew(t, left, run)
+        _reuse_end_slope(t, left, run)
         events.follow_drives(t, state.y, run.model.bodies, run.model.elements, run.work.holds)
         if events.any_joints(run.model.elements):
-            keep_closed(t, run)
+            project_state(t, run)
         if left:
             counters[EVENTS] += 1
-            remember(t, run)  # as it was before the event
+            append_velocity_history(t, run)  # as it was before the event
             switch_modes(t, run)
         elif run.work.constraints.force.size > events.joint_rows(run.model.elements):
             project_velocities(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:
             _check_joints(run)
-        if events.samples(run.model.elements) and counters[STATUS] == RUNNING:
+        if events.has_sampled_functions(run.model.elements) and counters[STATUS] == IN_PROGRESS:
             take_samples(t, left, run)
-        remember(t, run)
-        _watch(t, run)
-    scratch.pace[REACHED] = t
+        append_velocity_history(t, run)
+        _check_progress(t, run)
+    scratch.pace[REACHED_TIME] = t
 
 
 @kernel
@@ -213,7 +220,7 @@ def _record_largest(t, run):
     motion = run.work.motion
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    watched = run.scratch.watched[EVERY]
+    watched = run.scratch.watched[MAY_END]
     events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements, watched)
 
 
@@ -227,48 +234,52 @@ def take_samples(t, jumped, run):
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
     wrench = run.work.wrench
-    ahead = min(_pace(t, run.clock.step, run), run.clock.step)
+    ahead = min(_adapt_step(t, run.clock.step, run), run.clock.step)
     elements = model.elements
-    if not events.take_samples(t, jumped, ahead, y, motion, model.bodies, elements, wrench):
+    if not events.sample_user_functions(
+        t, jumped, ahead, y, motion, model.bodies, elements, wrench
+    ):
         run.counters[STATUS] = NO_SAMPLE
-    run.scratch.known[START_SLOPE] = 0
+    run.scratch.step_cache[START_SLOPE] = 0
 
 
 @kernel
-def _watch(t, run):
+def _check_progress(t, run):
     """Stop a run that makes no progress: too many modes have ended, or too many steps were taken,
     in the time of one step of the solver."""
     counters = run.counters
     pace = run.scratch.pace
-    if t - pace[SINCE] > run.clock.solver_step:
-        pace[SINCE] = t
+    if t - pace[PROGRESS_TIME] > run.clock.solver_step:
+        pace[PROGRESS_TIME] = t
         clear(run.scratch.switches)
-        counters[EVENTS_THEN] = counters[EVENTS]
-        counters[STEPS_THEN] = counters[STEPS] + counters[REJECTED]
-    if counters[EVENTS] - counters[EVENTS_THEN] > PIECES * (1 + run.state.modes.shape[0]):
+        counters[EARLIER_EVENTS] = counters[EVENTS]
+        counters[EARLIER_STEPS] = counters[ACCEPTED] + counters[REJECTED]
+    if counters[EVENTS] - counters[EARLIER_EVENTS] > MAX_EVENTS_PER_INTERVAL * (
+        1 + run.state.modes.shape[0]
+    ):
         counters[STATUS] = CHATTERING
-    if counters[STEPS] + counters[REJECTED] - counters[STEPS_THEN] > CRAWL:
+    if counters[ACCEPTED] + counters[REJECTED] - counters[EARLIER_STEPS] > MAX_STEPS_PER_INTERVAL:
         counters[STATUS] = STEP_TOO_SMALL
 
 
 @root_giving(bool, float, bool)
-def _try(t, stop, run):
+def _attempt_step(t, stop, run):
     """Try a step from ``t`` to ``stop``. Returns true if it is accepted, its end (at its first
     event, if any), and true if a mode has ended there."""
     clock = run.clock
     counters = run.counters
     if run.scratch.headings.size > 0:
-        note_headings(t, run)
-    step(t, stop - t, run)
+        store_slip_directions(t, run)
+    take_step(t, stop - t, run)
     located = clock.events and not clock.control.adaptive
-    if located and run.model.liquids.each.size > 0 and counters[STATUS] == RUNNING:
+    if located and run.model.liquids.each.size > 0 and counters[STATUS] == IN_PROGRESS:
         stop = _cut_at_corner(t, stop, run)
-    if clock.control.adaptive and not _accepted(t, stop - t, run):
+    if clock.control.adaptive and not _is_accepted(t, stop - t, run):
         return False, t, False
     left = False
-    if counters[STATUS] == RUNNING:
-        stop, left = cut(t, stop, clock.events, run)
-    accepted = counters[STATUS] == RUNNING
+    if counters[STATUS] == IN_PROGRESS:
+        stop, left = truncate_at_event(t, stop, clock.events, run)
+    accepted = counters[STATUS] == IN_PROGRESS
     if not accepted:
         _shorten(t, 0.5 * (stop - t), run)
     return accepted, stop, left
@@ -285,7 +296,7 @@ def _cut_at_corner(t, stop, run):
     part = first_passage(clearances[0], clearances[1])
     if part < 1.0:
         stop = t + part * (stop - t)
-        step(t, stop - t, run)
+        take_step(t, stop - t, run)
     return stop
 
 
@@ -301,7 +312,7 @@ def _find_clearances(y, run, out):
 
 
 @kernel
-def _pace(t, whole, run):
+def _adapt_step(t, whole, run):
     """Length of the next step; beyond the ``whole`` time to the next stop, the step ends there.
     Loads that no motion shows are followed by equal parts of that time."""
     clock = run.clock
@@ -330,14 +341,14 @@ def _planned_step(t, h, run):
             h = min(h, share * clock.step)
     if clock.control.adaptive:
         return h
-    part = clock.step / PARTS
-    if h > 1.1 * part and events.settling(t, run.state.y, run.model.elements):
+    part = clock.step / RELAXATION_PARTS
+    if h > 1.1 * part and events.has_fast_transient(t, run.state.y, run.model.elements):
         return part  # avoids a very short remaining step
     return h
 
 
 @root_giving(bool)
-def _accepted(t, h, run):
+def _is_accepted(t, h, run):
     """Accept or reject a step by its error and set the length of the next. A run whose steps shrink
     to zero is stopped. Stages without a solution count as an infinite error."""
     method = run.method
@@ -347,7 +358,7 @@ def _accepted(t, h, run):
     y = run.state.y
     end = scratch.states[END]
     error = np.inf
-    if counters[STATUS] == RUNNING:
+    if counters[STATUS] == IN_PROGRESS:
         error = error_norm(h, method, scratch.k, y, end, run.clock.control)
     factor = step_factor(error, pace[LAST_ERROR], method.order)
     planned = pace[NEXT_STEP]
@@ -367,22 +378,22 @@ def _shorten(t, h, run):
     """Continue with a step of ``h``, unless it is negligible compared with the time."""
     counters = run.counters
     run.scratch.pace[NEXT_STEP] = h
-    if h > SHORTEST * max(abs(t), 1.0):
-        counters[STATUS] = RUNNING
-    elif counters[STATUS] == RUNNING:
+    if h > MIN_STEP * max(abs(t), 1.0):
+        counters[STATUS] = IN_PROGRESS
+    elif counters[STATUS] == IN_PROGRESS:
         counters[STATUS] = STEP_TOO_SMALL
 
 
 @kernel
-def remember(t, run):
+def append_velocity_history(t, run):
     """Add velocities and accelerations at ``t`` to the history, if a convolution needs them."""
     if run.state.history.grid.shape[1] > 0:
-        _remember(t, run)
+        _append_velocity(t, run)
 
 
 @root
-def _remember(t, run):
-    """`remember` in heading axes; the slope found for it begins the next step."""
+def _append_velocity(t, run):
+    """`append_velocity_history` in heading axes; the slope found for it begins the next step."""
     history = run.state.history
     bodies = run.model.bodies
     work = run.work
@@ -427,28 +438,28 @@ def _count_breakpoints(t, clock):
 
 
 @root
-def _renew(t, left, run):
+def _reuse_end_slope(t, left, run):
     """Prepare the next step after a step to ``t``. If the modes stay and no constraint changes the
     state, the slope at its end, if known, and the margins there are reused. At a breakpoint that
     slope is the one from inside, and the next step may begin with another."""
     scratch = run.scratch
-    known = run.scratch.known
-    end_slope = known[END_SLOPE] != 0
-    known[START_SLOPE] = 0
-    known[END_SLOPE] = 0
-    known[START_MARGINS] = UNKNOWN
+    cache = run.scratch.step_cache
+    end_slope = cache[END_SLOPE] != 0
+    cache[START_SLOPE] = 0
+    cache[END_SLOPE] = 0
+    cache[START_MARGINS] = STALE
     if left or may_hold(run.state.modes, run.model, run.work):
         return
-    assign(scratch.margins[BEFORE], scratch.margins[AFTER])
-    known[START_MARGINS] = BUT_FOR_SLIP  # their headings are new at each step
+    assign(scratch.margins[BEFORE_STEP], scratch.margins[AFTER_STEP])
+    cache[START_MARGINS] = STALE_SLIP_ONLY  # their headings are new at each step
     if _is_breakpoint(t, run.clock):
         return
     if end_slope:
         assign(scratch.k[0], scratch.states[SLOPE])
-        known[START_SLOPE] = 1
+        cache[START_SLOPE] = 1
     elif knows_end_slope(run):
         assign(scratch.k[0], scratch.k[-1])
-        known[START_SLOPE] = 1
+        cache[START_SLOPE] = 1
 
 
 @kernel
@@ -464,7 +475,7 @@ def check(y, model, counters):
             counters[STATUS] = CAPSIZED
     own = bodies.active.size - bodies.tree.coordinates
     for j in range(own if bodies.exact else 0):
-        if bodies.active[j] % 6 == PITCH and abs(y[j]) > LARGEST_TILT:
+        if bodies.active[j] % 6 == PITCH_DOF and abs(y[j]) > LARGEST_TILT:
             counters[STATUS] = CAPSIZED
     if zero_if_finite(y) != 0.0:
         counters[STATUS] = NOT_FINITE
@@ -478,18 +489,18 @@ def _check_joints(run):
     model = run.model
     bodies = model.bodies
     motion = run.work.motion
-    known = run.scratch.known
+    cache = run.scratch.step_cache
     n = bodies.active.size
-    if rechart(state.y[:n], bodies):
-        known[START_SLOPE] = 0
-        known[START_MARGINS] = UNKNOWN
+    if switch_rotation_chart(state.y[:n], bodies):
+        cache[START_SLOPE] = 0
+        cache[START_MARGINS] = STALE
     if bodies.exact:
         place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
         for b in model.hulls.body:
-            if motion.rotation[b, 2, 2] < UPRIGHT:
+            if motion.rotation[b, 2, 2] < MIN_PITCH_COSINE:
                 run.counters[STATUS] = CAPSIZED
         for k in range(model.liquids.each.size):
-            if motion.rotation[model.liquids.each[k].body, 2, 2] < UPRIGHT:
+            if motion.rotation[model.liquids.each[k].body, 2, 2] < MIN_PITCH_COSINE:
                 run.counters[STATUS] = CAPSIZED
 
 

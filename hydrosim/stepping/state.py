@@ -10,40 +10,42 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.forces import events, new_modes
-from hydrosim.integrate import Method, Newton, Tableau
+from hydrosim.integrate import IntegrationMethod, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.radiation.history import VelocityHistory
 from hydrosim.stepping.clock import Clock, align_corners, merge_breakpoints
 from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
 
-RUNNING, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
+IN_PROGRESS, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
 SINGULAR, NO_SAMPLE, DRIVEN_APART = range(7, 10)
-STEPS, REJECTED, RECORDS, EVENTS, EVALUATIONS, LOOKS, STATUS, POINT = range(8)
-EVENTS_THEN, STEPS_THEN, COUNTERS = range(8, 11)
-"""Entries of `Run.counters`: ``LOOKS`` counts evaluations of margins, ``POINT`` is the grid point
-reached; two belong to `SINCE`. Number of counters."""
+ACCEPTED, REJECTED, RECORDS, EVENTS, EVALUATIONS, GUARD_EVALUATIONS, STATUS, GRID_POINT = range(8)
+EARLIER_EVENTS, EARLIER_STEPS, COUNTERS = range(8, 11)
+"""Entries of `Run.counters`: ``GUARD_EVALUATIONS`` counts evaluations of margins, ``GRID_POINT`` is
+the grid point reached; two belong to `PROGRESS_TIME`. Number of counters."""
 END, FULL, SLOPE, STAGE, SPARE = range(5)
 """Rows of `Scratch.states`: the end of the step, the end of the uncut step and the slope there, a
 stage, and a spare one."""
-BEFORE, AFTER, NOW, EARLY, LATE, TRIAL = range(6)
+BEFORE_STEP, AFTER_STEP, AT_PLACE, NEAR_START, NEAR_END, TRIAL = range(6)
 """Rows of `Scratch.margins`: before and after the uncut step, at the present place, near both ends,
 and for trials."""
-AT_START, AT_THIRD, AT_TWO_THIRDS, AT_END, BETWEEN = range(5)
+AT_START, AT_THIRD, AT_TWO_THIRDS, AT_END, INSIDE_STEP = range(5)
 """Rows of `Scratch.reactions`: on the step as it is cut, and at the present place."""
-EVERY, SOME = range(2)
+MAY_END, EVALUATED = range(2)
 """Rows of `Scratch.watched`: rows of modes that may end in this step, and those evaluated at
 present."""
 START_SLOPE, END_SLOPE, START_MARGINS = range(3)
-"""Entries of `Scratch.known`, true if valid: k[0] as the slope at the current state,
+"""Entries of `Scratch.step_cache`, true if valid: k[0] as the slope at the current state,
 ``states[SLOPE]`` as the slope at the end of the step, ``margins[BEFORE]`` as the margins at the
 current state."""
-UNKNOWN, BUT_FOR_SLIP, KNOWN = range(3)
-"""Values of ``known[START_MARGINS]``."""
-NEXT_STEP, LAST_ERROR, REACHED, SINCE, RANK, RANK_TIME, ERROR_INTEGRAL = range(7)
+STALE, STALE_SLIP_ONLY, VALID = range(3)
+"""Values of ``step_cache[START_MARGINS]``."""
+NEXT_STEP, LAST_ERROR, REACHED_TIME, PROGRESS_TIME, ROW_RANK, ROW_RANK_TIME, ERROR_INTEGRAL = range(
+    7
+)
 """Entries of `Scratch.pace`: next step, last error, the time reached, the time since which events
 and steps are counted to detect a run without progress; the smallest sine between rows of
-constraints, and its time (`closing.watch`); the integral over time of the errors of steps, in units
-of their tolerance."""
+constraints, and its time (`closing._check_rank`); the integral over time of the errors of steps, in
+units of their tolerance."""
 
 
 class State(NamedTuple):
@@ -54,7 +56,7 @@ class State(NamedTuple):
     history: VelocityHistory
 
 
-class Places(NamedTuple):
+class RecordColumns(NamedTuple):
     """The first entries of channels in a row of the record, see `record.channels`."""
 
     time: int
@@ -80,7 +82,7 @@ class Record(NamedTuple):
     newest. The numbers of these records are ``remembered`` (nm,), negative in empty rows.
     """
 
-    at: Places
+    at: RecordColumns
     channels: np.ndarray
     modes: np.ndarray
     accelerations: np.ndarray
@@ -92,9 +94,10 @@ class Record(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch of a step: stage derivatives ``k`` (s, ny), ``states`` (5, ny), ``margins`` (6, nm),
     ``watched`` (2, rows) flags of rows of modes. ``pace`` (7,) holds the next adaptive step, the
-    last error and the progress of the run; ``known`` (3,) flags of reusable values. ``headings``
-    (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points. ``switches``
-    (rows,) counts how often each row of modes has switched since the time `SINCE`."""
+    last error and the progress of the run; ``step_cache`` (3,) flags of reusable values.
+    ``headings`` (nf, 2) of slip at the start of the step, ``reactions`` (5, nf, 2) of held points.
+    ``switches`` (rows,) counts how often each row of modes has switched since the time
+    `PROGRESS_TIME`."""
 
     k: np.ndarray
     states: np.ndarray
@@ -102,7 +105,7 @@ class Scratch(NamedTuple):
     watched: np.ndarray
     switches: np.ndarray
     pace: np.ndarray
-    known: np.ndarray
+    step_cache: np.ndarray
     headings: np.ndarray
     reactions: np.ndarray
     newton: Newton
@@ -121,12 +124,12 @@ class Run(NamedTuple):
     counters: np.ndarray
 
 
-def new_scratch(model: Model, method: Method, step: float) -> Scratch:
+def new_scratch(model: Model, method: IntegrationMethod, step: float) -> Scratch:
     """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
     ny = model.size
     rows = len(new_modes(model))
     watched = np.zeros((2, rows), dtype=np.int64)
-    watched[EVERY] = 1
+    watched[MAY_END] = 1
     points = events.held_points(model.elements)
     return Scratch(
         np.zeros((method.tableau.b.size, ny)),
@@ -142,7 +145,9 @@ def new_scratch(model: Model, method: Method, step: float) -> Scratch:
     )
 
 
-def new_run(clock: Clock, model: Model, method: Method, state: State, record: Record) -> Run:
+def new_run(
+    clock: Clock, model: Model, method: IntegrationMethod, state: State, record: Record
+) -> Run:
     """A run that begins with ``state``, which it advances, and writes to ``record``."""
     clock = clock._replace(breakpoints=merge_breakpoints(clock))
     model = align_corners(model, clock)

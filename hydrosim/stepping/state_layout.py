@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces import KINDS
-from hydrosim.forces.kind import Tallying
+from hydrosim.forces import ELEMENT_KINDS
+from hydrosim.forces.kind import HasImpulses
 from hydrosim.scene import Scene, WaveForces
 from hydrosim.stepping.dynamics import Model
 from hydrosim.stepping.names import (
@@ -27,7 +27,7 @@ from hydrosim.stepping.names import (
     coordinates,
     dofs_of,
     force_names,
-    supplies,
+    is_work_row,
 )
 from hydrosim.waves import slow_bodies
 from hydrosim.waves.slow_path_loads import SLOW_STATE_NAMES
@@ -52,7 +52,7 @@ MOVING = (StateKind.COORDINATE, StateKind.RATE, StateKind.RADIATION)
 DRAUGHT_FILTERS = ("slow heave filter 1", "slow heave filter 2")
 
 
-class Entry(NamedTuple):
+class StateEntry(NamedTuple):
     """A state: its ``component``, its owner, its ``name`` in files, and the free coordinates that
     it moves with, if any."""
 
@@ -62,50 +62,50 @@ class Entry(NamedTuple):
     coordinates: tuple[Coordinate, ...] = ()
 
 
-class Block(NamedTuple):
+class StateBlock(NamedTuple):
     """States of one kind, from ``offset`` on in y."""
 
     kind: str
     offset: int
-    entries: tuple[Entry, ...]
+    entries: tuple[StateEntry, ...]
 
 
 @dataclass(frozen=True)
 class StateLayout:
     """The ``blocks`` of y in their order."""
 
-    blocks: tuple[Block, ...]
+    blocks: tuple[StateBlock, ...]
 
     def names(self) -> list[str]:
         """Names of all entries: "surge of barge", "slip distance of interface 1", ..."""
-        return [entry.name for _, entry in self._all()]
+        return [entry.name for _, entry in self._all_entries()]
 
     def kinds(self) -> list[str]:
         """Kind of every entry."""
-        return [str(kind) for kind, _ in self._all()]
+        return [str(kind) for kind, _ in self._all_entries()]
 
     def owners(self) -> list[str]:
         """Owner of every entry."""
-        return [entry.owner for _, entry in self._all()]
+        return [entry.owner for _, entry in self._all_entries()]
 
     def components(self) -> list[str]:
         """Component of every entry."""
-        return [entry.component for _, entry in self._all()]
+        return [entry.component for _, entry in self._all_entries()]
 
-    def moving(self) -> list[Entry]:
+    def moving(self) -> list[StateEntry]:
         """The coordinates, rates and radiation states."""
-        return [entry for kind, entry in self._all() if kind in MOVING]
+        return [entry for kind, entry in self._all_entries() if kind in MOVING]
 
-    def of(self, kind: str) -> tuple[Entry, ...]:
+    def entries_of(self, kind: str) -> tuple[StateEntry, ...]:
         """The entries of a kind."""
         return next((block.entries for block in self.blocks if block.kind == kind), ())
 
-    def at(self, index: int) -> tuple[str, Entry]:
+    def entry_at(self, index: int) -> tuple[str, StateEntry]:
         """Kind and entry at ``index`` in y."""
         block = next(b for b in reversed(self.blocks) if b.offset <= index and b.entries)
         return block.kind, block.entries[index - block.offset]
 
-    def _all(self) -> Iterator[tuple[str, Entry]]:
+    def _all_entries(self) -> Iterator[tuple[str, StateEntry]]:
         return ((block.kind, entry) for block in self.blocks for entry in block.entries)
 
 
@@ -116,44 +116,43 @@ def state_layout(scene: Scene, model: Model, met: Mapping[str, WaveForces]) -> S
     offset = 0
     for kind, entries in _blocks(scene, model, met):
         found = tuple(entries)
-        blocks.append(Block(kind, offset, found))
+        blocks.append(StateBlock(kind, offset, found))
         offset += len(found)
     return StateLayout(tuple(blocks))
 
 
 def _blocks(
     scene: Scene, model: Model, met: Mapping[str, WaveForces]
-) -> Iterator[tuple[str, Iterable[Entry]]]:
+) -> Iterator[tuple[str, Iterable[StateEntry]]]:
     """All blocks in the order of y."""
     free = coordinates(scene)
-    yield StateKind.COORDINATE, (Entry(q.dof, q.body, q.name, (q,)) for q in free)
-    yield StateKind.RATE, (Entry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
+    yield StateKind.COORDINATE, (StateEntry(q.dof, q.body, q.name, (q,)) for q in free)
+    yield StateKind.RATE, (StateEntry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
     yield StateKind.RADIATION, _radiation(scene, model)
-    for kind in KINDS:
-        for own in kind.states(kind.of(model), scene):
-            yield own.kind, _each(own.owners, own.components, own.prefix)
-    yield StateKind.SLOW_PLACE, _each(slow_bodies(scene, met), SLOW_STATE_NAMES)
-    yield (
-        StateKind.SLOW_DRAUGHT,
-        _each(_families(scene, model), DRAUGHT_FILTERS),
-    )
+    for kind in ELEMENT_KINDS:
+        for own in kind.states(kind.constants_in(model), scene):
+            yield own.kind, _entries(own.owners, own.components, own.prefix)
+    yield StateKind.SLOW_PLACE, _entries(slow_bodies(scene, met), SLOW_STATE_NAMES)
+    yield (StateKind.SLOW_DRAUGHT, _entries(_families(scene, model), DRAUGHT_FILTERS))
     yield StateKind.ENERGY, _energies(scene)
     if scene.output_impulses:
         yield StateKind.IMPULSE, _impulses(scene)
-        for kind in KINDS:
-            if isinstance(kind, Tallying):
-                yield StateKind.TALLY, _each(kind.unit_names(scene), kind.tallied)
+        for kind in ELEMENT_KINDS:
+            if isinstance(kind, HasImpulses):
+                yield StateKind.TALLY, _entries(kind.unit_names(scene), kind.impulse_names)
 
 
-def _each(owners: Iterable[str], components: Iterable[str], kind: str = "") -> Iterator[Entry]:
+def _entries(
+    owners: Iterable[str], components: Iterable[str], kind: str = ""
+) -> Iterator[StateEntry]:
     """All components of each owner."""
     parts = [*components]
     for owner in owners:
         for part in parts:
-            yield Entry(part, owner, f"{part} of {kind}{owner}")
+            yield StateEntry(part, owner, f"{part} of {kind}{owner}")
 
 
-def _radiation(scene: Scene, model: Model) -> Iterator[Entry]:
+def _radiation(scene: Scene, model: Model) -> Iterator[StateEntry]:
     """States of the memory, group by group; each belongs to some coordinates, of one body or
     several."""
     states = model.states
@@ -167,7 +166,7 @@ def _radiation(scene: Scene, model: Model) -> Iterator[Entry]:
         moved = tuple(coordinate_of(scene, model, dof) for dof in dofs)
         owner = dofs_of(dofs, bodies)
         yield from (
-            Entry(f"radiation {k + 1}", owner, f"radiation {k + 1} of {owner}", moved)
+            StateEntry(f"radiation {k + 1}", owner, f"radiation {k + 1} of {owner}", moved)
             for k in range(count)
         )
 
@@ -177,18 +176,18 @@ def _families(scene: Scene, model: Model) -> list[str]:
     return [scene.bodies[b].name for b in model.family.body]
 
 
-def _energies(scene: Scene) -> Iterator[Entry]:
+def _energies(scene: Scene) -> Iterator[StateEntry]:
     """Work or loss of every row of forces, and the integral of |wave power|."""
     for row, name in enumerate(force_names(scene)):
-        component = "work" if supplies(scene, row) else "loss"
-        joined = "work of" if supplies(scene, row) else "loss in"
-        yield Entry(component, name, f"{joined} {name}")
-    yield Entry("integral of |power|", "waves", "integral of |wave power|")
+        component = "work" if is_work_row(scene, row) else "loss"
+        joined = "work of" if is_work_row(scene, row) else "loss in"
+        yield StateEntry(component, name, f"{joined} {name}")
+    yield StateEntry("integral of |power|", "waves", "integral of |wave power|")
 
 
-def _impulses(scene: Scene) -> Iterator[Entry]:
+def _impulses(scene: Scene) -> Iterator[StateEntry]:
     """Integrals of the force of every row, and of its power, by coordinate."""
     every = [Coordinate(dof, body.name).name for body in scene.bodies for dof in DOFS]
     for what in ("impulse", "work"):
         for row in force_names(scene):
-            yield from (Entry(what, row, f"{what} of {row} on {name}") for name in every)
+            yield from (StateEntry(what, row, f"{what} of {row} on {name}") for name in every)

@@ -6,8 +6,13 @@ again in every process.
 
 from __future__ import annotations
 
-from hydrosim.integrate import advance_state, improve, prepare, stage_state
-from hydrosim.integrate.implicit import ITERATIONS, READY, SLOW, STALE
+from hydrosim.integrate import (
+    advance_state,
+    factorise_iteration_matrix,
+    newton_iteration,
+    stage_state,
+)
+from hydrosim.integrate.implicit import MAX_ITERATIONS, READY, SLOW_ITERATIONS, STALE
 from hydrosim.jit.kernels import assign, kernel, root
 from hydrosim.stepping.dynamics import jacobian, may_hold, rhs
 from hydrosim.stepping.state import (
@@ -22,31 +27,31 @@ from hydrosim.stepping.state import (
     STATUS,
 )
 
-INSIDE = 1e-15  # of the time: distance from a corner at which it is evaluated from inside
-SMALL = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
+CORNER_OFFSET = 1e-15  # of the time: distance from a corner at which it is evaluated from inside
+JACOBIAN_OFFSET = 1e-7  # of differences of states for the Jacobian: m, rad and their rates
 
 
 @root
-def step(t, h, run):
+def take_step(t, h, run):
     """One step of the method from ``run.state`` into ``scratch.states[END]``.
 
     Its end is evaluated from inside, a few roundings early: a rate may jump there.
     """
     y, k, method, scratch = run.state.y, run.scratch.k, run.method, run.scratch
-    stage, last = scratch.states[STAGE], (t + h) * (1.0 - INSIDE)
-    if scratch.known[START_SLOPE] == 0:
+    stage, last = scratch.states[STAGE], (t + h) * (1.0 - CORNER_OFFSET)
+    if scratch.step_cache[START_SLOPE] == 0:
         find_start_slope(t, run)
     for i in range(1, method.c.size):
         stage_state(i, method, h, y, k, stage)
         at, weight = min(t + method.c[i] * h, last), h * method.a[i, i]
         if weight == 0.0:
-            slope(at, stage, run, k[i])
+            find_slope(at, stage, run, k[i])
         else:
             _solve_stage(i, at, weight, run)
             if run.counters[STATUS] == NO_SOLUTION:
                 return
     advance_state(method, h, y, k, scratch.states[END])
-    scratch.known[END_SLOPE] = 0
+    scratch.step_cache[END_SLOPE] = 0
 
 
 @kernel
@@ -59,8 +64,8 @@ def knows_end_slope(run):
 @kernel
 def find_start_slope(t, run):
     """The slope at the current state into k[0], with the reactions there."""
-    slope(t, run.state.y, run, run.scratch.k[0])
-    run.scratch.known[START_SLOPE] = 1
+    find_slope(t, run.state.y, run, run.scratch.k[0])
+    run.scratch.step_cache[START_SLOPE] = 1
     keep_reactions(AT_START, run)
 
 
@@ -81,7 +86,7 @@ def is_held(run):
 
 
 @kernel
-def slope(t, y, run, dy):
+def find_slope(t, y, run, dy):
     """Fill ``dy`` = y'(t) with the modes and history of the run."""
     rhs(t, y, run.state.modes, run.state.history, run.model, run.work, dy)
     run.counters[EVALUATIONS] += 1
@@ -95,31 +100,31 @@ def _solve_stage(i, t, weight, run):
         if newton.status[0] == STALE:
             y, modes, history = state.y, state.modes, state.history
             states, room, J = newton.states, newton.shifted, newton.J
-            jacobian(t, y, modes, history, run.model, run.work, states, SMALL, room, J)
+            jacobian(t, y, modes, history, run.model, run.work, states, JACOBIAN_OFFSET, room, J)
             run.counters[EVALUATIONS] += 2 * states.size
             newton.weight[0] = 0.0
             newton.status[0] = READY
         if newton.weight[0] != weight:
-            prepare(weight, newton)
-        if _iterate(i, t, weight, run):
+            factorise_iteration_matrix(weight, newton)
+        if _iterate_stage(i, t, weight, run):
             return
         newton.status[0] = STALE
     run.counters[STATUS] = NO_SOLUTION
 
 
 @kernel
-def _iterate(i, t, weight, run):
+def _iterate_stage(i, t, weight, run):
     """Newton's iterations for k[i] from k[i - 1]; True if they converge."""
     scratch = run.scratch
     k, stage = scratch.k, scratch.states[STAGE]
     guess, f = scratch.states[END], scratch.states[SPARE]
     assign(k[i], k[i - 1])
-    for n in range(ITERATIONS):
+    for n in range(MAX_ITERATIONS):
         for m in range(guess.size):
             guess[m] = stage[m] + weight * k[i, m]
-        slope(t, guess, run, f)
-        if improve(k[i], f, run.state.y, weight, scratch.newton, run.clock.control) <= 1.0:
-            if n >= SLOW:
+        find_slope(t, guess, run, f)
+        if newton_iteration(k[i], f, run.state.y, weight, scratch.newton, run.clock.control) <= 1.0:
+            if n >= SLOW_ITERATIONS:
                 scratch.newton.status[0] = STALE
             return True
     return False

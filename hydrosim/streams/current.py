@@ -20,10 +20,10 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.scene import CurrentProfile, Environment, Stream
 
-PARTS = 100  # of the table of a power law
+PROFILE_PARTS = 100  # of the table of a power law
 
 
-class CurrentTable(NamedTuple):
+class TabulatedCurrent(NamedTuple):
     """Velocity (n, 2) [m/s] in the earth's x and y at each ``depth`` (n,) [m], which rises."""
 
     depth: np.ndarray
@@ -35,31 +35,31 @@ def velocity_of(stream: Stream) -> tuple[float, float]:
     return stream.speed * cos(stream.heading), stream.speed * sin(stream.heading)
 
 
-def current_table(environment: Environment) -> CurrentTable:
+def current_table(environment: Environment) -> TabulatedCurrent:
     """The current of an environment over the depth."""
     current = environment.current
     profile = environment.current_profile
     if profile is None:
-        return CurrentTable(np.zeros(1), np.array([velocity_of(current)]))
+        return TabulatedCurrent(np.zeros(1), np.array([velocity_of(current)]))
     rows = [
         velocity_of(Stream(current.speed * factor, current.heading + turn))
         for factor, turn in zip(profile.factor, profile.turn, strict=True)
     ]
-    return CurrentTable(np.array(profile.depth, dtype=float), np.array(rows))
+    return TabulatedCurrent(np.array(profile.depth, dtype=float), np.array(rows))
 
 
-def is_sheared(table: CurrentTable) -> bool:
+def is_sheared(table: TabulatedCurrent) -> bool:
     """True if the current differs between depths."""
     return bool(np.any(table.velocity != table.velocity[0]))
 
 
-def current_at(table: CurrentTable, depth: np.ndarray | float) -> np.ndarray:
+def current_at(table: TabulatedCurrent, depth: np.ndarray | float) -> np.ndarray:
     """Velocity (..., 2) [m/s] of the current at ``depth`` (...) [m] below the still water."""
     each = [np.interp(depth, table.depth, table.velocity[:, i]) for i in range(2)]
     return np.stack(each, axis=-1)
 
 
-def mean_current(table: CurrentTable, top: float, bottom: float) -> tuple[float, float]:
+def mean_current(table: TabulatedCurrent, top: float, bottom: float) -> tuple[float, float]:
     """Mean velocity [m/s] of the current between two depths [m]. It is exact for the table; a
     uniform current has its own velocity to the bit."""
     first = table.velocity[0]
@@ -73,7 +73,9 @@ def mean_current(table: CurrentTable, top: float, bottom: float) -> tuple[float,
     return float(mean[0]), float(mean[1])
 
 
-def current_on_hull(table: CurrentTable, draught: float | None, body: str) -> tuple[float, float]:
+def current_on_hull(
+    table: TabulatedCurrent, draught: float | None, body: str
+) -> tuple[float, float]:
     """Velocity [m/s] of the current on a body: the mean over its ``draught`` [m]. Raises InputError
     if the current varies and the draught is unknown."""
     if not is_sheared(table):
@@ -98,7 +100,7 @@ def power_profile(exponent: float, depth: float, key: str = "current") -> Curren
             f"{key}: found a power law in water of infinite depth; expected the depth at which the"
             " current ends. Give depth there."
         )
-    part = np.linspace(1.0, 0.0, PARTS + 1)
+    part = np.linspace(1.0, 0.0, PROFILE_PARTS + 1)
     steepness = max(2.0 / exponent, 1.0)
     above = part**steepness
     at = tuple(float(depth * (1.0 - s)) for s in above)

@@ -26,14 +26,14 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.scene import Amplitudes, Environment, Gusts
 from hydrosim.streams.spectra import density
-from hydrosim.streams.wind import REFERENCE, MeanWind, mean_wind
+from hydrosim.streams.wind import REFERENCE_HEIGHT, MeanWind, mean_wind
 from hydrosim.waves import draws
 from hydrosim.waves.loads import lagrange, rise, rows_at
 from hydrosim.waves.synthesis import SpectralLines, add_sum, time_grid
 
-FEWEST = 20
+MIN_COMPONENTS = 20
 """Fewest components: the variance of a record is then near that of the spectrum."""
-NODES = 6  # in the cell of a component
+NODES_PER_CELL = 6  # in the cell of a component
 _LATE = 1e-6  # s: the end of a run may be this much later than the repeat period
 
 
@@ -63,20 +63,20 @@ class GustComponents(NamedTuple):
 
 
 def gust_components(
-    gusts: Gusts, wind: MeanWind, heights: Sequence[float] = (REFERENCE,)
+    gusts: Gusts, wind: MeanWind, heights: Sequence[float] = (REFERENCE_HEIGHT,)
 ) -> GustComponents:
     """Components of ``gusts`` about a mean ``wind`` at the ``heights`` [m]. Raises InputError if
     the repeat period is too short for the band."""
     spacing = 1.0 / gusts.repeat_period
-    lowest, highest = band(gusts)
+    lowest, highest = gust_band(gusts)
     first = max(int(np.ceil(lowest / spacing - 0.5)), 1)
     last = int(np.floor(highest / spacing + 0.5))
     number = np.arange(first, last + 1)
-    if number.size < FEWEST:
+    if number.size < MIN_COMPONENTS:
         raise InputError(
             f"environment.wind.gusts.repeat_period: {gusts.repeat_period:g} s gives"
             f" {number.size} components between {lowest:.3g} and {highest:.3g} Hz; expected"
-            f" {FEWEST} or more. Raise it, or widen the band."
+            f" {MIN_COMPONENTS} or more. Raise it, or widen the band."
         )
     power = np.array([_power(gusts, number, spacing, z, wind) for z in heights]).T
     amplitude = np.sqrt(2.0 * power)
@@ -87,7 +87,7 @@ def gust_components(
     return GustComponents(turn, turn * number, amplitude, phase)
 
 
-def band(gusts: Gusts) -> tuple[float, float]:
+def gust_band(gusts: Gusts) -> tuple[float, float]:
     """Lowest and highest frequency [Hz]."""
     return gusts.lowest / (2.0 * np.pi), gusts.highest / (2.0 * np.pi)
 
@@ -97,10 +97,10 @@ def _power(
 ) -> np.ndarray:
     """Variance (n,) of the spectrum in the cell of each component, by Gauss' rule. Cells at the
     ends of the band are cut."""
-    lowest, highest = band(gusts)
+    lowest, highest = gust_band(gusts)
     left = np.clip((number - 0.5) * spacing, lowest, highest)
     right = np.clip((number + 0.5) * spacing, lowest, highest)
-    place, weight = np.polynomial.legendre.leggauss(NODES)
+    place, weight = np.polynomial.legendre.leggauss(NODES_PER_CELL)
     f = left + np.multiply.outer(0.5 + 0.5 * place, right - left)
     return np.asarray(0.5 * (right - left) * (weight @ density(gusts.spectrum, f, height, wind)))
 
@@ -120,7 +120,7 @@ def gust_table(
     grid = time_grid(waves.spacing, lines.highest, 0.0, dt, end)
     values = np.zeros((grid.rows, len(heights)))
     add_sum(grid, lines, values)
-    return GustTable(grid.start, grid.step, gusts.ramp, wind.speed_at(REFERENCE), values)
+    return GustTable(grid.start, grid.step, gusts.ramp, wind.speed_at(REFERENCE_HEIGHT), values)
 
 
 def check_span(gusts: Gusts, end: float) -> None:

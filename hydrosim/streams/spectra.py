@@ -29,7 +29,7 @@ from itertools import pairwise
 import numpy as np
 
 from hydrosim.scene import GustSpectrum
-from hydrosim.streams.wind import REFERENCE, MeanWind
+from hydrosim.streams.wind import REFERENCE_HEIGHT, MeanWind
 
 NPD_EXPONENT = 0.468
 _OUTSIDE = np.geomspace(1e-9, 1e6, 60001)  # Hz, for the energy of a whole spectrum
@@ -56,11 +56,11 @@ def _api(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
 
 def _ochi_shin(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
     U0 = wind.hour_mean
-    F = REFERENCE * f / U0
+    F = REFERENCE_HEIGHT * f / U0
     c = (0.8 + 0.065 * U0) / 1000.0
     fall = (1.0 + F**0.35) ** -11.5
     slope = np.where(F <= 0.003, 583.0, np.where(F <= 0.1, 420.0 * F**-0.3 * fall, 838.0 * fall))
-    return c * U0 * REFERENCE * slope
+    return c * U0 * REFERENCE_HEIGHT * slope
 
 
 DENSITIES: dict[GustSpectrum, Callable[[np.ndarray, float, MeanWind], np.ndarray]] = {

@@ -24,10 +24,10 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Environment, Stream, WindLaw, WindProfile
 from hydrosim.streams.current import velocity_of
 
-REFERENCE = 10.0
+REFERENCE_HEIGHT = 10.0
 """Height [m] of the wind that spectra and results are about."""
-HOUR = 3600.0
-LOWEST = 1.0
+HOUR_S = 3600.0
+MIN_HEIGHT = 1.0
 """Height [m] below which the laws are not used."""
 
 
@@ -41,13 +41,13 @@ class MeanWind:
 
     def height_felt(self, height: float) -> float:
         """Height [m] whose wind acts at a ``height``: 10 m if there is no profile."""
-        return REFERENCE if self.profile is None else height
+        return REFERENCE_HEIGHT if self.profile is None else height
 
     def speed_at(self, height: float) -> float:
         """Mean speed [m/s] at a ``height`` [m] above the still water."""
         if self.profile is None:
             return self.hour_mean
-        return self.hour_mean * _factor(self.profile, self.hour_mean, height)
+        return self.hour_mean * _profile_factor(self.profile, self.hour_mean, height)
 
     def velocity_at(self, height: float) -> tuple[float, float]:
         """Mean velocity [m/s] at a ``height`` [m], in the earth's x and y."""
@@ -63,22 +63,22 @@ def mean_wind(environment: Environment) -> MeanWind:
     """Mean wind of an environment. The mean of one hour at 10 m is the one with the given mean at
     the given height. Raises InputError if there is no such mean."""
     stream, profile, gusts = environment.wind, environment.wind_profile, environment.gusts
-    averaging = HOUR if gusts is None else gusts.averaging
-    height = REFERENCE if profile is None else profile.height
-    if stream.speed == 0.0 or (height == REFERENCE and averaging == HOUR):
+    averaging = HOUR_S if gusts is None else gusts.averaging
+    height = REFERENCE_HEIGHT if profile is None else profile.height
+    if stream.speed == 0.0 or (height == REFERENCE_HEIGHT and averaging == HOUR_S):
         return MeanWind(stream, profile, stream.speed)
 
     def speed(hour_mean: float) -> float:
         return (
             hour_mean
-            * (1.0 if profile is None else _factor(profile, hour_mean, height))
+            * (1.0 if profile is None else _profile_factor(profile, hour_mean, height))
             * gust_factor(hour_mean, height, averaging)
         )
 
-    return MeanWind(stream, profile, _solved(speed, stream.speed))
+    return MeanWind(stream, profile, _solve_hour_mean(speed, stream.speed))
 
 
-def _solved(speed: Callable[[float], float], wanted: float) -> float:
+def _solve_hour_mean(speed: Callable[[float], float], wanted: float) -> float:
     """The mean of one hour at 10 m that gives the ``wanted`` speed."""
     from scipy.optimize import brentq  # slow to load, and few scenes need it
 
@@ -91,20 +91,20 @@ def _solved(speed: Callable[[float], float], wanted: float) -> float:
     return float(brentq(lambda U0: speed(U0) - wanted, 0.0, highest, xtol=1e-13, rtol=1e-14))
 
 
-def _factor(profile: WindProfile, hour_mean: float, height: float) -> float:
+def _profile_factor(profile: WindProfile, hour_mean: float, height: float) -> float:
     """U(z) / U0."""
     if profile.law == WindLaw.POWER:
-        return float((height / REFERENCE) ** profile.exponent)
+        return float((height / REFERENCE_HEIGHT) ** profile.exponent)
     C = 0.0573 * sqrt(1.0 + 0.15 * hour_mean)
-    return 1.0 + C * log(height / REFERENCE)
+    return 1.0 + C * log(height / REFERENCE_HEIGHT)
 
 
 def turbulence_intensity(hour_mean: float, height: float) -> float:
     """I(z) of the NPD wind."""
-    return float(0.06 * (1.0 + 0.043 * hour_mean) * (height / REFERENCE) ** -0.22)
+    return float(0.06 * (1.0 + 0.043 * hour_mean) * (height / REFERENCE_HEIGHT) ** -0.22)
 
 
 def gust_factor(hour_mean: float, height: float, averaging: float) -> float:
     """Largest mean over ``averaging`` [s] within an hour, over the mean of the hour (NPD)."""
     intensity = turbulence_intensity(hour_mean, height)
-    return 1.0 - 0.41 * intensity * log(averaging / HOUR)
+    return 1.0 - 0.41 * intensity * log(averaging / HOUR_S)

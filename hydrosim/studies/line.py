@@ -17,11 +17,11 @@ import numpy as np
 from hydrosim.case.lines.chains import mooring_lines, water_of
 from hydrosim.compiling.validate_scene import STRAINED
 from hydrosim.documents.text import Source
-from hydrosim.forces.line.hang import find_touch
-from hydrosim.forces.line.now import lines_now
-from hydrosim.forces.line.points import find_points
-from hydrosim.forces.line.shape import PIECE, REASONS, Pull, solve, stiffness
-from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.forces.line.hang import find_touchdown
+from hydrosim.forces.line.now import line_shapes
+from hydrosim.forces.line.points import line_points
+from hydrosim.forces.line.shape import REASONS, LinePull, solve, stiffness
+from hydrosim.rigid.kinematics import LINE_PIECE, place_bodies
 from hydrosim.stepping.dynamics import new_work
 
 if TYPE_CHECKING:
@@ -56,9 +56,9 @@ class StillLine:
         """Unstretched length [m]."""
         return float(self.pieces["length"].sum())
 
-    def end_forces(self) -> Pull:
+    def end_forces(self) -> LinePull:
         """Its forces."""
-        return Pull(*solve(*self.ends, nan, nan))
+        return LinePull(*solve(*self.ends, nan, nan))
 
     @property
     def ends(self) -> tuple[np.ndarray, int, int, float, float, float, float]:
@@ -72,17 +72,17 @@ class StillLine:
     def profile(self) -> tuple[np.ndarray, np.ndarray]:
         """Places (n, 2) [m] from the fairlead to the anchor: the distance from the anchor, and the
         height above it; tensions (n,) [N]."""
-        places, tension = find_points(*self.ends, self.end_forces(), PROFILE_POINTS)
+        places, tension = line_points(*self.ends, self.end_forces(), PROFILE_POINTS)
         return np.stack([self.x - places[:, 0], places[:, 1]], axis=1), tension
 
-    def grounded_length(self, pull: Pull) -> float:
+    def grounded_length(self, pull: LinePull) -> float:
         """Length on the bed [m]."""
         if not pull.touch < self.length:
             return 0.0 if pull.converged else nan
         behind = 0.0
         if pull.anchor_V < 0.0:
             last = self.pieces.size - 1
-            behind = find_touch(self.pieces, last, -1, -1, -pull.anchor_V).arc
+            behind = find_touchdown(self.pieces, last, -1, -1, -pull.anchor_V).arc
         return self.length - pull.touch - behind
 
     def usual_offset(self) -> float:
@@ -124,7 +124,7 @@ def response(line: StillLine, offsets: np.ndarray, up: bool) -> LineResponse:
     return LineResponse(up, offsets, *forces, stiff, grounded, tuple(reasons))
 
 
-def _row(line: StillLine, pull: Pull, up: bool) -> list[float]:
+def _row(line: StillLine, pull: LinePull, up: bool) -> list[float]:
     """The figures of one offset."""
     if not pull.converged:
         return [nan] * 6
@@ -150,11 +150,11 @@ def lines_of_case(compiled: Compiled) -> list[StillLine]:
     motion = new_work(model).motion
     n = model.bodies.active.size
     place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
-    found = lines_now(model, compiled.scene, 0.0, state.y, state.modes, model.bodies, motion)
+    found = line_shapes(model, compiled.scene, 0.0, state.y, state.modes, model.bodies, motion)
     return [
         StillLine(
             line.name,
-            line.own.copy(),
+            line.line_pieces.copy(),
             line.ends.x,
             line.ends.z,
             line.ends.bed,
@@ -176,7 +176,7 @@ def lines_of_system(system: System) -> list[StillLine]:
         found.append(
             StillLine(
                 name,
-                np.array(rows, dtype=PIECE),
+                np.array(rows, dtype=LINE_PIECE),
                 float(np.hypot(across[0], across[1])),
                 -float(across[2]),
                 bed,
@@ -200,6 +200,6 @@ def _check_strain(line: StillLine, source: Source) -> None:
         )
 
 
-def angle_at_fairlead(pull: Pull) -> float:
+def angle_at_fairlead(pull: LinePull) -> float:
     """Angle of the line at its fairlead below the horizontal [rad]."""
     return float(np.arctan2(pull.V, pull.H))

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.jit.search import piece_of
-from hydrosim.rigid.kinematics import upright
+from hydrosim.rigid.kinematics import vertical_in_body
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
 from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, bend, slope
 from hydrosim.tanks.pumping import SEA_INDEX, rate_of
@@ -170,7 +170,7 @@ def _lift_height(k, y, motion, bodies, p, heights):
     if tank.liquid >= 0:
         return height + heights[tank.liquid]
     piece = p.pieces[piece_of(y[p.state + k], tank.first, tank.last, p.pieces)]
-    x, n = y[p.state + k] - piece.start, upright(b, motion, bodies)
+    x, n = y[p.state + k] - piece.start, vertical_in_body(b, motion, bodies)
     r, _, _, _ = surface_of(k, y, p)
     xx, xy = slope(piece, SURFACE_MOMENT, x), slope(piece, SURFACE_MOMENT + 1, x)
     square = (

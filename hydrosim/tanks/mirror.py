@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hydrosim.dofs import SMALL
+from hydrosim.dofs import SYMMETRY_RTOL
 from hydrosim.scene import (
     Body,
     Box,
@@ -87,7 +87,7 @@ def _same_contents(a: TankMesh, b: TankMesh) -> bool:
     size = np.abs(a.corners).max()
     unit = np.repeat([volume * size, volume * size**2, size, volume * size], [3, 6, 1, 3])
     apart = (x["c"][..., 0] - y["c"][..., 0]) / unit if x.shape == y.shape else np.ones(1)
-    return bool(np.abs(apart).max() <= SMALL)
+    return bool(np.abs(apart).max() <= SYMMETRY_RTOL)
 
 
 def _same_plan(a: Plan | None, b: Plan | None) -> bool:
@@ -97,10 +97,12 @@ def _same_plan(a: Plan | None, b: Plan | None) -> bool:
 
 
 def _is_close(a: object, b: object) -> bool:
-    """True if numbers agree within `SMALL` of the largest."""
+    """True if numbers agree within `SYMMETRY_RTOL` of the largest."""
     x = np.asarray(a, float)
     y = np.asarray(b, float)
-    return x.shape == y.shape and bool(np.all(np.abs(x - y) <= SMALL * np.abs(x).max(initial=0.0)))
+    return x.shape == y.shape and bool(
+        np.all(np.abs(x - y) <= SYMMETRY_RTOL * np.abs(x).max(initial=0.0))
+    )
 
 
 def _mirror_pump(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:

@@ -23,7 +23,7 @@ import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.jit.search import piece_of
-from hydrosim.rigid.kinematics import upright
+from hydrosim.rigid.kinematics import vertical_in_body
 from hydrosim.rigid.solids import Solids, area_below, sums_below
 from hydrosim.rigid.vectors import dot, scale, vector
 from hydrosim.tanks.pieces import FIRST_MOMENT, slope, value
@@ -65,7 +65,7 @@ def level_surfaces(y, motion, bodies, tanks, p, contents):
         volume = y[tanks.state + liquid.tank] if liquid.tank >= 0 else liquid.volume
         piece = p.pieces[piece_of(volume, liquid.first, liquid.last, p.pieces)]
         x = volume - piece.start
-        n = upright(b, motion, bodies)
+        n = vertical_in_body(b, motion, bodies)
         middle = (
             slope(piece, FIRST_MOMENT, x),
             slope(piece, FIRST_MOMENT + 1, x),
@@ -84,7 +84,7 @@ def find_clearances(y, motion, bodies, tanks, p, heights, out):
     for k in range(p.each.size):
         liquid = p.each[k]
         volume = y[tanks.state + liquid.tank] if liquid.tank >= 0 else liquid.volume
-        n = upright(liquid.body, motion, bodies)
+        n = vertical_in_body(liquid.body, motion, bodies)
         first = p.solids.begin[p.solids.first[k]]
         last = p.solids.begin[p.solids.first[k + 1]]
         within = VOLUME_RTOL * liquid.capacity < volume < (1.0 - VOLUME_RTOL) * liquid.capacity

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.modes import COLUMNS, MARGINS, MODE, SEGMENT
+from hydrosim.modes import MARGINS, MODE, MODE_COLUMNS, SEGMENT
 from hydrosim.tanks.contents import EQUAL_VOLUME_RTOL, Tanks
 from hydrosim.tanks.pumping import PUMP_ENDED, PUMP_RUNNING, SEA_INDEX, margins, settle, switch
 
@@ -43,7 +43,7 @@ class Timeline(NamedTuple):
 def integrate_tanks(p: Tanks, end: float) -> Timeline:
     """Integrate the tanks from 0 to ``end`` [s], or to their first problem."""
     p = p._replace(state=0, mode=0)
-    modes = np.zeros((p.flows.size, COLUMNS), dtype=np.int64)
+    modes = np.zeros((p.flows.size, MODE_COLUMNS), dtype=np.int64)
     settle(0.0, modes, p)
     modes[p.flows["triggered"], MODE] = PUMP_ENDED
     t = 0.0

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from moored_barge import ROOT
+from scenes import ROOT
 
 from hydrosim.case import Case, load_case
 from hydrosim.case.resolve import resolved_case_text

@@ -1,4 +1,4 @@
-"""Mutants of the shipped cases, a few of those that `python -m benchmarks.mutant_trials` tries."""
+"""Mutants of the shipped cases, a few of those that `python -m benchmarks.mutants` tries."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import mutant_papers
-from benchmarks.mutant_trials import prepare, tried
-from benchmarks.mutants import CHANGES, RENAMES, Mutant, mutants, shipped, text_of, whole
 from hydrosim.case import load_case
 from hydrosim.errors import InputError
+from tests.generators import mutant_papers
+from tests.generators.mutant_trials import prepare, tried
+from tests.generators.mutants import CHANGES, RENAMES, Mutant, mutants, shipped, text_of, whole
 
 SEED = 2_000
 ENDS = ("complete", "failed", "refused")

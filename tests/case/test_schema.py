@@ -15,7 +15,7 @@ from hydrosim import forces, scene
 from hydrosim.case import Case
 from hydrosim.case.checks import RESERVED
 from hydrosim.dofs import DOFS
-from hydrosim.forces.layout import ROWS, WEIGHT
+from hydrosim.forces.layout import BODY_ROWS, WEIGHT
 
 Load = Callable[..., Case]
 Refusal = Callable[..., str]
@@ -904,6 +904,6 @@ class TestSolver:
 
 
 def test_names_of_the_outputs_own_forces_are_taken(refusal: Refusal) -> None:
-    assert RESERVED == (*ROWS, WEIGHT)
+    assert RESERVED == (*BODY_ROWS, WEIGHT)
     text = element(f"{MOORING}, stiffness: {{surge: 1}}")
     assert "the output has a force of that name" in refusal(text.replace("element", "radiation"))

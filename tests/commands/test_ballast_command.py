@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
 import pytest
-from command_line import Command, command
+from command_line import Command
 
 ROOT = Path(__file__).parents[2]
 CASE = f"""
@@ -29,13 +30,10 @@ bodies:
 
 
 @pytest.fixture
-def ballast(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
+def ballast(hydrosim: Command) -> Command:
     """The command on the case, in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
     Path("case.yaml").write_text(CASE)
-    return command(monkeypatch, capsys, "ballast", "case.yaml")
+    return partial(hydrosim, "ballast", "case.yaml")
 
 
 def test_a_loading_condition_is_told_and_drawn(ballast: Command) -> None:

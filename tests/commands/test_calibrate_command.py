@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from command_line import Command, command
+from command_line import Command
 
 import hydrosim as hs
 
@@ -23,18 +24,15 @@ forces:
 
 
 @pytest.fixture
-def calibrate(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
+def calibrate(hydrosim: Command) -> Command:
     """The command in a folder with a recorded decay, of linear damping in closed form."""
-    monkeypatch.chdir(tmp_path)
     time = np.arange(0.0, 100.0, 0.1)
     w = np.sqrt((2.0 * np.pi / PERIOD) ** 2 - 0.25 * LINEAR**2)
     roll = np.exp(-0.5 * LINEAR * time) * np.cos(w * time)
     roll += 0.01 * np.random.default_rng(1).normal(size=time.size)
     rows = np.transpose([time, 10.0 * roll])
     np.savetxt("decay.csv", rows, "%.6f", ",", header="time [s],roll [deg]", comments="")
-    return command(monkeypatch, capsys, "calibrate")
+    return partial(hydrosim, "calibrate")
 
 
 def test_a_decay_is_told_drawn_and_written_as_keys(calibrate: Command) -> None:

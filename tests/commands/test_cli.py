@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import Command, command, files
-from moored_barge import CASES, ROOT, hull
+from scenes import CASES, ROOT, hull
 
 import hydrosim as hs
 from hydrosim.commands.progress import ProgressLines

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from command_line import Command, command, files
+from command_line import Command, files
 from recorded_runs import made_run, position, sea, write_csv
 
 RUN = made_run()
@@ -16,14 +16,10 @@ TIME = RUN.time.values
 
 
 @pytest.fixture
-def hydrosim(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Command:
+def hydrosim(hydrosim: Command) -> Command:
     """Runs the command with these arguments where a run is, on a wide terminal."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
     RUN.to_netcdf("run.nc")
-    return command(monkeypatch, capsys)
+    return hydrosim
 
 
 def test_a_run_and_its_own_recording(hydrosim: Command) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
+
+from command_line import printed
 
 TESTS = Path(__file__).parents[1]
 PROGRAM = """
@@ -34,8 +34,8 @@ def test_what_is_on_disk_is_not_announced(tmp_path: Path) -> None:
 
 def said(cache: Path) -> list[str]:
     """What `PROGRAM` prints in a new process with this cache folder."""
-    paths = {"PYTHONPATH": f"{TESTS.parent}:{TESTS / 'jit'}", "HYDROSIM_CACHE_DIR": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM], env=paths, capture_output=True, text=True, check=True
-    )
-    return done.stdout.splitlines()
+    paths = {
+        "PYTHONPATH": f"{TESTS.parent}:{TESTS}:{TESTS / 'jit'}",
+        "HYDROSIM_CACHE_DIR": str(cache),
+    }
+    return printed(PROGRAM, **paths).splitlines()

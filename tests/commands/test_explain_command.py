@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 import xarray as xr
-from command_line import Command, command
-from dry_scenes import block, moving, on_floor, scene, steady
+from command_line import Command
 from recorded_runs import made_run
+from scenes import block, moving, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Harmonic, StickSlip
@@ -33,13 +34,9 @@ def shaken(period: float, impulses: bool = True) -> Scene:
 
 
 @pytest.fixture
-def explain(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
+def explain(hydrosim: Command) -> Command:
     """`hydrosim explain` in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-    return command(monkeypatch, capsys, "explain")
+    return partial(hydrosim, "explain")
 
 
 def test_a_run(explain: Command, tmp_path: Path) -> None:

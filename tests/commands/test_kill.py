@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 from command_line import heed_signals
+from scenes import SWINGING_BLOCK
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
@@ -24,16 +25,7 @@ from hydrosim.studies.sweep.sweep import run_study
 
 pytestmark = pytest.mark.slow
 
-SLOW = """\
-title: Swinging block, in steps of a few microseconds
-duration: 20 s
-bodies:
-  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
-forces:
-  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
-solver: {step: 4e-6 s, linear: step}
-output: {step: 0.1 s}
-"""
+SLOW = SWINGING_BLOCK.replace("step: 0.02 s", "step: 4e-6 s")
 LONGEST = 120.0  # s that a signal or a file is waited for, on a busy machine
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
-from command_line import Command, command
+from command_line import Command
 from validation_data import unpacked
 
 FILE = unpacked("lines/semi_taut.txt")
@@ -34,13 +35,10 @@ forces:
 
 
 @pytest.fixture
-def line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
+def line(hydrosim: Command) -> Command:
     """The command in a folder of its own, with a case."""
-    monkeypatch.chdir(tmp_path)
     Path("case.yaml").write_text(CASE)
-    return command(monkeypatch, capsys, "line")
+    return partial(hydrosim, "line")
 
 
 def test_file(line: Command) -> None:

@@ -10,19 +10,11 @@ from pathlib import Path
 import pytest
 import xarray as xr
 from command_line import Command, command, files
+from scenes import SWINGING_BLOCK
 
 from hydrosim.outputs import Output, content
 
-BLOCK = """\
-title: Swinging block
-duration: 20 s
-bodies:
-  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
-forces:
-  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
-solver: {step: 0.02 s, linear: step}
-output: {step: 0.1 s}
-"""
+BLOCK = SWINGING_BLOCK
 STAGED = BLOCK.replace(
     "forces:\n",
     "forces:\n  push: {type: applied_force, body: block, force: {surge:"
@@ -237,7 +229,7 @@ def test_what_is_made_by_another_process_is_refused(hydrosim: Command, folder: P
     read, write = os.pipe()
     pid = os.fork()
     if pid == 0:
-        with Output(Path("r.nc"), "run", Path("block.yaml")).held():
+        with Output(Path("r.nc"), "run", Path("block.yaml")).hold_lock():
             os.write(write, b"!")
             signal.pause()
     os.read(read, 1)

@@ -16,6 +16,7 @@ import pytest
 import xarray as xr
 from command_line import without_progress
 from rich.table import Table
+from scenes import SWINGING_BLOCK
 from typer.main import get_command
 
 from hydrosim.__main__ import app
@@ -24,16 +25,7 @@ from hydrosim.presentation.terminal import printable
 
 ROOT = Path(__file__).parents[2]
 CASE = ROOT / "cases" / "sphere" / "decay.yaml"
-BLOCK = """\
-title: A block on a spring
-duration: 2 s
-bodies:
-  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
-forces:
-  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
-solver: {step: 0.1 s}
-output: {step: 0.1 s}
-"""
+BLOCK = SWINGING_BLOCK.replace("20 s", "2 s")
 
 
 @pytest.mark.parametrize(

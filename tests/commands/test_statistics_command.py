@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
 import xarray as xr
-from command_line import Command, command
+from command_line import Command
 from recorded_runs import made_run
 
 from hydrosim.outputs import Output
@@ -14,13 +15,9 @@ from hydrosim.results.netcdf import write_run
 
 
 @pytest.fixture
-def statistics(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
+def statistics(hydrosim: Command) -> Command:
     """`hydrosim statistics` in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-    return command(monkeypatch, capsys, "statistics")
+    return partial(hydrosim, "statistics")
 
 
 @pytest.fixture

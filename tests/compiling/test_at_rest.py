@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene, steady
+from scenes import block, moving, scene, steady
 
 import hydrosim as hs
 from hydrosim.errors import InputError

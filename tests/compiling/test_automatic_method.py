@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import in_contact, in_waves, scene_of
+from scenes import in_contact, in_waves, scene_of
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene

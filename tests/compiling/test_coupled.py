@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from moored_barge import SEA, hull, in_waves, scene_of
+from scenes import SEA, hull, in_waves, scene_of
 from scipy.linalg import block_diag
 
 import hydrosim as hs

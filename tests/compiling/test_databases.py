@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from moored_barge import ROOT, hull, in_waves, scene_of, with_body
+from scenes import ROOT, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from moored_barge import SEA, in_contact, in_waves
+from scenes import SEA, in_contact, in_waves
 
 import hydrosim
 import hydrosim as hs

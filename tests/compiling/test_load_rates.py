@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene, steady
+from scenes import block, scene, steady
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import SEA, in_contact, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
+from scenes import SEA, in_contact, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS

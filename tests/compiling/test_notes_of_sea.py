@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
-from dry_scenes import block
-from moored_barge import hull, scene_of
+from scenes import block, hull, scene_of
 
 from hydrosim import check, simulate
 from hydrosim.compiling.compile import compile_scene

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, on_floor
 from markers import few
-from moored_barge import scene_of
+from scenes import block, moving, on_floor, scene_of
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs

@@ -10,11 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, on_floor, steady
-from dry_scenes import scene as dry
 from markers import few
-from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
+from scenes import (
+    CASES,
+    SEA,
+    block,
+    in_contact,
+    in_waves,
+    moving,
+    on_floor,
+    scene_of,
+    steady,
+    with_body,
+)
+from scenes import scene as dry
 
 import hydrosim as hs
 from hydrosim.compiling.restart import open_start

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from moored_barge import scene_of
+from scenes import scene_of
 
 import hydrosim as hs
 from hydrosim.compiling import sizes

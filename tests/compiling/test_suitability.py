@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from moored_barge import ROOT
+from scenes import ROOT
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene

@@ -16,15 +16,26 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import moving, on_floor, steady, table
-from dry_scenes import scene as dry
-from moored_barge import CASES, SEA, hull, in_contact, in_waves, scene_of, with_body
 from numpy.testing import assert_array_equal
 from reading import rows, texts
+from scenes import (
+    CASES,
+    SEA,
+    hull,
+    in_contact,
+    in_waves,
+    moving,
+    on_floor,
+    scene_of,
+    steady,
+    table,
+    with_body,
+)
+from scenes import scene as dry
 from scipy.linalg import block_diag
 
 import hydrosim as hs
-from hydrosim.compiling.mirror import LATERAL, SMALL
+from hydrosim.compiling.mirror import LATERAL, SYMMETRY_RTOL
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.evidence import Feature, Kind
@@ -515,7 +526,7 @@ def test_the_last_digits_of_a_table_are_no_asymmetry(name: str, index: tuple[int
     """WAMIT prints six digits; what leads aside is then less than the tolerance of the skip, and so
     is what the skip makes of the motions, but for the resonances it may meet."""
     below, above = (
-        unfitted(hydrodynamics=shifted(name, index, share * SMALL)) for share in (0.5, 2.0)
+        unfitted(hydrodynamics=shifted(name, index, share * SYMMETRY_RTOL)) for share in (0.5, 2.0)
     )
     assert reduced(below)
     assert not reduced(above)
@@ -525,7 +536,7 @@ def test_the_last_digits_of_a_table_are_no_asymmetry(name: str, index: tuple[int
 def test_a_small_asymmetry_moves_the_full_scene_by_as_much(figure: Figure) -> None:
     """What the tolerance lets pass, measured at its size: in the plane nothing is seen (the square
     of it), aside motions of about it."""
-    loads = shifted("excitation", (1,), 0.9 * SMALL)
+    loads = shifted("excitation", (1,), 0.9 * SYMMETRY_RTOL)
     scene = moored(hydrodynamics=loads)
     found, expected = hs.simulate(scene), hs.simulate(full(scene))
     sway = float(np.abs(expected.position.sel(dof="sway")).max())

@@ -5,6 +5,7 @@ cent, "N times", or a cell of a table that is a number with or without a unit. 9
 the level of all intervals. The section must name
 
 * a command: a benchmark, a script, or `hydrosim` with a file of this repository;
+* or a question answered once, whose section there names the commit;
 * or a test, as a path below tests/ that exists;
 * or the commit at which it was measured;
 * or the page of evidence.
@@ -23,7 +24,7 @@ from pathlib import Path
 import pytest
 from stated_lines import ROUNDING, unlike
 
-from benchmarks import evidence
+from benchmarks import ELSEWHERE, evidence
 from hydrosim.evidence import Line, known_lines
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +32,7 @@ PAGES = (
     ROOT / "README.md",
     *sorted((ROOT / "docs").glob("*.md")),
     *sorted((ROOT / "cases").glob("*/*.md")),
+    ROOT / "benchmarks" / "answered.md",
 )
 BOX = re.compile(r"^```.*?^```", re.S | re.M)
 CODE = re.compile(r"`[^`]*`|\b90 %")
@@ -43,6 +45,8 @@ BENCHMARKS = (
     re.compile(r"benchmarks/(\w+)(?:\.py|/\w+\.py)"),
     re.compile(r"benchmarks/README\.md#(\w+)"),
 )
+ANSWERED = re.compile(r"\banswered\.md#(\w+)")
+PROGRAM = re.compile(r"python -m ((?:cases|benchmarks)\.[\w.]+)")
 INPUTS = "## Where the numbers come from"
 TEST = re.compile(r"tests/[\w/]+\.py")
 FILE = re.compile(r"\b(?:hydrosim|python) [^\n`]*?([\w./-]+\.(?:yaml|py))")
@@ -72,6 +76,8 @@ def sources(section: str, page: Path) -> Iterator[str]:
     for pattern in BENCHMARKS:
         names = pattern.findall(section)
         yield from (name for name in names if is_benchmark(name))
+    yield from (name for name in ANSWERED.findall(section) if names_commit(name))
+    yield from (name for name in PROGRAM.findall(section) if is_program(name))
     yield from (path for path in TEST.findall(section) if (ROOT / path).exists())
     named = FILE.findall(section)
     yield from (x for x in named if (ROOT / x).exists() or (page.parent / x).exists())
@@ -81,9 +87,22 @@ def sources(section: str, page: Path) -> Iterator[str]:
 
 
 def is_benchmark(name: str) -> bool:
-    """Whether there is a module or a package of benchmarks of this name."""
-    folder = ROOT / "benchmarks"
-    return (folder / f"{name}.py").exists() or (folder / name / "__init__.py").exists()
+    """Whether there is a question of this name, or a module of benchmarks."""
+    if name in ELSEWHERE:
+        return is_program(ELSEWHERE[name])
+    return (ROOT / "benchmarks" / f"{name}.py").exists()
+
+
+def names_commit(name: str) -> bool:
+    """Whether a question of this name was answered, and a commit is named there."""
+    text = (ROOT / "benchmarks" / "answered.md").read_text("utf-8")
+    return any(COMMIT.search(x) for x in sections(text) if x.startswith(f"## {name}\n"))
+
+
+def is_program(name: str) -> bool:
+    """Whether there is a module of this repository, or a package that can be run."""
+    path = ROOT.joinpath(*name.split("."))
+    return path.with_suffix(".py").exists() or (path / "__main__.py").exists()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -107,6 +126,11 @@ def test_sections_with_figures_name_their_source(page: Path) -> None:
         ("It is 3 % off (`tests/docs/test_of_nothing.py`).", False),
         ("It is 3 % off (`python -m benchmarks evidence`).", True),
         ("It is 3 % off (`python -m benchmarks nothing`).", False),
+        ("It is 3 % off ([figures](../benchmarks/answered.md#skips)).", True),
+        ("It is 3 % off ([figures](../benchmarks/answered.md#nothing)).", False),
+        ("It is 3 % off (`python -m benchmarks skips`).", False),
+        ("It is 3 % off (`python -m cases.reverse_float_over.thesis --seeds 3`).", True),
+        ("It is 3 % off (`python -m cases.reverse_float_over.nothing`).", False),
         ("It is 3 % off.\n\n```sh\nhydrosim run cases/sphere/decay.yaml\n```", True),
         ("It is 3 % off.\n\n```sh\nhydrosim run cases/sphere/nothing.yaml\n```", False),
         ("It is 3 % off (commit 885b83b).", True),

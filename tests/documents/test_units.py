@@ -1,11 +1,10 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import printed
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
@@ -174,10 +173,7 @@ def loads_pint(cache: Path) -> list[str]:
         "length = q.read('3 km'); print('pint' in sys.modules); print(length)"
     )
     place = {"PYTHONPATH": str(Path(__file__).parents[2]), "HYDROSIM_CACHE_DIR": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=place, capture_output=True, text=True, check=True
-    )
-    return done.stdout.split()
+    return printed(code, **place).split()
 
 
 @pytest.mark.parametrize(

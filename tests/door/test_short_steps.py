@@ -8,7 +8,7 @@ from math import cos
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene, table
+from scenes import block, scene, table
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, LinearMooring, Table

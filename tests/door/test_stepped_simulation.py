@@ -12,8 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene
-from moored_barge import in_contact, scene_of, with_body
+from scenes import block, in_contact, moving, scene, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

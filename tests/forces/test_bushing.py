@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene, with_step
+from scenes import block, moving, scene, with_step
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 from test_struts import load_on

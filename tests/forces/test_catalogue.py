@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene
 from examples import KINDS, LAWS, all_examples, built
+from scenes import block, scene
 from test_elements import ELEMENTS
 
 from hydrosim.evidence import features_of
-from hydrosim.forces import KINDS as KINDS_OF_UNITS
+from hydrosim.forces import ELEMENT_KINDS as KINDS_OF_UNITS
 from hydrosim.forces import External, ForceElement
 from hydrosim.forces.contact import guide
 from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resonance, RollMode
+from hydrosim.forces.layout import Layout, ResonanceTerms, RollMode
 from hydrosim.scene import Environment
 from hydrosim.streams.current import current_table
 from hydrosim.streams.wind import mean_wind
@@ -27,7 +27,7 @@ LAYOUT = Layout(
     row={"it": 4},
     current_profile=current_table(Environment()),
     wind=mean_wind(Environment()),
-    resonance=lambda body, stiffness: Resonance(stiffness, stiffness),
+    resonance=lambda body, stiffness: ResonanceTerms(stiffness, stiffness),
     roll_mode=lambda body, stiffness: RollMode(1.0, 1.0, 0.0),
     heading=(0.0, 0.0),
     weight=(1.0, 1.0),
@@ -63,7 +63,7 @@ def test_every_example_is_in_the_schema_and_compiled_by_one_kind(kind: Any) -> N
     element = built(kind.example)
     kinds = [kind for kind in KINDS_OF_UNITS if isinstance(kind, ElementKind)]
     homes = [kind for kind in kinds if _count(kind, element) > _count(kind, None)]
-    walls = [guide.KIND] if getattr(element, "wall", None) else []  # a kind of their own
+    walls = [guide.GUIDE_KIND] if getattr(element, "wall", None) else []  # a kind of their own
     assert homes[1:] == walls
     assert isinstance(element, homes[0].classes)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene
+from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.compiling.streams.currents import draught_of

@@ -9,8 +9,7 @@ from math import pi
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, scene, steady, surge
-from moored_barge import hull, in_waves, scene_of
+from scenes import block, hull, in_waves, moving, scene, scene_of, steady, surge
 from scipy.optimize import brentq
 
 import hydrosim as hs

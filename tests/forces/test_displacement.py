@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import moving, scene, steady, with_step
 from numpy.testing import assert_allclose, assert_array_equal
+from scenes import moving, scene, steady, with_step
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene, steady, table
 from examples import all_examples
+from scenes import block, moving, scene, steady, table
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
@@ -38,16 +38,16 @@ from hydrosim.forces import (
     Winch,
     WindLoad,
 )
-from hydrosim.forces.contact.fender import DISSIPATED, STATES
+from hydrosim.forces.contact.fender import CONTACT_STATES, DISSIPATED
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.forces.layout import HYDROSTATIC, ROWS
+from hydrosim.forces.layout import BODY_ROWS, HYDROSTATIC
 from hydrosim.rigid import Motion
 from hydrosim.scene import Body, Environment, Kinematics, Scene, Stream
 from hydrosim.stepping.dynamics import Model, new_work, rhs, stored_energies
 from hydrosim.stepping.state import State
 
 RNG = np.random.default_rng(5)
-ELEMENT = len(ROWS)  # the row of the one element of a scene
+ELEMENT = len(BODY_ROWS)  # the row of the one element of a scene
 NOW = 3.0  # s
 STRETCH = np.array([[0.02, -0.03], [-0.01, 0.04]])  # of the two points of the fenders [m]
 
@@ -199,7 +199,7 @@ class Moment:
     def loss(self, row: int) -> float:
         """Rate of the work or the dissipation of a row."""
         first = self.model.elements.fenders.state
-        points = self.dy[first:][: STATES * self.points.size].reshape(-1, STATES)
+        points = self.dy[first:][: CONTACT_STATES * self.points.size].reshape(-1, CONTACT_STATES)
         mine = self.points["row"] == row
         return float(self.dy[self.model.energy + row] + points[mine, DISSIPATED].sum())
 
@@ -217,7 +217,9 @@ def evaluate(
     if mode != OPEN:
         state.modes[state.modes[:, 0] != OPEN, 0] = mode
     fenders = model.elements.fenders
-    points = state.y[fenders.state :][: STATES * fenders.points.size].reshape(-1, STATES)
+    points = state.y[fenders.state :][: CONTACT_STATES * fenders.points.size].reshape(
+        -1, CONTACT_STATES
+    )
     if mode != OPEN and isinstance(next(iter(scene.forces.values())).friction, StickSlip):
         points[:, :2] = stretch
     work, dy = new_work(model), np.zeros(model.size)
@@ -472,4 +474,4 @@ def test_absent_elements_have_no_size():
     assert not any(sizes.values())
     assert state.modes.shape == (0, 3)
     assert model.energy == model.radiation == 12  # coordinates and rates alone
-    assert model.size - model.energy == len(ROWS) + 2  # its rows, the mooring's, |wave power|
+    assert model.size - model.energy == len(BODY_ROWS) + 2  # its rows, the mooring's, |wave power|

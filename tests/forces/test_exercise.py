@@ -6,13 +6,11 @@ follows (names, output, restart, ledger, step limits) it must have by its kind.
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import printed
 
 import hydrosim
 
@@ -23,7 +21,7 @@ LINES = {  # of files that are there: before which line stands what
     "forces/__init__.py": {
         "    spring,\n    stream_load,": "    rope,\n",
         "    guides: Any": "    ropes: Any\n",
-        "    tanks.KIND": "    rope.KIND,\n",
+        "    tanks.TANK_FLOW_KIND": "    rope.ROPE_KIND,\n",
         "    if e.guides.pins.size > 0:\n        guide.add_force": (
             "    if e.ropes.lines.size > 0:\n"
             "        rope.add_force(t, y, modes, motion, bodies, e.ropes, wrench, rate, dy)\n"
@@ -35,26 +33,26 @@ LINES = {  # of files that are there: before which line stands what
     },
     "forces/events.py": {
         "from hydrosim.forces import bushing": "from hydrosim.forces import rope\n",
-        "    }\n\n\n@kernel\ndef joints_observed": (
-            '        "rope": (elements.ropes.lines.size, rope.OBSERVED),\n'
+        "    }\n\n\n@kernel\ndef joint_output_start": (
+            '        "rope": (elements.ropes.lines.size, rope.ROPE_OUTPUTS),\n'
         ),
-        "\n\n@root\ndef settle": (
+        "\n\n@root\ndef set_initial_modes": (
             "    if elements.ropes.lines.size > 0:\n"
-            "        first = out.size - elements.ropes.lines.size * rope.OBSERVED\n"
-            "        rope.observe(y, modes, motion, bodies, elements.ropes, out[first:])\n"
+            "        first = out.size - elements.ropes.lines.size * rope.ROPE_OUTPUTS\n"
+            "        rope.write_outputs(y, modes, motion, bodies, elements.ropes, out[first:])\n"
         ),
         "    if tanks.flows.size > 0:\n        pumping.settle": (
             "    if elements.ropes.lines.size > 0:\n"
-            "        rope.settle(y, modes, motion, bodies, elements.ropes)\n"
+            "        rope.set_initial_modes(y, modes, motion, bodies, elements.ropes)\n"
         ),
         "    if tanks.flows.size > 0:\n        pumping.margins": (
             "    if elements.ropes.lines.size > 0:\n"
-            "        rope.margins(y, modes, motion, bodies, elements.ropes, out)\n"
+            "        rope.find_margins(y, modes, motion, bodies, elements.ropes, out)\n"
         ),
         "    if row >= springs.mode and": (
             "    ropes = elements.ropes\n"
             "    if row >= ropes.mode and ropes.lines.size > 0:\n"
-            "        rope.switch(row - ropes.mode, which, y, modes, motion, bodies, ropes)\n"
+            "        rope.transition(row - ropes.mode, which, y, modes, motion, bodies, ropes)\n"
             "        return\n"
         ),
         "    if row < fenders.mode or": (
@@ -134,18 +132,5 @@ def test_a_rope_is_added_in_three_files(tmp_path: Path) -> None:
             assert text.count(before) == 1, (file, before)
             text = text.replace(before, added + before)
         (package / file).write_text(text)
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(tmp_path),
-        "HYDROSIM_CACHE_DIR": str(tmp_path / "cache"),
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "the rope holds" in done.stdout
+    paths = {"PYTHONPATH": str(tmp_path), "HYDROSIM_CACHE_DIR": str(tmp_path / "cache")}
+    assert "the rope holds" in printed(SCRIPT, folder=tmp_path, **paths)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, errors, observed_orders, scene
+from scenes import block, errors, observed_orders, scene
 from scipy.integrate import quad, solve_ivp
 from scipy.special import beta, betainc
 

@@ -9,14 +9,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block, on_floor, scene
-from moored_barge import in_contact
+from scenes import block, in_contact, on_floor, scene
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.forces import KINDS, Elements, Frictionless, own_modes
+from hydrosim.forces import ELEMENT_KINDS, Elements, Frictionless, modes_of_kind
 from hydrosim.forces.events import held_points
-from hydrosim.forces.kind import ElementKind, Kind, Mirrored, Renewing, Tallying
+from hydrosim.forces.kind import (
+    ElementKind,
+    HasImpulses,
+    HasMirrorSymmetry,
+    ResetsOnRestart,
+    UnitKind,
+)
 from hydrosim.scene import Active, Joint, JointFriction, JointResistance, JointType, When
 
 PACKAGE = Path(hydrosim.__file__).parent
@@ -56,7 +61,7 @@ def test_a_kind_is_seen_under_any_name(source: str) -> None:
 
 
 def test_a_kind_has_few_members() -> None:
-    own = {*vars(ElementKind), *vars(Kind), *ElementKind.__annotations__}
+    own = {*vars(ElementKind), *vars(UnitKind), *ElementKind.__annotations__}
     assert len([name for name in own if not name.startswith("_")]) <= MEMBERS
 
 
@@ -65,17 +70,19 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
     compiled = hs.compile_scene(in_contact(20.0))
     model = compiled.model
     rows = np.arange(len(compiled.state.modes))
-    seen = [own_modes(kind, kind.of(model), rows[:, None])[:, 0] for kind in KINDS]
+    seen = [
+        modes_of_kind(kind, kind.constants_in(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS
+    ]
     assert np.concatenate(seen).tolist() == rows.tolist()
     names = [
         f"{component} of {block.prefix}{owner}"
-        for kind in KINDS
-        for block in kind.states(kind.of(model), compiled.scene)
+        for kind in ELEMENT_KINDS
+        for block in kind.states(kind.constants_in(model), compiled.scene)
         for owner in block.owners
         for component in block.components
     ]
     assert len(names) == model.slow - model.own
-    felt = np.concatenate([kind.felt_states(kind.of(model)) for kind in KINDS])
+    felt = np.concatenate([kind.coupled_states(kind.constants_in(model)) for kind in ELEMENT_KINDS])
     assert np.all((felt >= model.own) & (felt < model.slow))
 
 
@@ -101,5 +108,5 @@ def test_reactions_are_of_one_unit_each() -> None:
 
 def test_what_few_kinds_have_is_asked_by_protocols() -> None:
     """Each protocol has a kind that follows it and one that does not."""
-    for protocol in (Mirrored, Renewing, Tallying):
-        assert {isinstance(kind, protocol) for kind in KINDS} == {True, False}
+    for protocol in (HasMirrorSymmetry, ResetsOnRestart, HasImpulses):
+        assert {isinstance(kind, protocol) for kind in ELEMENT_KINDS} == {True, False}

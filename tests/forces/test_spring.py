@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import (
+from scenes import (
     block,
     moving,
     observed_orders,

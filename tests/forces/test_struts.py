@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady, surge
+from scenes import block, moving, observed_orders, scene, steady, surge
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 from test_spring import momenta

@@ -8,8 +8,8 @@ from textwrap import dedent
 
 import numpy as np
 import pytest
-from dry_scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
 from reading import texts
+from scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
 
 import hydrosim as hs
 from hydrosim.errors import InputError

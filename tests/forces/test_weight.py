@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, heave, moving, scene, steady
-from moored_barge import motion, scene_of, with_body
 from numpy.testing import assert_allclose
+from scenes import block, heave, motion, moving, scene, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.errors import InputError

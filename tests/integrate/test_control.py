@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene
+from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.evidence import Feature, Kind

@@ -15,12 +15,12 @@ from hydrosim.integrate import (
     Control,
     Filters,
     advance_state,
-    improve,
+    factorise_iteration_matrix,
     new_newton,
-    prepare,
+    newton_iteration,
     stage_state,
 )
-from hydrosim.integrate.implicit import ITERATIONS, NO_FILTERS, factorise, solve
+from hydrosim.integrate.implicit import MAX_ITERATIONS, NO_FILTERS, factorise, solve
 
 Figure = Callable[[str, float], None]
 PAIR = ESDIRK4.tableau
@@ -50,10 +50,13 @@ def integrate(
         for i in range(1, method.c.size):
             stage_state(i, method, h, y, k, stage)
             weight, at = h * method.a[i, i], t + method.c[i] * h
-            prepare(weight, newton)
+            factorise_iteration_matrix(weight, newton)
             k[i] = k[i - 1]
-            for _ in range(ITERATIONS):
-                if improve(k[i], f(at, stage + weight * k[i]), y, weight, newton, control) <= 1.0:
+            for _ in range(MAX_ITERATIONS):
+                if (
+                    newton_iteration(k[i], f(at, stage + weight * k[i]), y, weight, newton, control)
+                    <= 1.0
+                ):
                     break
             else:
                 pytest.fail("Newton's method does not converge")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrosim import scene
-from hydrosim.integrate import METHODS, Method, method_named
+from hydrosim.integrate import METHODS, IntegrationMethod, method_named
 from hydrosim.linear.stability import ray_limits
 
 
@@ -22,7 +22,7 @@ def test_scene_and_tableau_agree_on_who_chooses_steps(name: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=str)
 def test_only_methods_that_choose_their_steps_or_are_stable_everywhere_have_no_limit(
-    method: Method,
+    method: IntegrationMethod,
 ) -> None:
     left = np.linspace(0.5 * np.pi, np.pi, 20)
     stable = bool(np.isinf(ray_limits(method, left)).all())
@@ -30,7 +30,7 @@ def test_only_methods_that_choose_their_steps_or_are_stable_everywhere_have_no_l
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=str)
-def test_the_stability_function_is_the_exponential_to_the_order(method: Method) -> None:
+def test_the_stability_function_is_the_exponential_to_the_order(method: IntegrationMethod) -> None:
     """R(z) - exp(z) = C z^(p + 1) + ..."""
     z = np.array([0.2, 0.1]) * np.exp(2.0j)
     far, near = np.abs(method.stability(z) - np.exp(z))
@@ -38,6 +38,6 @@ def test_the_stability_function_is_the_exponential_to_the_order(method: Method) 
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=str)
-def test_dopri5_alone_ends_a_step_at_its_last_stage(method: Method) -> None:
+def test_dopri5_alone_ends_a_step_at_its_last_stage(method: IntegrationMethod) -> None:
     """Of the explicit ones: the slope there begins the next step."""
     assert method.tableau.closes == (method.name == "dopri5")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
-import subprocess
 import sys
 from collections.abc import Callable
 from enum import Enum
@@ -15,12 +13,13 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from command_line import printed
 from numba import typeof
 from numba.extending import intrinsic, register_jitable
 
 from hydrosim.jit import kernels
 from hydrosim.jit.ingredients import digest_of_kernel
-from hydrosim.jit.refs import hold
+from hydrosim.jit.refs import struct_reference
 
 pytestmark = pytest.mark.kernels
 Stored = Callable[..., dict[str, str]]
@@ -153,17 +152,19 @@ def stored_names() -> dict[str, str]:
     segments, values = np.zeros(2, sizes.SEGMENT).view(np.recarray), np.zeros(2)
     scale = sizes.Scale(1.0, 0.0)
     calls = {
-        parts.inner.compiled: (1.0,),
-        parts.outer.compiled: (1.0, scale),
-        parts.odd.compiled: (1,),
-        parts.even.compiled: (1,),
+        parts.inner.dispatcher: (1.0,),
+        parts.outer.dispatcher: (1.0, scale),
+        parts.odd.dispatcher: (1,),
+        parts.even.dispatcher: (1,),
         roots.total: (segments, scale),
         roots.fill: (segments, scale, values),
         roots.span: (values,),
         decay.halve: (values,),
     }
     return {
-        kernel.py_func.__name__: kernel._cache._name(tuple(typeof(hold(a)) for a in args), MACHINE)
+        kernel.py_func.__name__: kernel._cache._name(
+            tuple(typeof(struct_reference(a)) for a in args), MACHINE
+        )
         for kernel, args in calls.items()
     }
 
@@ -263,17 +264,19 @@ def test_all_sources_count_for_a_value_of_another_kind(
 EVERY_ROOT = """
 import gc
 from hydrosim.jit.ingredients import digest_of_kernel
-from hydrosim.jit.linking import Whole
+from hydrosim.jit.linking import CompiledKernel
 import hydrosim.stepping.run, hydrosim.linear
 for one in gc.get_objects():
-    if isinstance(one, Whole):
+    if isinstance(one, CompiledKernel):
         print(one.py_func.__module__, one.py_func.__qualname__, digest_of_kernel(one))
 """
 
 
 def test_digests_are_the_same_in_every_process() -> None:
     """Also where strings in sets come in another order."""
-    first, second = (printed(EVERY_ROOT, PYTHONHASHSEED=seed) for seed in "12")
+    first, second = (
+        printed(EVERY_ROOT, PYTHONPATH=str(ROOT), PYTHONHASHSEED=seed).splitlines() for seed in "12"
+    )
     assert sorted(first) == sorted(second)
     assert len(first) > 50
 
@@ -310,7 +313,8 @@ def test_an_edit_recompiles_few_kernels_of_the_base_case(
     unused = ("decay", "forces.damping.quadratic_damping", "tanks")
     folders = (*unused, "waves.loads", "forces.linear_mooring", "stepping")
     case = str(ROOT / "cases" / "reverse_float_over" / "base.yaml")
-    (used,), *lines = (line.split() for line in printed(EDITED_FOLDERS, case, *folders))
+    told = printed(EDITED_FOLDERS, case, *folders, PYTHONPATH=str(ROOT)).splitlines()
+    (used,), *lines = map(str.split, told)
     recompiled = {folder: names for folder, edited, *names in lines if int(edited) > 0}
     assert set(recompiled) == set(folders)
     for folder, names in recompiled.items():
@@ -320,15 +324,3 @@ def test_an_edit_recompiles_few_kernels_of_the_base_case(
     assert "rhs" in recompiled["forces.linear_mooring"]
     assert len(recompiled["forces.linear_mooring"]) <= 0.2 * int(used)
     assert {"advance", "rhs", "step"} <= set(recompiled["stepping"])
-
-
-def printed(program: str, *arguments: str, **environment: str) -> list[str]:
-    """Lines that a program prints in a new process."""
-    done = subprocess.run(
-        [sys.executable, "-c", program, *arguments],
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pickle
 import signal
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import perf_counter, sleep
@@ -14,6 +12,7 @@ from typing import Any
 import linked_kernels
 import numpy as np
 import pytest
+from command_line import printed
 from numba.core.codegen import JITCodeLibrary
 from numba.core.errors import NumbaError
 
@@ -176,7 +175,7 @@ def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str
     asks for it: once, if "code" is in this list."""
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     hooks = JITCodeLibrary._object_compiled_hook, JITCodeLibrary._object_getbuffer_hook
-    set_hooks = linked_kernels.scaled.compiled.targetctx.codegen()._engine.set_object_cache
+    set_hooks = linked_kernels.scaled.dispatcher.targetctx.codegen()._engine.set_object_cache
     coming: list[str] = []
 
     def signalled(hook: Callable[..., Any]) -> Callable[..., Any]:
@@ -212,9 +211,6 @@ def run(cache: Path, program: str = PROGRAM, first: Path | None = None) -> list[
     """What a program prints in a new process with this cache folder. Modules in the folder
     ``first`` replace those here."""
     here = Path(__file__).parent
-    folders = [*([first] if first else []), here.parents[1], here]
+    folders = [*([first] if first else []), here.parents[1], here.parent, here]
     paths = {"PYTHONPATH": ":".join(map(str, folders)), "HYDROSIM_CACHE_DIR": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", program], env=paths, capture_output=True, text=True, check=True
-    )
-    return done.stdout.splitlines()
+    return printed(program, **paths).splitlines()

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import printed
 
 pytestmark = pytest.mark.kernels
 CASES = Path(__file__).parents[2] / "cases"
 PROGRAM = """
 import gc, sys
 import hydrosim as hs
-from hydrosim.jit.linking import Whole
+from hydrosim.jit.linking import CompiledKernel
 hs.simulate(hs.load_case(*sys.argv[1:2], {"duration": 20.0}))
 for one in gc.get_objects():
-    if isinstance(one, Whole) and one.overloads:
+    if isinstance(one, CompiledKernel) and one.overloads:
         print(one.py_func.__module__ + "." + one.py_func.__qualname__)
 """
 WATER = {"hydrosim.forces.linear_mooring.add_energy", "hydrosim.waves.loads.wave_loads"}
@@ -25,7 +24,7 @@ EVERY_STAGE = {
     "hydrosim.radiation.memory.radiation_states",
     "hydrosim.rigid.inertia.accelerate_freely",
     "hydrosim.rigid.kinematics.acceleration_map",
-    "hydrosim.stepping.dynamics.constrain",
+    "hydrosim.stepping.dynamics.add_constraints",
     "hydrosim.stepping.dynamics.find_mass",
 }
 
@@ -44,6 +43,4 @@ def test_what_every_stage_calls_is_no_root() -> None:
 
 def roots(case: str) -> set[str]:
     """Those that a run of a case calls."""
-    command = [sys.executable, "-c", PROGRAM, str(CASES / f"{case}.yaml")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+    return set(printed(PROGRAM, str(CASES / f"{case}.yaml")).split())

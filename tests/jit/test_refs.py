@@ -9,7 +9,7 @@ import pytest
 from numba import jit
 
 from hydrosim.jit.linking import OPTIONS
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import StructReference
 
 pytestmark = pytest.mark.kernels
 bare = jit(**OPTIONS)  # without numba's memory manager, as all kernels
@@ -70,7 +70,7 @@ def test_reads_and_writes() -> None:
     )
     expected = (2.0 + 10.0) + 5.0 + 2.0 + 3
     assert through(outer) == expected  # as a tuple of numba's own
-    assert through(Held(outer)) == expected
+    assert through(StructReference(outer)) == expected
     assert outer.inner.x[0] == 7.0
 
 
@@ -80,14 +80,17 @@ def test_members_of_one_byte_and_of_eight_lie_where_kernels_read_them(
     first: bool, last: bool
 ) -> None:
     mixed = Mixed(first, (last, first), (), 2.5, np.arange(6.0).reshape(2, 3), last)
-    assert taken_apart(Held(mixed)) == (first, last, first, 2.5, 5.0, last)
+    assert taken_apart(StructReference(mixed)) == (first, last, first, 2.5, 5.0, last)
 
 
 def test_what_kernels_cannot_read_is_refused() -> None:
     with pytest.raises(TypeError, match="kernels take no str in a tuple"):
-        Held(Inner(np.zeros(1), "no"))  # type: ignore[arg-type]
+        StructReference(Inner(np.zeros(1), "no"))  # type: ignore[arg-type]
 
 
 def test_a_view_is_read_by_its_strides() -> None:
     table = np.arange(12.0).reshape(3, 4)
-    assert taken_apart(Held(Mixed(True, (True, True), (), 0.0, table[::2, 1:], True)))[4] == 11.0
+    assert (
+        taken_apart(StructReference(Mixed(True, (True, True), (), 0.0, table[::2, 1:], True)))[4]
+        == 11.0
+    )

@@ -88,6 +88,7 @@ def test_a_damaged_kernel_of_a_wheel_is_compiled_with_a_warning(
 def test_the_version_tells_of_shipped_kernels(installed: Path) -> None:
     told = command("hydrosim", "--version", cwd=installed).stdout
     assert "kernels for x86-64-v3 came with the package, used" in told
+    assert "fits of radiation came with the package" in told
 
 
 def test_shipped_kernels_are_for_these_sources_and_a_processor_of_their_kind() -> None:

@@ -12,10 +12,10 @@ from math import atan2, ceil, cos, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from dry_scenes import block, moving, on_floor, steady
-from dry_scenes import scene as dry_scene
 from jointed import carried, joint, moved, scene
 from linkages import IN_PLANE, FourBar
+from scenes import block, moving, on_floor, steady
+from scenes import scene as dry_scene
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipkm1

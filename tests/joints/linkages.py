@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from dry_scenes import scene, steady
 from jointed import FRAME, joint, moved
+from scenes import scene, steady
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 

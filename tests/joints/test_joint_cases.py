@@ -8,7 +8,7 @@ from textwrap import dedent, indent
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene
+from scenes import block, scene
 
 import hydrosim as hs
 from hydrosim.case import load_case

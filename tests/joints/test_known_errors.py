@@ -11,9 +11,9 @@ from jointed import TIGHT
 from known_motions import CHAOTIC, KNOWN, OUTPUT_STEP, Known
 
 import hydrosim as hs
-from benchmarks.motion_errors import motion_errors
 from hydrosim.results.error_figures import REPORTED
 from hydrosim.scene import Method, Solver
+from tests.generators.references import motion_errors
 
 KEPT = 1e-6  # of the range of a motion: tolerance of automatic
 WITHIN = 1e-3  # of the range of a motion: what is complete and unwarned keeps

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import scene, steady
+from scenes import scene, steady
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene

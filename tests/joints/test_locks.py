@@ -8,10 +8,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, on_floor, scene, steady, table, with_step
 from jointed import FRAME
 from jointed import rotations as told
-from moored_barge import motion, scene_of, with_body
+from scenes import (
+    block,
+    motion,
+    moving,
+    on_floor,
+    scene,
+    scene_of,
+    steady,
+    table,
+    with_body,
+    with_step,
+)
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 

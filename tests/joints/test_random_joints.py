@@ -1,4 +1,4 @@
-"""Random articulated scenes, a few of those that `benchmarks.scene_trials` runs."""
+"""Random articulated scenes, a few of those that `tests.generators.scene_trials` runs."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from markers import few
 
-from benchmarks.articulated_cases import TYPES, articulated_case
-from benchmarks.random_cases import text_of
-from benchmarks.scene_trials import offences, scene_of, tried
 from hydrosim.case import load_case
+from tests.generators.articulated_cases import TYPES, articulated_case
+from tests.generators.random_cases import text_of
+from tests.generators.scene_trials import offences, scene_of, tried
 
 FIRST = 1_000_000
 

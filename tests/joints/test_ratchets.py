@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene, table
+from scenes import block, moving, scene, table
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 

@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, steady
-from moored_barge import SEA, in_waves, scene_of, with_body
 from reading import texts
+from scenes import SEA, block, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim import integrate
@@ -47,7 +46,7 @@ Figure = Callable[[str, float], None]
 @pytest.mark.parametrize(
     ("method", "part"), [(RK2, 1 / 6), (HEUN, 1 / 6), (RK4, 1 / 120)], ids=["rk2", "heun", "rk4"]
 )
-def test_errors_of_an_undamped_vibration(method: integrate.Method, part: float) -> None:
+def test_errors_of_an_undamped_vibration(method: integrate.IntegrationMethod, part: float) -> None:
     """(w h)^p w / (p + 1)! per unit of time, the first term that R leaves out of the exponential;
     the next is smaller by w h."""
     w, step, time = 2.0, 0.01, 7.0

@@ -9,8 +9,8 @@ from math import pi
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import hull, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
+from scenes import hull, in_waves, motion, scene_of, with_body
 from scipy import linalg
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq

@@ -12,9 +12,20 @@ from math import pi
 
 import numpy as np
 import pytest
-from dry_scenes import FLOOR, INERTIA, block, moving, on_floor, scene, steady
-from moored_barge import SEA, hull, in_waves, scene_of
 from numpy.testing import assert_allclose
+from scenes import (
+    FLOOR,
+    INERTIA,
+    SEA,
+    block,
+    hull,
+    in_waves,
+    moving,
+    on_floor,
+    scene,
+    scene_of,
+    steady,
+)
 from scipy import linalg
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
@@ -34,7 +45,7 @@ from hydrosim.forces import (
     PrescribedNormal,
     Table,
 )
-from hydrosim.integrate.exponential import extended
+from hydrosim.integrate.exponential import extend_nodes
 from hydrosim.linear import equilibrium as places
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import equilibrium
@@ -244,7 +255,7 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
     assert_allclose(equation.G[12:24], N @ linalg.solve(N.T @ M @ N, N.T), atol=1e-9)
     t, parts = np.linspace(0.0, 10.0, 51), 5
     loads = loads_at_rest(t, parts, equation.rows, model, state)
-    f = extended(np.einsum("krn->kn", loads) + equation.rest)
+    f = extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
     of = equation.response(t[1], parts)
     states = np.vstack([each[1:] for _, each in motions(np.zeros(24), f, of, 1)])
     squares, shapes = linalg.eigh(N.T @ K @ N, N.T @ M @ N)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block
 from markers import few
+from scenes import block
 
 import hydrosim as hs
 from hydrosim.errors import InputError

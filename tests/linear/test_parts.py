@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene
-from moored_barge import scene_of
+from scenes import block, scene, scene_of
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS

@@ -6,13 +6,11 @@ must see the joint by themselves.
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import printed
 
 import hydrosim
 
@@ -84,18 +82,5 @@ def test_a_joint_at_the_one_door_reaches_everything(tmp_path: Path) -> None:
     text = dynamics.read_text()
     assert text.count(COUNT) == text.count(DOOR) == 1
     dynamics.write_text(text.replace(COUNT, COUNT.rstrip() + " + 1\n").replace(DOOR, DOOR + JOINT))
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(tmp_path),
-        "HYDROSIM_CACHE_DIR": str(tmp_path / "cache"),
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "all of it sees the joint" in done.stdout
+    paths = {"PYTHONPATH": str(tmp_path), "HYDROSIM_CACHE_DIR": str(tmp_path / "cache")}
+    assert "all of it sees the joint" in printed(SCRIPT, folder=tmp_path, **paths)

@@ -9,10 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, observed_orders, on_floor, steady
-from moored_barge import SEA, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
 from reading import texts
+from scenes import (
+    SEA,
+    block,
+    in_waves,
+    motion,
+    moving,
+    observed_orders,
+    on_floor,
+    scene_of,
+    steady,
+    with_body,
+)
 from scipy import linalg
 
 import hydrosim as hs
@@ -31,7 +41,12 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.integrate.exponential import BESIDE, area_weights, extended, interval
+from hydrosim.integrate.exponential import (
+    NODES_BESIDE,
+    area_weights,
+    extend_nodes,
+    propagation_interval,
+)
 from hydrosim.linear.propagate import division, linear_equation, stretches
 from hydrosim.scene import (
     Body,
@@ -107,8 +122,8 @@ def with_force(J: np.ndarray, G: np.ndarray, omega: float) -> np.ndarray:
 def test_response_to_a_harmonic_force(J: np.ndarray) -> None:
     parts, length, omega = 10, 0.5, 1.3
     step, z = length / parts, np.linspace(0.3, -0.2, len(J))
-    of = interval(J, PUSH[len(J)], length, parts)
-    f = np.cos(omega * step * (np.arange(parts + 1 + 2 * BESIDE) - BESIDE))
+    of = propagation_interval(J, PUSH[len(J)], length, parts)
+    f = np.cos(omega * step * (np.arange(parts + 1 + 2 * NODES_BESIDE) - NODES_BESIDE))
     whole = with_force(J, PUSH[len(J)], omega)
     for i in range(parts + 1):
         expected = linalg.expm(whole * i * step) @ [*z, 1.0, 0.0]
@@ -121,8 +136,8 @@ def test_response_to_a_harmonic_force(J: np.ndarray) -> None:
 def test_response_to_a_polynomial_is_exact(J: np.ndarray, degree: int) -> None:
     parts, length = 9, 2.0
     m, G = len(J), PUSH[len(J)]
-    of = interval(J, G, length, parts)
-    f = extended((np.arange(parts + 1) / parts)[:, None] ** degree)
+    of = propagation_interval(J, G, length, parts)
+    f = extend_nodes((np.arange(parts + 1) / parts)[:, None] ** degree)
     # (t / T)^d and its lower powers down to 1 are states too: (x^k)' = k / T x^(k - 1)
     whole = np.zeros((m + degree + 1,) * 2)
     whole[:m, :m], whole[:m, m : m + 1] = J, G

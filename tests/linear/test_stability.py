@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from markers import few
-from moored_barge import CASES, hull, in_waves, scene_of, with_body
+from scenes import CASES, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim import integrate, load_case
@@ -45,7 +45,9 @@ DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
     ("method", "angle", "limit"),
     [(RK2, pi, 2.0), (HEUN, pi, 2.0), (RK4, pi, 2.7853), (RK4, pi / 2, 2 * sqrt(2))],
 )
-def test_limits_on_the_axes(method: integrate.Method, angle: float, limit: float) -> None:
+def test_limits_on_the_axes(
+    method: integrate.IntegrationMethod, angle: float, limit: float
+) -> None:
     """Closed forms (Hairer & Wanner 1996, IV.2); the rays are looked at every 0.005, and growth of
     a thousandth per period is let pass."""
     assert ray_limits(method, np.array([angle]))[0] == pytest.approx(limit, abs=0.01)
@@ -59,7 +61,7 @@ def test_limit_of_dopri5_on_the_real_axis() -> None:
 
 
 @pytest.mark.parametrize("method", [RK2, HEUN, RK4, DOPRI5, ESDIRK4])
-def test_limit_is_the_first_place_of_the_whole_ray(method: integrate.Method) -> None:
+def test_limit_is_the_first_place_of_the_whole_ray(method: integrate.IntegrationMethod) -> None:
     r, angles = np.linspace(0.0, REACH, 8001)[1:], np.linspace(0.5 * pi, pi, 23)
     growth = np.abs(method.stability(np.multiply.outer(np.exp(1j * angles), r)))
     unstable = growth > 1.0 + GROWTH * r / (2 * np.pi)

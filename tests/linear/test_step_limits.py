@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from markers import few
 
-from benchmarks.step_limits import (
+from hydrosim.scene import ConvolutionRadiation
+from tests.generators.stable_steps import (
     PLACES,
     diverges,
     predicted,
@@ -14,7 +15,6 @@ from benchmarks.step_limits import (
     refused,
     with_radiation,
 )
-from hydrosim.scene import ConvolutionRadiation
 
 
 @pytest.mark.parametrize("convolved", [False, True])

@@ -7,9 +7,9 @@ from io import StringIO
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene, steady
 from report_pages import HOSTILE, Page
 from rich.console import Console
+from scenes import block, scene, steady
 
 import hydrosim as hs
 from hydrosim.presentation.document import (

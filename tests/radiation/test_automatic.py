@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from closed_forms import kernel, transfer
 from markers import few
-from moored_barge import motion
+from scenes import motion
 from test_runs import HEAVE, decay, heaving
 
 import hydrosim as hs

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from closed_forms import DECAY, FREQUENCY, INFINITE, added_mass, transfer
-from moored_barge import SEA, in_contact, in_waves, motion, scene_of, with_body
+from scenes import SEA, in_contact, in_waves, motion, scene_of, with_body
 from scipy.linalg import expm
 
 import hydrosim as hs

@@ -8,11 +8,12 @@ from zipfile import ZipFile
 import kept_fits
 import numpy as np
 import pytest
-from moored_barge import scene_of
+from scenes import scene_of
 
 import hydrosim as hs
+from hydrosim.program import SHIPPED_FITS
 from hydrosim.radiation import StateSpace, fits
-from hydrosim.radiation.kept import SHIPPED, shipped
+from hydrosim.radiation.kept import shipped
 from hydrosim.radiation.ship import pack
 from hydrosim.stepping.dynamics import Model
 
@@ -72,5 +73,5 @@ def test_a_damaged_archive_is_not_believed(tmp_path: Path) -> None:
 
 
 def test_tests_bring_only_what_the_package_lacks() -> None:
-    with ZipFile(SHIPPED) as ours, ZipFile(kept_fits.ARCHIVE) as others:
+    with ZipFile(SHIPPED_FITS) as ours, ZipFile(kept_fits.ARCHIVE) as others:
         assert not {*ours.namelist()} & {*others.namelist()}

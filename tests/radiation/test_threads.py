@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import printed
 
 PRINTED = """
 import hashlib, sys
@@ -40,20 +38,16 @@ for name in ("sphere", "h851"):
 DATABASES = Path(__file__).parents[2] / "hydro_db"
 
 
-def printed(folder: Path, threads: str) -> str:
-    command = [sys.executable, "-c", PRINTED, str(DATABASES)]
+def with_threads(folder: Path, threads: str) -> str:
     changes = {"OPENBLAS_NUM_THREADS": threads, "HYDROSIM_CACHE_DIR": str(folder / threads)}
-    run = subprocess.run(
-        command, env={**os.environ, **changes}, capture_output=True, text=True, check=True
-    )
-    return run.stdout
+    return printed(PRINTED, str(DATABASES), **changes)
 
 
 @pytest.fixture(scope="module")
 def by_one_thread(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return printed(tmp_path_factory.mktemp("one"), "1")
+    return with_threads(tmp_path_factory.mktemp("one"), "1")
 
 
 @pytest.mark.parametrize("threads", ["2", pytest.param("4", marks=pytest.mark.slow)])
 def test_threads_change_no_bit(tmp_path: Path, by_one_thread: str, threads: str) -> None:
-    assert printed(tmp_path, threads) == by_one_thread
+    assert with_threads(tmp_path, threads) == by_one_thread

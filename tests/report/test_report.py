@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from command_line import Command, command
+from command_line import Command
 from recorded_runs import made_run
 from report_pages import HOSTILE, Page, chart, data_of, hostile_run
 
@@ -19,12 +20,9 @@ from hydrosim.results.netcdf import write_run
 
 
 @pytest.fixture
-def report(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
+def report(hydrosim: Command) -> Command:
     """`hydrosim report` in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    return command(monkeypatch, capsys, "report")
+    return partial(hydrosim, "report")
 
 
 def page_of(run: xr.Dataset) -> str:

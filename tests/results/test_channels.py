@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, on_floor, scene
+from scenes import block, moving, on_floor, scene
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS

@@ -13,7 +13,7 @@ import xarray as xr
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.forces import KINDS
+from hydrosim.forces import ELEMENT_KINDS
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.runs_file import open_runs
 from hydrosim.results.variables import PURPOSE, describe_coordinates
@@ -125,7 +125,7 @@ def test_every_coordinate_of_a_case_is_described(path: Path) -> None:
 
 
 def test_every_variable_of_every_kind_is_described() -> None:
-    for kind in KINDS:
+    for kind in ELEMENT_KINDS:
         for variable in kind.variables.values():
             assert variable.long_name
             assert variable.units or variable.flags

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+from functools import partial
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from command_line import Command, command
+from command_line import Command
 from numpy.testing import assert_allclose, assert_array_equal
 from recorded_runs import made_run
 
@@ -31,13 +32,10 @@ HOSTILE = '=HYPERLINK("http://a.b";"c")'
 
 
 @pytest.fixture
-def export(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
+def export(hydrosim: Command) -> Command:
     """`hydrosim export` in a folder with a run."""
-    monkeypatch.chdir(tmp_path)
     write_run(awkward_run(), Path("run.nc"))
-    return command(monkeypatch, capsys, "export")
+    return partial(hydrosim, "export")
 
 
 def awkward_run() -> xr.Dataset:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from command_line import Command, command
+from command_line import Command
 from damaged import message
 
 from hydrosim.errors import InputError
@@ -49,11 +50,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def statistics(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
-    monkeypatch.chdir(tmp_path)
-    return command(monkeypatch, capsys, "statistics")
+def statistics(hydrosim: Command) -> Command:
+    return partial(hydrosim, "statistics")
 
 
 def test_what_is_in_is_what_was_put_there(folder: Path) -> None:

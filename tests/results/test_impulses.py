@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import FLOOR, block, moving, on_floor, scene, steady, table, with_step
+from scenes import FLOOR, block, moving, on_floor, scene, steady, table, with_step
 
 import hydrosim as hs
 from hydrosim.forces import (

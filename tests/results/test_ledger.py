@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, scene
+from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.errors import SimulationError
 from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, check_balance, worst_gap
 from hydrosim.scene import Method, Scene
-from hydrosim.stepping.record import unpack
+from hydrosim.stepping.record import unpack_channels
 from hydrosim.studies.run import blow_up, course
 
 MASS, OMEGA = 2e4, 1.5
@@ -142,14 +142,14 @@ def test_a_run_is_looked_at_once_however_often_its_records_are(
 
     def counted(*args: Any) -> dict[str, np.ndarray]:
         nonlocal seen, looks
-        values = unpack(*args)
+        values = unpack_channels(*args)
         seen += len(values["time"])
         looks += 1
         return values
 
     wall = itertools.count(0.0, 10.0)
     monkeypatch.setattr(course, "running_time", lambda: next(wall))
-    monkeypatch.setattr(blow_up, "unpack", counted)
+    monkeypatch.setattr(blow_up, "unpack_channels", counted)
     run = hs.simulate(oscillator(0.05, 4000))
     assert looks < 40
     assert seen <= run.time.size + looks

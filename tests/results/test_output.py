@@ -10,9 +10,8 @@ import numpy as np
 import pint
 import pytest
 import xarray as xr
-from dry_scenes import block
-from moored_barge import CASES, hull, in_contact, scene_of
 from numpy.testing import assert_allclose, assert_array_equal
+from scenes import CASES, block, hull, in_contact, scene_of
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from dry_scenes import block, moving, scene
+from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.results.channels import channel_series

@@ -11,7 +11,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, scene
+from scenes import block, scene
 
 import hydrosim as hs
 from hydrosim.commands.results import tells_absent_variables
@@ -111,6 +111,15 @@ def test_tampered_sets_of_runs_are_refused(tmp_path: Path, design: str) -> None:
     with netCDF4.Dataset(path, "a") as file:
         file.setncattr("design", design)
     with pytest.raises(InputError, match=r"attribute design: found .*; expected the plans of a"):
+        open_runs(path)
+
+
+def test_sets_of_runs_with_the_same_names_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "runs.nc"
+    hs.simulate_many([scene(block(2.0), {}, 2.0, 0.1)] * 2, workers=1, output=path).close()
+    with netCDF4.Dataset(path, "a") as file:
+        file["dof"][...] = np.full(file["dof"].shape, "heave", object)
+    with pytest.raises(InputError, match=r"dof: found 'heave' twice; expected each once"):
         open_runs(path)
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, scene, steady, table
 from reading import number, row
+from scenes import block, moving, scene, steady, table
 
 import hydrosim as hs
 from hydrosim.errors import InputError
@@ -21,7 +21,7 @@ from hydrosim.forces import (
     Plane,
     linear_mooring,
 )
-from hydrosim.forces.contact.group import STATES as GROUP_STATES
+from hydrosim.forces.contact.group import GROUP_STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
 from hydrosim.results.stages import STAGES, TRANSFER_FRACTIONS, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight

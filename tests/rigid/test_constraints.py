@@ -11,7 +11,7 @@ from hydrosim.rigid.constraints import (
     eliminate,
     find_forces,
     new_constraints,
-    restore,
+    restore_pivots,
     solve_for_pivots,
 )
 
@@ -33,7 +33,7 @@ def test_against_the_saddle_point_system(rows: int, n: int) -> None:
     cholesky(inertia)
     cholesky_solve(inertia, x)
     find_forces(p, x)
-    restore(p, x)
+    restore_pivots(p, x)
     assert_allclose(x, wanted[:n], rtol=1e-10, atol=1e-12)
     assert_allclose(p.force[:rows], wanted[n:], rtol=1e-9, atol=1e-11)
 
@@ -47,7 +47,7 @@ def test_what_is_held_alone_is_held_exactly() -> None:
     cholesky(H)
     cholesky_solve(H, x)
     find_forces(p, x)
-    restore(p, x)
+    restore_pivots(p, x)
     assert x[0] == 0.0
     assert p.force[0] == pytest.approx(-1.234e5 / 0.7, rel=1e-15)
 
@@ -57,5 +57,5 @@ def test_restore_changes_only_what_it_must() -> None:
     p.J[0], p.number[0] = (0.5, 2.0, -1.0), 1
     x = np.array([1.0, 5.0, 3.0])
     solve_for_pivots(p)
-    restore(p, x)
+    restore_pivots(p, x)
     assert_allclose(x, [1.0, 1.25, 3.0])

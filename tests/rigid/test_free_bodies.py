@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from dry_bodies import INERTIA, dry_body, rate_map, rotation, skew
-from dry_scenes import table
 from numpy.testing import assert_allclose
+from scenes import table
 from scipy.integrate import solve_ivp
 
 from hydrosim import simulate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dry_scenes import INERTIA, block, scene
+from scenes import INERTIA, block, scene
 from scipy import linalg
 
 import hydrosim as hs

@@ -6,9 +6,9 @@ from math import hypot
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import block, scene
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs

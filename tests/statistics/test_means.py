@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import in_contact
 from reading import number, row, texts
+from scenes import in_contact
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS

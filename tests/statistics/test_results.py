@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, on_floor, scene, steady, table
+from scenes import block, moving, on_floor, scene, steady, table
 
 import hydrosim as hs
 from hydrosim.errors import InputError

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import moving
 from numpy.testing import assert_allclose
+from scenes import moving
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
@@ -50,7 +50,7 @@ from hydrosim.scene import (
     WaveTrain,
     Weight,
 )
-from hydrosim.stepping.blending import CUT, STATES
+from hydrosim.stepping.blending import DRAUGHT_CUTOFF, DRAUGHT_STATES
 from hydrosim.stepping.dynamics import Work, new_work, stored_energies
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import advance
@@ -135,13 +135,13 @@ def test_no_blend_gains_energy(figure: Callable[[str, float], None]) -> None:
             kinetic = stored_energies(0.0, y, run.state.modes, model, work, stored)
             return kinetic + float(stored.sum())
 
-        y[at : at + STATES] = heave(0.0)
+        y[at : at + DRAUGHT_STATES] = heave(0.0)
         still = energy(np.where(np.arange(y.size) < model.radiation, rest, y))
         before = first = energy(y) - still
         advance(0, run)
         for n in range(200):
-            y[at] = y[at + 1] + (heave((n + 1) * h) - y[at + 1]) / h / CUT
-            run.scratch.known[START_SLOPE] = 0
+            y[at] = y[at + 1] + (heave((n + 1) * h) - y[at + 1]) / h / DRAUGHT_CUTOFF
+            run.scratch.step_cache[START_SLOPE] = 0
             advance(1, run)  # one step
             if n % 5 == 4:
                 now = energy(y) - still

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady
+from scenes import block, moving, observed_orders, scene, steady
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import SEA, hull, in_contact, in_waves, motion, scene_of
+from scenes import SEA, hull, in_contact, in_waves, motion, scene_of
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs

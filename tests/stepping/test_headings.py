@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import moving
 from markers import few
-from moored_barge import ROOT, SEA, in_contact, in_waves, motion, scene_of, with_body
 from numpy.testing import assert_allclose
+from scenes import ROOT, SEA, in_contact, in_waves, motion, moving, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene

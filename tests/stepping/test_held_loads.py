@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import FLOOR, block, scene, steady, surge
 from markers import few
+from scenes import FLOOR, block, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq

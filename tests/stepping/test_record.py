@@ -10,9 +10,15 @@ import pytest
 import hydrosim as hs
 from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.stepping.record import SPACING, new_record, states_at, unpack, with_states
+from hydrosim.stepping.record import (
+    MEMORY_SPACING,
+    new_record,
+    states_at,
+    unpack_channels,
+    with_states,
+)
 from hydrosim.stepping.run import advance
-from hydrosim.stepping.state import POINT, RECORDS, Run, new_run
+from hydrosim.stepping.state import GRID_POINT, RECORDS, Run, new_run
 
 CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"
 RECORDS_OF_RUN = 41  # 20 s, every 0.5 s
@@ -24,14 +30,14 @@ def run_with(spacing: int) -> Run:
     clock = compile_clock(compiled)
     record = new_record(compiled.model, clock, spacing=spacing)
     run = new_run(clock, compiled.model, compiled.method, compiled.first_state(), record)
-    while run.counters[POINT] < run.clock.points:
+    while run.counters[GRID_POINT] < run.clock.points:
         advance(100_000, run)
     assert run.counters[RECORDS] == RECORDS_OF_RUN
     return run
 
 
 def test_all_states_are_in_every_sixteenth_record_and_in_the_newest() -> None:
-    rare = run_with(SPACING)
+    rare = run_with(MEMORY_SPACING)
     every = run_with(1)
     which = with_states(rare.record, RECORDS_OF_RUN)
     assert which.tolist() == [0, 16, 32, 40]
@@ -43,9 +49,9 @@ def test_all_states_are_in_every_sixteenth_record_and_in_the_newest() -> None:
 
 def test_radiation_states_are_read_from_no_other_record() -> None:
     """Other states keep their places in y."""
-    run = run_with(SPACING)
+    run = run_with(MEMORY_SPACING)
     model = run.model
-    y = unpack(model, run.record, RECORDS_OF_RUN)["y"]
+    y = unpack_channels(model, run.record, RECORDS_OF_RUN)["y"]
     states = model.states.decay.size
     assert states > 0
     last = run.state.y

@@ -24,7 +24,11 @@ def test_radiation_states_are_named_after_their_group_once() -> None:
     layout = state_layout(scene, model, compiled.facts.met)
     names = layout.names()
     assert len(names) == len(set(names)) == model.size
-    first = [entry for entry in layout.of(StateKind.RADIATION) if entry.component == "radiation 1"]
+    first = [
+        entry
+        for entry in layout.entries_of(StateKind.RADIATION)
+        if entry.component == "radiation 1"
+    ]
     groups = ("surge, pitch", "sway, roll", "heave")
     assert sorted(entry.owner for entry in first) == sorted(f"{g} of sphere" for g in groups)
     (pair,) = (entry for entry in first if entry.owner == "surge, pitch of sphere")
@@ -58,7 +62,7 @@ def test_blocks_lie_where_the_model_has_them(name: str, changes: dict[str, objec
     assert at.get(StateKind.IMPULSE, model.size) == model.impulse
     assert len(layout.names()) == model.size
     for index in (0, model.size - 1, model.energy):
-        kind, entry = layout.at(index)
+        kind, entry = layout.entry_at(index)
         assert (str(kind), entry.name) == (layout.kinds()[index], layout.names()[index])
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, observed_orders, scene, steady, surge
 from numpy.testing import assert_allclose
+from scenes import block, moving, observed_orders, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -355,7 +355,7 @@ def test_a_restart_in_the_midst_of_pumping_is_the_same_run_to_the_bit() -> None:
 
 
 def test_a_lightship_heavier_than_what_the_hull_displaces_is_refused() -> None:
-    from moored_barge import scene_of, with_body
+    from scenes import scene_of, with_body
 
     tank = Tank("wing", Box((-20.0, -20.0, -12.0), (20.0, 20.0, 0.0)), 1.0)
     heavy = with_body(scene_of("free_floating"), mass=1.7e8, tanks=(tank,), weight=Weight.CARRIED)
@@ -366,7 +366,7 @@ def test_a_lightship_heavier_than_what_the_hull_displaces_is_refused() -> None:
 def test_a_tank_that_only_weighs_repeats_the_base_case() -> None:
     """A frozen table tank at the centre of gravity that empties with the ramp's weight, at constant
     mass: the base case, to 1e-9 of its motions."""
-    from moored_barge import motion, scene_of, with_body
+    from scenes import motion, scene_of, with_body
 
     base = replace(scene_of("base"), duration=700.0)
     forces, ramp = dict(base.forces), base.forces["deballast"]

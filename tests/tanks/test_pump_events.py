@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, observed_orders, scene, steady
 from numpy.testing import assert_allclose
+from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
 from hydrosim.errors import InputError

@@ -9,8 +9,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady
 from numpy.testing import assert_allclose
+from scenes import block, moving, observed_orders, scene, steady
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, scene
 from numpy.testing import assert_allclose
+from scenes import block, moving, scene
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs

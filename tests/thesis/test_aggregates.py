@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, t
 
-from benchmarks.thesis.aggregates import mean_of, share_of
+from cases.reverse_float_over.thesis.aggregates import mean_of, share_of
 
 
 def test_mean_has_the_interval_of_student():

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from benchmarks.thesis import pages
+from cases.reverse_float_over.thesis import pages
 
 NAMES = [page.parent.name for page in pages.PAGES]
 

@@ -9,15 +9,22 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from scenes import ROOT
 from scipy.stats import binomtest, t
 
-from benchmarks.report import ROOT
-from benchmarks.thesis import score
-from benchmarks.thesis.command import TABLES, with_other_models
-from benchmarks.thesis.runner import Record, complete_seeds, made_with, read_records, table_module
-from benchmarks.thesis.score import figures_by_seed
-from benchmarks.thesis.tables import rows_of, write_rows
+from cases.reverse_float_over.thesis import score
+from cases.reverse_float_over.thesis.command import TABLES, with_other_models
+from cases.reverse_float_over.thesis.runner import (
+    Record,
+    complete_seeds,
+    made_with,
+    read_records,
+    table_module,
+)
+from cases.reverse_float_over.thesis.score import figures_by_seed
+from cases.reverse_float_over.thesis.tables import rows_of, write_rows
 
+PROGRAM = [sys.executable, "-m", "cases.reverse_float_over.thesis"]
 TABLE, VARIANT = "six_degrees", "four fenders, 0.2/0.1"
 
 
@@ -122,7 +129,7 @@ def test_every_statement_quotes_the_thesis():
 
 
 def test_an_unknown_table_is_refused():
-    command = [sys.executable, "-m", "benchmarks", "thesis", "--tables", "seven_degrees"]
+    command = [*PROGRAM, "--tables", "seven_degrees"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "six_degrees" in done.stderr
@@ -132,8 +139,7 @@ def test_an_unknown_table_is_refused():
 def test_three_seeds_of_all_tables(tmp_path):
     # `exact` is tests/validation/test_one_dimension.py
     tables = [table for table in TABLES if table != "exact"]
-    thesis = [sys.executable, "-m", "benchmarks", "thesis", "--seeds", "3", "--runs", tmp_path]
-    command = [*thesis, "--tables", *tables]
+    command = [*PROGRAM, "--seeds", "3", "--runs", tmp_path, "--tables", *tables]
     first = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     files = sorted(tmp_path.glob("*.jsonl"))
     assert len(files) >= 6

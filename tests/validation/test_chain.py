@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from benchmarks.chain import (
+from cases.chain.comparison import (
     CASE,
     FOLDER,
     measured_maxima,

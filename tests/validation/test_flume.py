@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from benchmarks import flume
+from cases.flume import comparison as flume
 from hydrosim.evidence import Feature, Kind
 
 EXPERIMENT = "Sundsdal et al. 2025"

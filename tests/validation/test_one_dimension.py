@@ -1,5 +1,5 @@
-"""The thesis' one-dimensional model against `benchmarks.thesis.plasterk`, which shares no code with
-hydrosim: surge at 2000 s, seed by seed, in all variants of `benchmarks.thesis.one_dimension`."""
+"""The thesis' one-dimensional model against `thesis/plasterk.py`, which shares no code with
+hydrosim: surge at 2000 s, seed by seed, in all variants of `thesis/one_dimension.py`."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import pytest
 import xarray as xr
 from markers import few
 
-from benchmarks.thesis import lagged
-from benchmarks.thesis.one_dimension import VARIANTS, Settings, independent, simulated
-from benchmarks.thesis.statements import Statement, rows_of_shares
+from cases.reverse_float_over.thesis import lagged
+from cases.reverse_float_over.thesis.one_dimension import VARIANTS, Settings, independent, simulated
+from cases.reverse_float_over.thesis.statements import Statement, rows_of_shares
 
 Figure = Callable[[str, float], None]
 EQUAL = 1e-3  # m at 2000 s
@@ -49,7 +49,7 @@ def test_surge_is_that_of_an_independent_code(variant: str, figure: Figure) -> N
 def test_ends_of_all_variants_are_those_of_an_independent_code(seed: int, figure: Figure) -> None:
     """At a quarter of the step of the case. Where the traction exceeds mu_s N by less than its
     error, the barge does not slip. At 0.1 s that parts 8 of 1240 runs by 1 to 15 mm. More seeds:
-    ``python -m benchmarks thesis --tables exact``."""
+    ``python -m cases.reverse_float_over.thesis --tables exact``."""
     apart = {}
     for variant in VARIANTS:
         end = surge(simulated(settings(variant), seed, FINE))[-1]

@@ -8,7 +8,7 @@ from math import radians
 import numpy as np
 import pytest
 from known_box import Box, box_at
-from moored_barge import SEA, in_waves, motion, scene_of, with_body
+from scenes import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.dofs import loads_about_z

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from moored_barge import ROOT
+from scenes import ROOT
 
 from hydrosim.database import all_headings, load
 from hydrosim.scene import Environment, Jonswap, WaveTrain

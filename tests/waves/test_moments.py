@@ -8,7 +8,7 @@ from math import radians
 import numpy as np
 import pytest
 from known_box import Box
-from moored_barge import hull, in_waves, motion, scene_of, with_body
+from scenes import hull, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.forces import LinearMooring

@@ -8,9 +8,8 @@ from math import radians
 
 import numpy as np
 import pytest
-from dry_scenes import steady
 from known_box import Box
-from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
+from scenes import SEA, hull, in_waves, motion, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.evidence import Feature, Kind

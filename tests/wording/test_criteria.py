@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from moored_barge import scene_of
+from scenes import scene_of
 
 import hydrosim as hs
 from hydrosim.errors import InputError

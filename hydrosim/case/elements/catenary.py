@@ -17,6 +17,7 @@ from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
+from hydrosim.modes import NO_INDEX
 from hydrosim.scene.chain import CHAIN, STEEL
 
 if TYPE_CHECKING:
@@ -132,12 +133,7 @@ class Catenary(Breaking):
         "anchor": ["2.5 m", "0.2 m", "4 m"],
         "anchor_body": "topside",
         "segments": [
-            {
-                "length": "5 m",
-                "weight": "0.6 kN/m",
-                "stiffness": "1 MN",
-                "clump": "0.5 kN",
-            },
+            {"length": "5 m", "weight": "0.6 kN/m", "stiffness": "1 MN", "clump": "0.5 kN"},
             {"length": "2.5 m", "weight": "0.3 kN/m", "stiffness": "2 MN"},
         ],
         "capacity": "200 kN",
@@ -181,7 +177,6 @@ class Catenary(Breaking):
                 yield ("segments", i, "length"), segment.length
 
     def build(self, where: BuildContext) -> Built:
-        from hydrosim.forces.line.catenary import STEADY
         from hydrosim.forces.line.catenary import Catenary as Built  # loads numba
 
         paid = None
@@ -204,6 +199,6 @@ class Catenary(Breaking):
             friction=self.seabed.friction if self.seabed else None,
             anchor_body=self.anchor_body,
             paid=paid,
-            paying=STEADY if paid is None else 0,
+            paying=NO_INDEX if paid is None else 0,
             capacity=self.capacity,
         )

@@ -118,12 +118,14 @@ class Normal(SchemaModel):
     def build(self, count: int, where: BuildContext) -> forces.Normal:
         """The normal force of each of ``count`` points."""
         from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
-        from hydrosim.forces.signal import scaled
+        from hydrosim.forces.signal import scale_signal
 
         share = 1.0 / count if self.total else 1.0
         if self.prescribed is not None:
             key = f"{where.key}.normal.prescribed"
-            return PrescribedNormal(scaled(signal_of(self.prescribed, key, where.path, "N"), share))
+            return PrescribedNormal(
+                scale_signal(signal_of(self.prescribed, key, where.path, "N"), share)
+            )
         if self.stiffness is not None:
             table = np.array([0.0, 1.0]), np.array([0.0, self.stiffness])
         else:

@@ -57,7 +57,7 @@ def length_signal(
     a problem for a length that is not always above 0."""
     from hydrosim.case.records import signal_of
     from hydrosim.errors import InputError
-    from hydrosim.forces.signal import first_value, least
+    from hydrosim.forces.signal import first_value, smallest_value
 
     same: Table[float] | Recorded | Harmonic[float]
     if isinstance(form, LengthTable):
@@ -65,9 +65,10 @@ def length_signal(
     else:
         same = form
     signal = signal_of(same, key, path, "m")
-    if not least(signal) > 0.0:
+    shortest = smallest_value(signal)
+    if not shortest > 0.0:
         raise InputError(
-            f"{path}: {key}: found a length that falls to {least(signal):g} m; expected one that"
-            " is always above 0."
+            f"{path}: {key}: found a length that falls to {shortest:g} m; expected one that is"
+            " always above 0."
         )
     return signal, first_value(signal)

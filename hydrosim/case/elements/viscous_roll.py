@@ -103,14 +103,14 @@ class ViscousRoll(Element):
         return self
 
     def build(self, where: BuildContext) -> Built:
-        from hydrosim.forces.damping.ikeda import WATER, SharpBarge  # loads numba
+        from hydrosim.forces.damping.ikeda import WATER_VISCOSITY, SharpBarge  # loads numba
         from hydrosim.forces.damping.viscous_roll import ViscousRoll as Built
 
         keys = self.with_fitted_numbers(where)
         form = keys.ikeda
         barge = None
         if form is not None:
-            viscosity = form.viscosity or WATER
+            viscosity = form.viscosity or WATER_VISCOSITY
             barge = SharpBarge(form.length, form.beam, form.draught, viscosity)
         return Built(
             self.body,

@@ -18,15 +18,15 @@ from hydrosim.dofs import about_z
 from hydrosim.forces.kind import elements_of
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.drag import (
-    Linearised,
+    LinearisedDrag,
+    drag_points,
     linearise_random,
     linearise_regular,
-    places_along,
 )
-from hydrosim.forces.line.kind import KIND
-from hydrosim.forces.line.now import LineNow, lines_now
+from hydrosim.forces.line.kind import CATENARY_KIND
+from hydrosim.forces.line.now import LineShape, line_shapes
 from hydrosim.linear.linearise import linearise
-from hydrosim.rigid.free import positions, slopes_at
+from hydrosim.rigid.free import positions_at, slopes_at
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.waves.build import first_order
@@ -77,15 +77,15 @@ def with_line_drag(
 ) -> DraggedLines:
     """Model with the linearised drag of its lines in the ``seas``, whose first-order loads act on
     the ``bodies`` at rest."""
-    p = KIND.of(model)
+    p = CATENARY_KIND.constants_in(model)
     if not p.lines["width"].any():
         return DraggedLines(model, tuple(_friction(scene)))
-    names = KIND.unit_names(scene)
+    names = CATENARY_KIND.unit_names(scene)
     before = _drag_before(scene)
     n = model.bodies.active.size
     motion = new_work(model).motion
     place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
-    now = lines_now(model, scene, start_time(scene), state.y, state.modes, model.bodies, motion)
+    now = line_shapes(model, scene, start_time(scene), state.y, state.modes, model.bodies, motion)
     there = {line.name: _fairlead(line, scene, model, state) for line in now}
     gone = Fairlead(np.zeros((3, n)), np.zeros(3), np.zeros(0), np.zeros(0))
     fairleads = [there.get(name, gone) for name in names]
@@ -102,7 +102,7 @@ def with_line_drag(
         line["drift"] = m
         if line["width"]:
             texts.append(f"{name}: {_drag_text(c, sigma, kept)}")
-    elements = model.elements._replace(**{KIND.field: p._replace(lines=lines)})
+    elements = model.elements._replace(**{CATENARY_KIND.field: p._replace(lines=lines)})
     return DraggedLines(model._replace(elements=elements), (*texts, *_friction(scene)))
 
 
@@ -138,13 +138,13 @@ def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
     return {str(name): (float(c), float(m)) for name, c, m in each}
 
 
-def _fairlead(now: LineNow, scene: Scene, model: Model, state: State) -> Fairlead:
+def _fairlead(now: LineShape, scene: Scene, model: Model, state: State) -> Fairlead:
     """A line at the start."""
     line = now.constants
     ends = now.ends
     pull = now.pull
-    places = places_along(now.own["length"], pull.touch)
-    widths = KIND.of(model).widths[line["first"] : line["last"]]
+    places = drag_points(now.line_pieces["length"], pull.touch)
+    widths = CATENARY_KIND.constants_in(model).widths[line["first"] : line["last"]]
     half = 0.5 * scene.environment.water_density * widths[places.segment]
     along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)
@@ -163,7 +163,7 @@ def _fixed_point(
     seas: Sequence[WaveComponents],
     bodies: Sequence[WaveBody],
     fairleads: Sequence[Fairlead],
-) -> list[tuple[Linearised, float]]:
+) -> list[tuple[LinearisedDrag, float]]:
     """Linearised drag of each line, and the standard deviation of its velocity [m/s]."""
     n = model.bodies.active.size
     still = np.zeros((n, n))
@@ -173,7 +173,7 @@ def _fixed_point(
     regular = sum(sea.omega.size for sea in waves) == 1
     omega, loads = _loads(model, state, waves, bodies)
     D = _stiffness(model, state, omega)
-    found: list[tuple[Linearised, float]] = []
+    found: list[tuple[LinearisedDrag, float]] = []
     c = np.zeros(len(fairleads))
     for _ in range(ROUNDS):
         B = sum(ci * at.across.T @ at.across for ci, at in zip(c, fairleads, strict=True))
@@ -188,7 +188,7 @@ def _fixed_point(
     return found
 
 
-def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Linearised, float]:
+def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[LinearisedDrag, float]:
     """Drag for velocities of the coordinates with a covariance ``S`` (n, n)."""
     covariance = at.across @ S @ at.across.T
     sigma = float(np.sqrt(max(np.trace(covariance), 0.0)))
@@ -198,7 +198,7 @@ def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Lineari
         each = [linearise_random(x * x * covariance, at.current) for x in at.phi]
     damping = sum(k * x**2 * f.damping for k, x, f in zip(at.drag, at.phi, each, strict=True))
     drift = sum(k * x * f.drift for k, x, f in zip(at.drag, at.phi, each, strict=True))
-    return Linearised(float(damping), float(drift)), sigma
+    return LinearisedDrag(float(damping), float(drift)), sigma
 
 
 def _loads(
@@ -207,7 +207,7 @@ def _loads(
     """Frequencies (nb,) of bins, and covariances (nb, n, n) of the generalised loads in them."""
     n = model.bodies.active.size
     S = slopes_at(model.bodies, state.y[:n])
-    place = positions(model.bodies, state.y[:n])
+    place = positions_at(model.bodies, state.y[:n])
     at = [body.moved_by(where) for body, where in zip(bodies, place, strict=True)]
     omega = np.concatenate([sea.omega for sea in seas])
     load = np.concatenate([first_order(sea, at).amplitude[:, : len(S)] @ S for sea in seas])
@@ -236,7 +236,7 @@ def _stiffness(model: Model, state: State, omega: np.ndarray) -> np.ndarray:
     waves = np.exp(-1j * np.outer(omega, lags)) * weights
     memory = np.zeros((omega.size, size, size), dtype=complex)
     memory[:, kernel.row[own], kernel.column[own]] = waves @ kernel.K[:, own]
-    yaw = positions(model.bodies, y[:n])[:, 5] + model.bodies.each["heading"]
+    yaw = positions_at(model.bodies, y[:n])[:, 5] + model.bodies.each["heading"]
     turned = linalg.block_diag(*(about_z(float(a)) for a in yaw for _ in range(2)))
     along = turned.T @ slopes_at(model.bodies, y[:n])
     return np.asarray(D + 1j * omega[:, None, None] * (along.T @ memory @ along))

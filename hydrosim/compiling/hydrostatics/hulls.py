@@ -11,8 +11,8 @@ import numpy as np
 from hydrosim.compiling.hydrostatics.solids import solids_of
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import immersed_triangles, integrals
-from hydrosim.dofs import SMALL
-from hydrosim.forces.displacement import Hulls, add_displacement_energy
+from hydrosim.dofs import SYMMETRY_RTOL
+from hydrosim.forces.displacement import MeshHulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
 from hydrosim.scene import Body, Environment, Hull, Scene, Weight
@@ -24,13 +24,13 @@ COMPARED_ATTITUDES = 20  # attitudes at which a hull is compared with its mirror
 ROLL_INDEX = 3  # index among a body's six coordinates
 
 
-def hulls_of(scene: Scene, bodies: Bodies) -> Hulls:
+def hulls_of(scene: Scene, bodies: Bodies) -> MeshHulls:
     """Constants of the hulls of all bodies that have one."""
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
     each = [(b, body, hull) for b, body, hull in chosen if hull is not None]
     water = scene.environment
     places = [6 * b + ROLL_INDEX for b, *_ in each]
-    return Hulls(
+    return MeshHulls(
         body=np.array([b for b, *_ in each], dtype=np.int64),
         solids=solids_of([hull.corners - np.array(b.centre_of_gravity) for _, b, hull in each]),
         height=np.array([body.centre_of_gravity[2] for _, body, _ in each], dtype=float),
@@ -70,7 +70,7 @@ def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) ->
     return replace(db, hydrostatic_stiffness=stiffness, volume=volume, centre_of_buoyancy=centre)
 
 
-def asymmetric_hulls(p: Hulls, bodies: Bodies) -> Iterator[int]:
+def asymmetric_hulls(p: MeshHulls, bodies: Bodies) -> Iterator[int]:
     """Bodies whose hull heels differently to port and to starboard: it is not its own mirror
     image."""
     motion, draw = new_motion(bodies), np.random.default_rng(1)
@@ -85,13 +85,13 @@ def asymmetric_hulls(p: Hulls, bodies: Bodies) -> Iterator[int]:
             port, starboard = (
                 _hydrostatic_energy(own, bodies, motion, b, trim, x) for x in (heel, -heel)
             )
-            if abs(port - starboard) > SMALL * abs(port):
+            if abs(port - starboard) > SYMMETRY_RTOL * abs(port):
                 yield int(b)
                 break
 
 
 def _hydrostatic_energy(
-    p: Hulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel: float
+    p: MeshHulls, bodies: Bodies, motion: Motion, b: int, trim: float, heel: float
 ) -> float:
     stored = np.zeros(HYDROSTATIC + 1)
     motion.rotation[b, 2] = np.array([trim, heel, 1.0]) / np.sqrt(1.0 + trim**2 + heel**2)

@@ -12,14 +12,13 @@ from hydrosim.compiling.joints.drives import drives_of, motion_at
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import driven_coordinates
-from hydrosim.forces.holds import NONE
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, NO_RATCHET
 from hydrosim.forces.layout import constraint_names
 from hydrosim.linear.coordinates import inertia
 from hydrosim.linear.freedom import nullspace_of
-from hydrosim.modes import MODE, SEGMENT
-from hydrosim.rigid.constraints import NOTHING
+from hydrosim.modes import MODE, NO_INDEX, SEGMENT
+from hydrosim.rigid.constraints import ROW_ROUNDING
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import fill_rates
 from hydrosim.scene.joint import JointType
@@ -176,7 +175,9 @@ def _all_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> Rows:
     every = modes.copy()
     every[p.mode : p.mode + p.each.size, SEGMENT] = (1 << p.each["count"]) - 1
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
-    locks.hold(y, every, work.motion, model.bodies, p, work.total, work.constraints, work.holds)
+    locks.add_constraints(
+        y, every, work.motion, model.bodies, p, work.total, work.constraints, work.holds
+    )
     count = int(work.constraints.number[0])
     lock = work.holds.lock[:count]
     second = p.each["second"][lock, work.holds.bit[:count]]
@@ -184,7 +185,7 @@ def _all_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> Rows:
         work.constraints.J[:count].copy(),
         work.holds.residual[:count].copy(),
         lock,
-        second == NONE,
+        second == NO_INDEX,
         work.holds.size[:count].copy(),
     )
 
@@ -194,7 +195,7 @@ def _unit_rows(model: Model, y: np.ndarray, rows: Rows) -> np.ndarray:
     that are rounding."""
     scaled = rows.J / np.sqrt(np.diag(inertia(model, y)))
     length = np.linalg.norm(scaled, axis=1)
-    moves = length**2 > NOTHING * rows.size
+    moves = length**2 > ROW_ROUNDING * rows.size
     return np.asarray(scaled * (moves / np.where(moves, length, 1.0))[:, None])
 
 

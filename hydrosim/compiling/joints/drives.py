@@ -14,7 +14,14 @@ from hydrosim.errors import InputError
 from hydrosim.forces import driven_coordinates
 from hydrosim.forces.drive import Drive
 from hydrosim.forces.events import follow_drives
-from hydrosim.forces.signal import Harmonic, SmoothTable, Table, compile_signals, find, find_motion
+from hydrosim.forces.signal import (
+    Harmonic,
+    SmoothTable,
+    Table,
+    compile_signals,
+    find_motion,
+    find_piece,
+)
 from hydrosim.rigid.kinematics import LARGEST_TILT
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.solver import Kinematics
@@ -213,7 +220,9 @@ def _given_start(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -> tupl
 def motion_at(drive: Drive, t: float) -> tuple[float, float, float]:
     """Position, speed and acceleration of a drive at ``t`` [s]."""
     signals, pieces = compile_signals([drive.position])
-    position, speed, acceleration = find_motion(t, signals[0], pieces[find(t, signals[0], pieces)])
+    position, speed, acceleration = find_motion(
+        t, signals[0], pieces[find_piece(t, signals[0], pieces)]
+    )
     return float(position), float(speed), float(acceleration)
 
 

@@ -15,7 +15,7 @@ from hydrosim.compiling.questions.extents import ROUND, Extents, extents
 from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.link import TorsionSpring
-from hydrosim.forces.pair import Tie
+from hydrosim.forces.pair import TwoPointElement
 from hydrosim.scene import Body, JointType
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.trees import arrangement
@@ -60,7 +60,7 @@ def _points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
     centre = {body.name: about.centre(b) for b, body in enumerate(about.scene.bodies)}
     turn = {body.name: about.motion.rotation[b] for b, body in enumerate(about.scene.bodies)}
     for name, element in about.scene.forces.items():
-        if isinstance(element, Tie):
+        if isinstance(element, TwoPointElement):
             yield f"forces.{name}.point", element.body, np.array(element.point, float)
             if element.anchor_body is not None:
                 yield f"forces.{name}.anchor", element.anchor_body, np.array(element.anchor, float)

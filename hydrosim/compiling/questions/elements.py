@@ -17,7 +17,7 @@ from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.damping.linear_damping import LinearDamping
-from hydrosim.forces.damping.viscous_roll import KIND as ROLLS
+from hydrosim.forces.damping.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
 from hydrosim.forces.damping.viscous_roll import ViscousRoll
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.linear_mooring import LinearMooring
@@ -287,7 +287,7 @@ def _slow_damping(
 
 def _roll_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
-    rolling = ROLLS.of(about.model)
+    rolling = ROLLS.constants_in(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
     for (name, element), found in zip(elements, rolling, strict=True):
         measured, waves, omega = (float(found[x]) for x in ("measured", "waves", "frequency"))

@@ -10,7 +10,7 @@ from hydrosim.compiling.questions.chains import bar_diameters
 from hydrosim.compiling.questions.extents import COMPACT, Extents, extents
 from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line.now import LineNow, lines_now
+from hydrosim.forces.line.now import LineShape, line_shapes
 
 # m
 BURIED = 1.0
@@ -32,7 +32,7 @@ def routes(about: SceneContext) -> Iterator[Query]:
     sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     bodies = about.model.bodies
     begin = about.end - about.scene.duration
-    every = lines_now(about.model, about.scene, begin, state.y, state.modes, bodies, about.motion)
+    every = line_shapes(about.model, about.scene, begin, state.y, state.modes, bodies, about.motion)
     for line in every:
         of = about.scene.forces[line.name]
         assert isinstance(of, Catenary)
@@ -44,7 +44,7 @@ def routes(about: SceneContext) -> Iterator[Query]:
             yield from _under_hull(about, line, of, size)
 
 
-def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Query]:
+def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
     """Ask about a line that runs below the seabed, and about an anchor high above it."""
     key = f"forces.{line.name}"
     lowest = -float(line.places()[0][:, 2].min())
@@ -62,12 +62,12 @@ def _beside_bed(line: LineNow, of: Catenary, depth: float) -> Iterator[Query]:
         yield Query(f"{key}.anchor", found_text, "usual is an anchor on the seabed")
 
 
-def _softness(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
+def _softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
     """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
     if of.anchor_body is not None or of.body not in about.facts.databases:
         return
     weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
-    stiffness = float(line.own["stiffness"].min())
+    stiffness = float(line.line_pieces["stiffness"].min())
     if stiffness < SOFT * weight:
         found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
         usual = f"usual is above {SOFT:g} of the weight"
@@ -75,7 +75,7 @@ def _softness(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Quer
         yield Query(f"forces.{line.name}.segments", found_text, usual, advice)
 
 
-def _drag(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
+def _drag(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
     """Ask about drag of a line that is far wider than its chain, or wider than any line."""
     widest = float(of.drag_width.max())
     bars = list(bar_diameters(of, about.scene.environment))
@@ -86,7 +86,9 @@ def _drag(about: SceneContext, line: LineNow, of: Catenary) -> Iterator[Query]:
         yield Query(f"forces.{line.name}.segments", found_text, usual, "Is the diameter in mm?")
 
 
-def _under_hull(about: SceneContext, line: LineNow, of: Catenary, size: Extents) -> Iterator[Query]:
+def _under_hull(
+    about: SceneContext, line: LineShape, of: Catenary, size: Extents
+) -> Iterator[Query]:
     """Ask about a line from a side of a compact hull that crosses under it to the other side."""
     aside = (np.array(of.point[:2]) - size.centre[:2]) / size.half
     at_keel = of.point[2] < size.centre[2] - KEEL * size.draught

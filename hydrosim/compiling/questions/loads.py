@@ -12,7 +12,7 @@ from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.winch import Winch
-from hydrosim.forces.pair import Tie
+from hydrosim.forces.pair import TwoPointElement
 from hydrosim.forces.spring import Spring
 from hydrosim.scene import Body, Weight
 from hydrosim.scene.chain import strongest_breaking_load
@@ -48,7 +48,7 @@ def _tiny(about: SceneContext) -> Iterator[Query]:
             {of.body, *(body for _, body in of.connected_bodies())},
         )
         for name, of in about.scene.forces.items()
-        if of.capacity is not None and isinstance(of, Tie | Contact)
+        if of.capacity is not None and isinstance(of, TwoPointElement | Contact)
     ]
     limits += [
         (f"joints.{name}.breaks_at", joint.breaks_at, {joint.body, joint.to})
@@ -111,7 +111,7 @@ def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
     limits = {
         name: of.capacity
         for name, of in scene.forces.items()
-        if isinstance(of, Tie) and of.capacity is not None
+        if isinstance(of, TwoPointElement) and of.capacity is not None
     }
     if not limits:
         return
@@ -136,9 +136,9 @@ def _hanging(about: SceneContext) -> Iterator[Query]:
             if body.name in {of.body, *(name for _, name in of.connected_bodies())}
             and of.supports_weight()
         ]
-        if not acting or not all(isinstance(of, Tie) for of in acting):
+        if not acting or not all(isinstance(of, TwoPointElement) for of in acting):
             continue
-        allowed = sum(_allowable(of) for of in acting if isinstance(of, Tie))
+        allowed = sum(_allowable(of) for of in acting if isinstance(of, TwoPointElement))
         weight = body.mass * about.scene.environment.gravity
         if weight > allowed:
             found_text = (
@@ -158,7 +158,7 @@ def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
     return falls and not (wet or jointed or held)
 
 
-def _allowable(line: Tie) -> float:
+def _allowable(line: TwoPointElement) -> float:
     """Allowable tension [N] of a line; infinite if none is given."""
     if line.capacity is not None:
         return line.capacity

@@ -11,10 +11,10 @@ from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
-from hydrosim.forces.line.now import lines_now
+from hydrosim.forces.line.now import line_shapes
 from hydrosim.forces.link import Link, Strut
-from hydrosim.forces.link import stretch as stretch_of_strut
-from hydrosim.forces.spring import Spring, stretch
+from hydrosim.forces.link import strut_kinematics as stretch_of_strut
+from hydrosim.forces.spring import Spring, kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.trees import arrangement, joined_with, tree_joints
@@ -209,7 +209,7 @@ def _springs(about: SceneContext) -> Iterator[Query]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
     p = about.model.elements.springs
     for (name, line), row in zip(springs.items(), p.lines, strict=True):
-        longer = float(stretch(row, 0.0, about.model.bodies, about.motion, p).extension)
+        longer = float(kinematics(row, 0.0, about.model.bodies, about.motion, p).extension)
         length = float(row["length"])
         apart = length + longer
         if length > MAX_SLACK_RATIO * apart > 0.0 and line.tension[0] == 0.0:
@@ -235,7 +235,7 @@ def _catenaries(about: SceneContext) -> Iterator[Query]:
     state = about.state
     model = about.model
     time = about.end - about.scene.duration
-    every = lines_now(model, about.scene, time, state.y, state.modes, model.bodies, about.motion)
+    every = line_shapes(model, about.scene, time, state.y, state.modes, model.bodies, about.motion)
     acting = [*every]
     for name in _parted_catenaries(about, {line.name for line in acting}):
         found_text = "a tension above it at the start, so that the line parts at once"

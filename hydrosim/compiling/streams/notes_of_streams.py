@@ -9,12 +9,12 @@ import numpy as np
 
 from hydrosim.compiling.streams.currents import draught_of
 from hydrosim.forces import heights_of_wind
-from hydrosim.forces.stream_load import KIND, StreamLoad, WindLoad
+from hydrosim.forces.stream_load import STREAM_LOAD_KIND, StreamLoad, WindLoad
 from hydrosim.scene import Scene
 from hydrosim.streams.current import current_table, is_sheared
-from hydrosim.streams.gusts import band
+from hydrosim.streams.gusts import gust_band
 from hydrosim.streams.spectra import variance
-from hydrosim.streams.wind import REFERENCE, MeanWind, gust_factor, mean_wind
+from hydrosim.streams.wind import REFERENCE_HEIGHT, MeanWind, gust_factor, mean_wind
 
 if TYPE_CHECKING:
     from hydrosim.scene import Gusts
@@ -31,7 +31,7 @@ def said_of_streams(scene: Scene, model: Model) -> Iterator[str]:
     if water.gusts is not None and wind.hour_mean > 0.0:
         yield from _said_of_gusts(water.gusts, wind)
     loads = [(name, e) for name, e in scene.forces.items() if isinstance(e, StreamLoad)]
-    p = KIND.of(model)
+    p = STREAM_LOAD_KIND.constants_in(model)
     heights = heights_of_wind(model.elements)
     for (name, load), row in zip(loads, p.each, strict=True):
         speed = _speed(row["stream"])
@@ -55,11 +55,11 @@ def _speed(velocity: np.ndarray) -> float:
 
 
 def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
-    lowest, highest = band(gusts)
-    below, within, above = variance(gusts.spectrum, REFERENCE, wind, lowest, highest)
+    lowest, highest = gust_band(gusts)
+    below, within, above = variance(gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
     total = below + within + above
     each = " and ".join(
-        f"{gust_factor(wind.hour_mean, REFERENCE, time):.3g} over {text}"
+        f"{gust_factor(wind.hour_mean, REFERENCE_HEIGHT, time):.3g} over {text}"
         for time, text in GUSTS.items()
     )
     yield (

@@ -37,16 +37,16 @@ def build_database(
     from hydrosim.database.convert import format_of, write
 
     format_of(output.path)
-    page = output.at(output.path.with_suffix(".png"), "picture")
-    transfer = output.at(page.path.with_name(f"{page.path.stem}_qtf.png"), "picture")
+    page = output.output_at(output.path.with_suffix(".png"), "picture")
+    transfer = output.output_at(page.path.with_name(f"{page.path.stem}_qtf.png"), "picture")
     for drawn in (page, transfer) if picture else ():
-        drawn.checked()
+        drawn.checked_output()
     given = load_recipe(output.origin, settings)
     made_with = settings_text(
         given.data.model_dump(mode="json", exclude_unset=True, warnings=False)
     )
     output = replace(output, settings=made_with)
-    with output.held():
+    with output.hold_lock():
         db = build(given, jobs, progress, announce)
         files = write(db, output)
     if picture:

@@ -21,7 +21,8 @@ _LARGEST_FILE = 2**30  # bytes
 _LONGEST_LINE = 10_000  # characters
 _LARGEST_NUMBER = 1e60  # products of a few such numbers stay finite
 _SPARSEST = 64  # array size per row; symmetries leave out up to 9 of 10 rows
-_COMMENT = re.compile(r"[!#\x1a].*", re.DOTALL)  # and the mark of the end of files of DOS
+_COMMENT_MARKS = "!#\x1a"  # the last is the end of files of DOS
+_COMMENT = re.compile(f"[{_COMMENT_MARKS}].*", re.DOTALL)
 _BYTE_ORDER_MARK = "\xef\xbb\xbf"  # of UTF-8, read as 8-bit characters
 # numbers of Fortran that Python does not read: 1.0D+00, and 1.0-101 for three-digit exponents
 _FORTRAN = re.compile(r"([+-]?\d*\.\d*)[DdEe]?([+-]\d+)")
@@ -84,7 +85,7 @@ def read_table(path: Path, columns: tuple[int, ...]) -> NumberTable:
     width = max(columns)
     values, numbers = array("d"), array("q")
     for number, line in enumerate(_lines(path), 1):
-        tokens = _COMMENT.sub("", line).replace(", ", " ").split()
+        tokens = _tokens(line)
         if not tokens or (not numbers and _heading(tokens)):
             continue
         row = _row(path, number, tokens, columns)
@@ -124,6 +125,13 @@ def number_in(token: str) -> float:
     return float(f"{match[1]}e{match[2]}") if match and match[1].strip("+-.") else math.nan
 
 
+def _tokens(line: str) -> list[str]:
+    """Words of a line without its comment; a comma counts between numbers."""
+    if any(mark in line for mark in _COMMENT_MARKS):
+        line = _COMMENT.sub("", line)
+    return line.replace(", ", " ").split()
+
+
 def _heading(tokens: list[str]) -> bool:
     return 2 * sum(math.isnan(number_in(token)) for token in tokens) > len(tokens)
 
@@ -135,9 +143,11 @@ def _row(path: Path, number: int, tokens: list[str], columns: tuple[int, ...]) -
             f" {' or '.join(map(str, columns))}. Is the file cut off or another kind of file?"
         )
     try:
-        row = [float(token) for token in tokens]
+        row = list(map(float, tokens))
     except ValueError:
-        row = [number_in(token) for token in tokens]
+        row = list(map(number_in, tokens))
+    if sum(map(abs, row)) < _LARGEST_NUMBER:  # of most rows, and quicker than each number
+        return row
     for token, value in zip(tokens, row, strict=True):
         if not abs(value) < _LARGEST_NUMBER:
             raise InputError(f"{path}, line {number}: found {token[:40]!r}, expected a number.")

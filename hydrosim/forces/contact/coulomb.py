@@ -21,16 +21,16 @@ from math import atan2, cos, sin
 
 import numpy as np
 
-from hydrosim.forces.contact.geometry import press, tangential_bias
+from hydrosim.forces.contact.geometry import add_contact_wrench, tangential_bias
 from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
 from hydrosim.forces.contact.modes import SLIP, STICK
-from hydrosim.forces.holds import NONE
 from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import length
 
 STOPPED = 1e-6  # of the speed by which the end of slip was located: slip has come to rest
-RANK = 1e-12  # of the larger: smaller components are no direction of motion
+RANK_RTOL = 1e-12  # of the larger: smaller components are no direction of motion
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def break_away(reaction):
 
 
 @kernel
-def grip(size, v, s):
+def end_slip(size, v, s):
     """Slip ends, unless the point has only turned out of the half plane of its heading."""
     speed = length(v)
     return (
@@ -89,37 +89,37 @@ def grip(size, v, s):
 
 
 @kernel
-def close(v):
+def begin_contact(v):
     """Contact begins in slip, unless the point is at rest."""
     return (STICK if length(v) <= AT_REST else SLIP), direction(v, (0.0, 0.0), AT_REST)
 
 
-def sliding(velocity: np.ndarray) -> np.ndarray:
+def slip_heading(velocity: np.ndarray) -> np.ndarray:
     """The heading (2,) of a velocity."""
     return velocity / max(np.hypot(*velocity), 1e-12)
 
 
 @kernel
-def hold(i, point, contact, bodies, motion, wrench, rows, holds):
+def add_constraints(i, point, contact, bodies, motion, wrench, rows, holds):
     """Add the constraints that hold point ``i`` to ``rows``; ``wrench`` (6 nb,) is scratch."""
     r = rows.number[0]
     bias = tangential_bias(point, contact, bodies, motion)
     for a in range(2):
         along = (1.0, 0.0) if a == 0 else (0.0, 1.0)
         clear(wrench)
-        press(point, contact, 0.0, along, wrench)
+        add_contact_wrench(point, contact, 0.0, along, wrench)
         generalised_force(bodies, motion, wrench, rows.J[r + a])
         holds.point[r + a] = i
-        holds.lock[r + a] = NONE
-        holds.motion[r + a] = NONE
+        holds.lock[r + a] = NO_INDEX
+        holds.motion[r + a] = NO_INDEX
         holds.residual[r + a] = 0.0
         holds.direction[r + a, 0], holds.direction[r + a, 1] = along
         rows.bound[r + a] = -bias[a]
-    rows.number[0] += _independent(r, rows, holds)
+    rows.number[0] += _count_independent(r, rows, holds)
 
 
 @kernel
-def _independent(r, rows, holds):
+def _count_independent(r, rows, holds):
     """Number of independent directions in row ``r`` and the next; if it is one, row r has it."""
     g11 = 0.0
     g12 = 0.0
@@ -130,7 +130,7 @@ def _independent(r, rows, holds):
         g22 += rows.J[r + 1, j] * rows.J[r + 1, j]
     if g11 + g22 == 0.0:
         return 0
-    if g11 * g22 - g12 * g12 > RANK * (g11 + g22) ** 2:
+    if g11 * g22 - g12 * g12 > RANK_RTOL * (g11 + g22) ** 2:
         return 2
     angle = 0.5 * atan2(2.0 * g12, g11 - g22)
     u1 = cos(angle)
@@ -152,6 +152,6 @@ def collect_reactions(rows, holds):
     """Compute the reactions of all points from the forces of their constraints ``rows``."""
     clear(holds.reaction.reshape(holds.reaction.size))
     for r in range(rows.number[0]):
-        for a in range(2 if holds.point[r] != NONE else 0):
+        for a in range(2 if holds.point[r] != NO_INDEX else 0):
             force = rows.force[r] * holds.direction[r, a]
             holds.reaction[holds.point[r], a] += force

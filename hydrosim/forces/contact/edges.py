@@ -21,11 +21,11 @@ from hydrosim.rigid.vectors import length
 if TYPE_CHECKING:
     from hydrosim.forces.contact.plane import Plane
 
-FLAT = 1e-6  # of the polygon's size: tolerance of its corners from the plane
-CONVEX = 1e-9  # of the polygon's size: a corner this far inside is on the edge
+PLANE_RTOL = 1e-6  # of the polygon's size: tolerance of its corners from the plane
+CONVEX_RTOL = 1e-9  # of the polygon's size: a corner this far inside is on the edge
 
 
-def of(plane: Plane) -> np.ndarray:
+def plane_edges(plane: Plane) -> np.ndarray:
     """The edges (n, 3) of a plane; empty if it has none.
 
     Raises InputError if its corners do not form a convex polygon in the plane.
@@ -35,7 +35,7 @@ def of(plane: Plane) -> np.ndarray:
     normal = np.array(plane.normal, float) / np.linalg.norm(plane.normal)
     apart = np.subtract(plane.corners, plane.point)
     size, u = np.ptp(apart, axis=0).max(), apart @ np.array(tangents(normal)).T
-    if np.abs(apart @ normal).max() > FLAT * size:
+    if np.abs(apart @ normal).max() > PLANE_RTOL * size:
         off = np.abs(apart @ normal).max()
         text = f"found a corner {off:.3g} m off the plane; expected all corners in it"
         raise InputError(f"plane.corners: {text}.")
@@ -46,7 +46,7 @@ def of(plane: Plane) -> np.ndarray:
     sides = np.column_stack([inward, -np.sum(inward * u, axis=1)])
     inside = u @ inward.T + sides[:, 2]
     corner = np.eye(len(u), dtype=bool) | np.roll(np.eye(len(u), dtype=bool), 1, axis=0)
-    if len(u) < 3 or not np.all(inside[~corner] > CONVEX * size):
+    if len(u) < 3 or not np.all(inside[~corner] > CONVEX_RTOL * size):
         raise InputError(
             "plane.corners: found no convex polygon; expected three corners or more that turn"
             " one way. Use several fenders for any other shape."
@@ -61,7 +61,7 @@ def ends_somewhere(point):
 
 
 @kernel
-def inside(point, contact, ends):
+def distance_inside(point, contact, ends):
     """Distance of a point's foot from the nearest edge of its plane, negative beyond."""
     nearest = point.extent - length(contact.offset)
     for k in range(point.edge, point.edge + point.edges):

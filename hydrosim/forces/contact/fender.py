@@ -26,15 +26,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import MIRROR_SIGN, SMALL
+from hydrosim.dofs import MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.errors import InputError
 from hydrosim.forces import curve
 from hydrosim.forces.contact import coulomb, edges, geometry, group, laws, loop
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.law import Pressed
+from hydrosim.forces.contact.law import NormalLoad
 from hydrosim.forces.contact.laws import COULOMB, FORGETFUL, LAW, Law
 from hydrosim.forces.contact.modes import OPEN, PASSED, STICK
-from hydrosim.forces.contact.normal import FLAT, NormalCurve, NormalLoop, PrescribedNormal
+from hydrosim.forces.contact.normal import NO_CURVE, NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.forces.curve import SEGMENT as PIECE
 from hydrosim.forces.signal import (
@@ -42,33 +42,33 @@ from hydrosim.forces.signal import (
     SIGNAL,
     Signal,
     compile_signals,
-    crest,
     rate,
+    time_of_largest,
     value,
 )
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.modes import MODE, RISING, SEGMENT
+from hydrosim.modes import MODE, NO_INDEX, RISING, SEGMENT
 from hydrosim.scene import ForceElement
 
 if TYPE_CHECKING:
     from hydrosim.forces.contact.plane import Plane
     from hydrosim.forces.layout import Layout
 
-STATE_NAMES = (  # of each point
+CONTACT_STATE_NAMES = (  # of each point
     *("stretch 1", "stretch 2", "slip distance"),
     *("friction loss", "damping loss", "slip damping loss", "settled"),
 )
-STATES = len(STATE_NAMES)
-SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, STATES)
-FELT = 2  # first states of a point, which others depend on: its stretch
-# see `observe`
+CONTACT_STATES = len(CONTACT_STATE_NAMES)
+SLIP_DISTANCE, DISSIPATED, DAMPED, SLIP_DAMPED, SETTLED = range(2, CONTACT_STATES)
+FELT_STATES = 2  # first states of a point, which others depend on: its stretch
+# see `write_outputs`
 COMPRESSION = 0
 NORMAL_FORCE = 1
-FRICTION = 2
+FRICTION_FORCE = 2
 NODE = 5
-LOST = 8
-OBSERVED = 9
-LEAST_NORMAL = 1e-12  # of the largest prescribed normal force
+ENERGY_LOST = 8
+CONTACT_OUTPUTS = 9
+MIN_NORMAL_SHARE = 1e-12  # of the largest prescribed normal force
 
 
 Normal = NormalCurve | NormalLoop | PrescribedNormal
@@ -117,7 +117,7 @@ class Contact(ForceElement):
             if isinstance(normal, NormalLoop):
                 loop.check(normal)
             for plane in self.planes():
-                edges.of(plane)
+                edges.plane_edges(plane)
         except InputError as error:
             raise InputError(f"forces.{name}.{error}") from None
         if not isinstance(law, StickSlip) or law.damping + law.slip_damping > 0.0:
@@ -158,7 +158,7 @@ class Fender(Contact):
         return replace(self, points=self.points * MIRROR_SIGN[:3], plane=self.plane.mirror_image())
 
 
-POINT = np.dtype(
+CONTACT_POINT = np.dtype(
     [
         *(("body", int), ("row", int), ("place", float, 3)),
         *geometry.PLANE,
@@ -179,8 +179,8 @@ unloading curve, its plane's ``edges`` from ``edge`` on and its ``extent`` about
 ends its branch."""
 
 
-class Params(NamedTuple):
-    """``points`` (n,) of `POINT`, the ``segments`` of their curves, the ``pieces`` of their
+class ContactConstants(NamedTuple):
+    """``points`` (n,) of `CONTACT_POINT`, the ``segments`` of their curves, the ``pieces`` of their
     signals, the ``edges`` (m, 3) of their planes; the first of their states in y, and of their rows
     of modes. States of the ``remembering`` points (`loop`) follow those of all points; states of
     the ``groups`` (`group`) follow these."""
@@ -195,7 +195,7 @@ class Params(NamedTuple):
     mode: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> ContactConstants:
     """Constants of all contact points among ``elements``, in their order."""
     fenders = {name: e for name, e in elements.items() if isinstance(e, Contact)}
     normals = [e.normal for e in fenders.values()]
@@ -209,37 +209,50 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     for name, e in fenders.items():
         signal = (False, 0.0, NOTHING)
         if isinstance(e.normal, PrescribedNormal):
-            signal = _prescribed(next(following), pieces)
+            signal = _prescribed_normal(next(following), pieces)
         first = sum(map(len, segments))
-        segments.append(loop.segments(FLAT if isinstance(e.normal, PrescribedNormal) else e.normal))
-        curve_ = loop.pieces(e.normal, first, segments[-1])
+        segments.append(
+            loop.segments(NO_CURVE if isinstance(e.normal, PrescribedNormal) else e.normal)
+        )
+        curve_ = loop.loading_fields(e.normal, first, segments[-1])
         law = laws.constants(e.friction)
-        usual = laws.reach(e.friction, _usual_load(e, signal, pieces, layout)), layout.step
+        usual = (
+            laws.break_away_stretch(e.friction, _usual_load(e, signal, pieces, layout)),
+            layout.step,
+        )
         place = (layout.body[e.body], layout.row[name])
         keeps = e.remembers or isinstance(e.normal, NormalLoop)
         for point, plane in zip(e.points, e.planes(), strict=True):
-            sides = edges.of(plane)
-            back = loop.back(e.normal, first, segments[-1], remembering if keeps else loop.NONE)
+            sides = edges.plane_edges(plane)
+            back = loop.unloading_fields(
+                e.normal, first, segments[-1], remembering if keeps else NO_INDEX
+            )
             end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
             each = (*curve_, *signal, *law, *usual, *back, *end)
-            own = (*place, point, *_plane(plane, layout), *each, group.NONE, not layout.events)
+            own = (*place, point, *_plane_fields(plane, layout), *each, NO_INDEX, not layout.events)
             rows.append(own)
             names.append(e.group or name)
             ends.append(sides)
             remembering += keeps
-    points = np.array(rows, dtype=POINT)
+    points = np.array(rows, dtype=CONTACT_POINT)
     all_ends = np.concatenate(ends)
-    states = STATES * len(points) + loop.STATES * remembering
-    groups = group.remembering(fenders, layout.carried, states)
+    states = CONTACT_STATES * len(points) + loop.LOOP_STATES * remembering
+    groups = group.compile_groups(fenders, layout.carried, states)
     for g, index in enumerate(groups["index"]):
         points["group"][np.array(names) == [*dict.fromkeys(names)][index]] = g
-    return Params(points, np.concatenate(segments), pieces, all_ends, remembering, groups, 0, 0)
+    return ContactConstants(
+        points, np.concatenate(segments), pieces, all_ends, remembering, groups, 0, 0
+    )
 
 
-def _prescribed(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
+def _prescribed_normal(signal: np.void, pieces: np.ndarray) -> tuple[bool, float, np.void]:
     """True if the normal force is prescribed; the least force that counts as contact; the
     signal."""
-    return True, LEAST_NORMAL * abs(value(crest(signal, pieces), signal, pieces)), signal
+    return (
+        True,
+        MIN_NORMAL_SHARE * abs(value(time_of_largest(signal, pieces), signal, pieces)),
+        signal,
+    )
 
 
 def _usual_load(
@@ -249,37 +262,37 @@ def _usual_load(
     or, if smaller, the force at the end of the curve."""
     _, least, _ = signal
     if isinstance(fender.normal, PrescribedNormal):
-        return least / LEAST_NORMAL
+        return least / MIN_NORMAL_SHARE
     between = [fender.body, *(name for _, name in fender.connected_bodies() if name)]
     weights = [layout.weight[layout.body[name]] for name in between]
     return min(*weights, float(fender.normal.force[-1]))
 
 
-def _plane(plane: Plane, layout: Layout) -> tuple[Any, ...]:
+def _plane_fields(plane: Plane, layout: Layout) -> tuple[Any, ...]:
     n = np.array(plane.normal, dtype=float)
     n /= np.linalg.norm(n)
     body = layout.body[plane.body] if plane.body else geometry.EARTH
     return (body, plane.point, n, *geometry.tangents(n))
 
 
-def which_remember(p: Params) -> np.ndarray:
+def points_with_memory(p: ContactConstants) -> np.ndarray:
     """Indices (r,) of the points with a memory of their loading: each has states for it."""
-    return np.flatnonzero(p.points["memory"] != loop.NONE)
+    return np.flatnonzero(p.points["memory"] != NO_INDEX)
 
 
-def memories(p: Params, y: np.ndarray) -> np.ndarray:
-    """The memory (..., r, loop.STATES) of ``r`` points, from y (..., ny)."""
-    own = y[..., places_of_memories(p)]
-    return own.reshape(*y.shape[:-1], p.remembering, loop.STATES)
+def memory_states(p: ContactConstants, y: np.ndarray) -> np.ndarray:
+    """The memory (..., r, loop.LOOP_STATES) of ``r`` points, from y (..., ny)."""
+    own = y[..., memory_range(p)]
+    return own.reshape(*y.shape[:-1], p.remembering, loop.LOOP_STATES)
 
 
-def places_of_memories(p: Params) -> slice:
+def memory_range(p: ContactConstants) -> slice:
     """The places of all memories in y."""
-    first = p.state + STATES * p.points.size
-    return slice(first, first + loop.STATES * p.remembering)
+    first = p.state + CONTACT_STATES * p.points.size
+    return slice(first, first + loop.LOOP_STATES * p.remembering)
 
 
-def without_friction(p: Params) -> Params:
+def without_friction(p: ContactConstants) -> ContactConstants:
     """The same contact points without friction."""
     points = p.points.copy()
     none = laws.constants(Frictionless())
@@ -288,32 +301,32 @@ def without_friction(p: Params) -> Params:
     return p._replace(points=points)
 
 
-def dynamic_states(p: Params) -> np.ndarray:
+def dynamic_states(p: ContactConstants) -> np.ndarray:
     """Entries (m,) of y that other states depend on: the stretches of nodes."""
-    first = p.state + STATES * np.flatnonzero(p.points["node"])
+    first = p.state + CONTACT_STATES * np.flatnonzero(p.points["node"])
     return np.sort(np.concatenate([first, first + 1]))
 
 
-def forget(p: Params, y: np.ndarray) -> None:
+def clear_unused_states(p: ContactConstants, y: np.ndarray) -> None:
     """Clear the states in y that have no meaning for their points' law."""
     for i in np.flatnonzero(np.isin(p.points["law"], FORGETFUL)):
-        y[p.state + STATES * i :][:2] = 0.0
+        y[p.state + CONTACT_STATES * i :][:2] = 0.0
 
 
-def is_mirrored(p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+def is_mirrored(p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if each contact point's image has the same stretch, mode and line of its loop."""
     points = p.points
     n = p.points.size
-    s = y[p.state :][: STATES * n].reshape(-1, STATES)[:, :2, None]
+    s = y[p.state :][: CONTACT_STATES * n].reshape(-1, CONTACT_STATES)[:, :2, None]
     stretch = s[:, 0] * points["tangent1"] + s[:, 1] * points["tangent2"]
     here = np.stack([points["place"], points["plane_normal"], stretch], axis=1)
     mode = modes[p.mode :][:n, MODE]
     whose = np.stack([points["body"], points["plane_body"], mode], 1)
     apart = np.abs((here * MIRROR_SIGN[:3])[:, None] - here).max(axis=3)
-    close = apart <= SMALL * np.abs(here).max(axis=(0, 2), initial=0.0)
+    close = apart <= SYMMETRY_RTOL * np.abs(here).max(axis=(0, 2), initial=0.0)
     start = np.zeros(n)
-    start[which_remember(p)] = memories(p, y)[:, loop.SET]
-    alike = np.abs(start[:, None] - start) <= SMALL * np.abs(start).max(initial=0.0)
+    start[points_with_memory(p)] = memory_states(p, y)[:, loop.BRANCH_START]
+    alike = np.abs(start[:, None] - start) <= SYMMETRY_RTOL * np.abs(start).max(initial=0.0)
     images = close.all(axis=2) & np.all(whose[:, None] == whose, axis=2) & alike
     return bool(np.all(images.any(axis=1)))
 
@@ -324,22 +337,22 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     ``rate``. Rates of stretch, slip distance and energy lost in friction go to ``dy``. Reactions of
     rigid friction are left out: see `add_reactions`. The memory of points changes at events
     only."""
-    first = p.state + STATES * p.points.size
-    clear(dy[first : first + loop.STATES * p.remembering + group.STATES * p.groups.size])
+    first = p.state + CONTACT_STATES * p.points.size
+    clear(dy[first : first + loop.LOOP_STATES * p.remembering + group.GROUP_STATES * p.groups.size])
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]
-        k = p.state + STATES * i
-        x = y[k : k + STATES]
-        dx = dy[k : k + STATES]
+        k = p.state + CONTACT_STATES * i
+        x = y[k : k + CONTACT_STATES]
+        dx = dy[k : k + CONTACT_STATES]
         if mode == OPEN and (not point.node or x[0] == x[1] == 0.0):
             clear(dx)
             continue
         if mode == OPEN:
-            _relax((x[0], x[1]), point, dx)
+            _relax_node((x[0], x[1]), point, dx)
             continue
-        c = geometry.touch(point, bodies, motion)
-        load = pressure(i, t, y, modes, c, p)
+        c = geometry.contact_kinematics(point, bodies, motion)
+        load = normal_load_of(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, (x[0], x[1]), point)
         dx[0], dx[1] = f.stretch_rate
         dx[SLIP_DISTANCE] = f.slip_speed
@@ -349,14 +362,14 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         dx[SETTLED] = 0.0
         lost = load.N if point.prescribed else point.normal_damping * c.rate
         rate[point.row] += lost * c.rate
-        geometry.press(point, c, load.N, f.force, wrench[point.row])
+        geometry.add_contact_wrench(point, c, load.N, f.force, wrench[point.row])
         group.add_load(load.N, dy, point, p)
 
 
 @kernel
-def _relax(s, point, dx):
+def _relax_node(s, point, dx):
     """Rates of an open point with the stretch ``s``, at any distance."""
-    f = laws.relax(Pressed(0.0, 0.0, 0.0, False), s, point)
+    f = laws.open_node_friction(NormalLoad(0.0, 0.0, 0.0, False), s, point)
     clear(dx)
     dx[0], dx[1] = f.stretch_rate
     dx[DISSIPATED] = f.dissipation
@@ -364,46 +377,46 @@ def _relax(s, point, dx):
 
 
 @kernel
-def pressure(i, t, y, modes, contact, p):
+def normal_load_of(i, t, y, modes, contact, p):
     """Normal force of point ``i``, zero when open. It is not cut at zero, so that it is smooth
     across the event that ends the contact."""
     mode = modes[p.mode + i]
     point = p.points[i]
     if mode[MODE] == OPEN:
-        return Pressed(0.0, 0.0, 0.0, False)
-    start = y[memory(point, p) + loop.SET] if mode[SEGMENT] == point.line else 0.0
-    return pressed(t, point, p.segments[mode[SEGMENT]], start, mode[RISING], contact, p)
+        return NormalLoad(0.0, 0.0, 0.0, False)
+    start = y[memory_start(point, p) + loop.BRANCH_START] if mode[SEGMENT] == point.line else 0.0
+    return normal_load(t, point, p.segments[mode[SEGMENT]], start, mode[RISING], contact, p)
 
 
 @kernel
-def memory(point, p):
+def memory_start(point, p):
     """First entry in y of a point's memory; the point must have one."""
-    return p.state + STATES * p.points.size + loop.STATES * point.memory
+    return p.state + CONTACT_STATES * p.points.size + loop.LOOP_STATES * point.memory
 
 
 @kernel
-def pressed(t, point, piece, start, rising, contact, p):
+def normal_load(t, point, piece, start, rising, contact, p):
     """Normal force of a point in contact: prescribed, or from a piece of its curve that begins at
     ``start``."""
     if point.prescribed:
         N = value(t, point.signal, p.pieces)
-        return Pressed(N, N, rate(t, point.signal, p.pieces), rising != 0)
+        return NormalLoad(N, N, rate(t, point.signal, p.pieces), rising != 0)
     damping = point.normal_damping
     elastic = curve.curve_force(piece, contact.compression - start)
-    return Pressed(
+    return NormalLoad(
         elastic + damping * contact.rate, elastic, piece.slope * contact.rate, rising != 0
     )
 
 
 @kernel
-def hold_points(modes, motion, bodies, p, wrench, constraints, holds):
+def add_constraints(modes, motion, bodies, p, wrench, constraints, holds):
     """Add to ``constraints`` that points in stick under Coulomb's law do not slide, and note in
     ``holds`` which rows belong to which point. ``wrench`` (6 nb,) is scratch."""
     for i in range(p.points.size):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
-            contact = geometry.touch(point, bodies, motion)
-            coulomb.hold(i, point, contact, bodies, motion, wrench, constraints, holds)
+            contact = geometry.contact_kinematics(point, bodies, motion)
+            coulomb.add_constraints(i, point, contact, bodies, motion, wrench, constraints, holds)
 
 
 @kernel
@@ -414,7 +427,9 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
         point = p.points[i]
         f = (holds.reaction[i, 0], holds.reaction[i, 1])
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
-            geometry.press(point, geometry.touch(point, bodies, motion), 0.0, f, wrench[point.row])
+            geometry.add_contact_wrench(
+                point, geometry.contact_kinematics(point, bodies, motion), 0.0, f, wrench[point.row]
+            )
 
 
 @kernel
@@ -422,8 +437,10 @@ def stored_along_normal(i, t, y, modes, contact, p):
     """Recoverable energy in the normal curve of point ``i`` in contact."""
     point = p.points[i]
     x = contact.compression
-    if point.line != loop.NONE:
-        return loop.recoverable(pressure(i, t, y, modes, contact, p).elastic, x, point, p.segments)
+    if point.line != NO_INDEX:
+        return loop.recoverable_energy(
+            normal_load_of(i, t, y, modes, contact, p).elastic, x, point, p.segments
+        )
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
 
 
@@ -432,14 +449,14 @@ def lost_in_loop(i, y, modes, contact, p):
     """Energy that the loop of point ``i`` has dissipated."""
     point = p.points[i]
     mode = modes[p.mode + i]
-    lost = y[memory(point, p) + loop.LOSS]
+    lost = y[memory_start(point, p) + loop.LOOP_LOSS]
     if mode[MODE] != OPEN:
-        lost += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
+        lost += loop.branch_loss(mode[SEGMENT], contact.compression, point, p.segments)
     return lost
 
 
 @kernel
-def left_behind(i, modes, contact, p):
+def residual_energy(i, modes, contact, p):
     """Energy in the normal curve of point ``i``, open, whose damper pulled it off the plane before
     the curve was unloaded. It is booked as lost, and not yet dissipated."""
     point = p.points[i]
@@ -453,11 +470,11 @@ def left_behind(i, modes, contact, p):
 @kernel
 def stored_in_plane(i, t, y, modes, contact, p):
     """Energy in the stretched node of point ``i``."""
-    k = p.state + STATES * i
+    k = p.state + CONTACT_STATES * i
     point = p.points[i]
     if not point.node:
         return 0.0
-    load = pressure(i, t, y, modes, contact, p)
+    load = normal_load_of(i, t, y, modes, contact, p)
     s = (y[k], y[k + 1])
     return laws.stored_energy(modes[p.mode + i, MODE], load, contact.velocity, s, point)
 
@@ -466,38 +483,38 @@ def stored_in_plane(i, t, y, modes, contact, p):
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add energy in normal curves and stretched nodes to each fender's row of ``stored``."""
     for i in range(p.points.size):
-        contact = geometry.touch(p.points[i], bodies, motion)
+        contact = geometry.contact_kinematics(p.points[i], bodies, motion)
         row = p.points[i].row
         stored[row] += stored_in_plane(i, t, y, modes, contact, p)
         if modes[p.mode + i, MODE] != OPEN:
             stored[row] += stored_along_normal(i, t, y, modes, contact, p)
         else:
-            stored[row] += left_behind(i, modes, contact, p)
+            stored[row] += residual_energy(i, modes, contact, p)
 
 
 @root
-def observe(t, y, modes, motion, bodies, p, reactions, out):
-    """Write rows of `OBSERVED` of all points to ``out``: compression, N, friction (3) in the earth
-    frame, node (3), energy lost in friction. Compression is zero or negative where a plane does not
-    act."""
+def write_outputs(t, y, modes, motion, bodies, p, reactions, out):
+    """Write rows of `CONTACT_OUTPUTS` of all points to ``out``: compression, N, friction (3) in the
+    earth frame, node (3), energy lost in friction. Compression is zero or negative where a plane
+    does not act."""
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]
-        k = p.state + STATES * i
-        x = y[k : k + STATES]
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        c = geometry.touch(point, bodies, motion)
+        k = p.state + CONTACT_STATES * i
+        x = y[k : k + CONTACT_STATES]
+        row = out[CONTACT_OUTPUTS * i : CONTACT_OUTPUTS * (i + 1)]
+        c = geometry.contact_kinematics(point, bodies, motion)
         s = (x[0], x[1])
-        load = pressure(i, t, y, modes, c, p)
+        load = normal_load_of(i, t, y, modes, c, p)
         f = laws.friction(mode, load, c.velocity, s, point).force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
-        row[LOST] = x[DISSIPATED] - laws.lent(mode, load, c.velocity, s, point)
+        row[ENERGY_LOST] = x[DISSIPATED] - laws.recoverable_loss(mode, load, c.velocity, s, point)
         if mode == OPEN:
-            row[LOST] -= left_behind(i, modes, c, p)
-        if point.memory != loop.NONE:
-            row[LOST] += lost_in_loop(i, y, modes, c, p)
-        s = laws.stretch(mode, load, c.velocity, s, point)
+            row[ENERGY_LOST] -= residual_energy(i, modes, c, p)
+        if point.memory != NO_INDEX:
+            row[ENERGY_LOST] += lost_in_loop(i, y, modes, c, p)
+        s = laws.node_stretch(mode, load, c.velocity, s, point)
         acts = mode != OPEN or modes[p.mode + i, RISING] < PASSED
         row[COMPRESSION] = c.compression if acts else min(c.compression, 0.0)
         row[NORMAL_FORCE] = load.N
@@ -505,5 +522,5 @@ def observe(t, y, modes, motion, bodies, p, reactions, out):
             t1 = c.tangent1[j]
             t2 = c.tangent2[j]
             n = c.normal[j]
-            row[FRICTION + j] = f[0] * t1 + f[1] * t2
+            row[FRICTION_FORCE + j] = f[0] * t1 + f[1] * t2
             row[NODE + j] = c.place[j] + c.compression * n - s[0] * t1 - s[1] * t2

@@ -67,11 +67,11 @@ def break_away(v):
 
 
 @kernel
-def close(load, v, p):
+def begin_contact(load, v, p):
     """Contact begins in the mode that fits the speed, with its heading."""
     return (STICK if margin(STICK, load, v, (0.0, 0.0), p) >= 0.0 else SLIP), break_away(v)[0]
 
 
-def slowest(N: float, p: np.void) -> float:
+def corner_speed(N: float, p: np.void) -> float:
     """The speed [m/s] of the corner, mu N / b."""
     return float(p["kinetic"] * max(N, 0.0) / p["damping"])

@@ -26,7 +26,7 @@ PLANE += [("tangent1", float, 3), ("tangent2", float, 3)]
 centre of gravity, or of the earth (body -1)."""
 
 
-class Touch(NamedTuple):
+class ContactKinematics(NamedTuple):
     """State of one contact point; vectors are tuples in the earth frame, ``offset`` is u1."""
 
     place: tuple[float, float, float]
@@ -42,8 +42,8 @@ class Touch(NamedTuple):
 
 
 @kernel
-def touch(point, bodies, motion):
-    """Position and velocity of a contact point relative to its plane, as a `Touch`."""
+def contact_kinematics(point, bodies, motion):
+    """Position and velocity of a contact point relative to its plane, as a `ContactKinematics`."""
     b = point.body
     r = vector(point.place, 0)
     p, arm = attachment(b, r, bodies, motion)
@@ -67,7 +67,7 @@ def touch(point, bodies, motion):
     offset = (dot(t1, d), dot(t2, d))
     depth = -dot(normal, d)
     rate = -dot(normal, v)
-    return Touch(p, arm, plane_arm, normal, t1, t2, depth, rate, velocity, offset)
+    return ContactKinematics(p, arm, plane_arm, normal, t1, t2, depth, rate, velocity, offset)
 
 
 @kernel
@@ -110,7 +110,7 @@ def _plane_bias(b, arm, velocity, motion):
 
 
 @kernel
-def press(point, contact, normal_force, friction, wrench):
+def add_contact_wrench(point, contact, normal_force, friction, wrench):
     """Add the force of the plane on the point's body, and its opposite on the plane's body, to
     ``wrench``: ``normal_force`` along the normal and the tangential ``friction`` (2,)."""
     force = add(

@@ -14,26 +14,25 @@ import numpy as np
 
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.jit.kernels import clear, kernel
-from hydrosim.modes import MODE
+from hydrosim.modes import MODE, NO_INDEX
 
-STATE_NAMES = (
+GROUP_STATE_NAMES = (
     *("impulse", "load", "largest load", "first contact", "first open", "last open"),
     *("closings", "closing speed", "largest force"),
     *("recontacts", "recontact speed", "recontact force"),
 )
 """States of each group. Loads: integral of its normal forces [N s], their sum at the end of a step
 [N], and the largest sum. Times [s], `NEVER` before: first contact, first time that all were open
-after they carried `CARRIES`, and last time that all were open. Contacts: number of closings, their
-largest speed [m/s] and the largest force of one contact [N]; the same since all were open."""
-STATES = len(STATE_NAMES)
-IMPULSE, LOAD, MOST, FIRST, OPENED, LAST, CLOSINGS = range(7)
+after they carried `CARRIED_SHARE`, and last time that all were open. Contacts: number of closings,
+their largest speed [m/s] and the largest force of one contact [N]; the same since all were open."""
+GROUP_STATES = len(GROUP_STATE_NAMES)
+GROUP_IMPULSE, GROUP_LOAD, LARGEST_LOAD, FIRST_CONTACT, FIRST_OPEN, LAST_OPEN, CLOSINGS = range(7)
 # the last two are counted from closings and recontacts
-AGAIN = CLOSINGS + 3
-SPEED = 1
-FORCE = 2
+RECONTACTS = CLOSINGS + 3
+SPEED_ENTRY = 1
+FORCE_ENTRY = 2
 NEVER = -1.0
-NONE = -1
-CARRIES = 0.5  # of the weight: a group that has carried this much has let go when it is open
+CARRIED_SHARE = 0.5  # of the weight: a group that has carried this much has let go when it is open
 GROUP = np.dtype([("first", int), ("index", int), ("weight", float)])
 """Its first state among those of contacts, its index among all groups of contacts, and the weight
 [N] that it carries or takes, or 0."""
@@ -57,7 +56,7 @@ class Member(Protocol):
         """Keys and names of the other bodies that it acts on."""
 
 
-def remembering(
+def compile_groups(
     contacts: Mapping[str, Member], carried: Mapping[str, float], first: int
 ) -> np.ndarray:
     """Constants (n,) of `GROUP` of all groups of ``contacts`` with a memory. Their states follow
@@ -70,13 +69,13 @@ def remembering(
         weight[name] = max(weight.get(name, 0.0), *(carried.get(body, 0.0) for body in between))
         asked[name] = asked.get(name, False) or e.remembers or e.group is not None
     those = [(k, name) for k, name in enumerate(asked) if asked[name] or weight[name]]
-    rows = [(first + STATES * g, k, weight[name]) for g, (k, name) in enumerate(those)]
+    rows = [(first + GROUP_STATES * g, k, weight[name]) for g, (k, name) in enumerate(those)]
     return np.array(rows, dtype=GROUP)
 
 
-class Remembered(NamedTuple):
+class GroupMemory(NamedTuple):
     """A group with a memory: its index ``group`` among all groups of contacts, its ``weight`` [N]
-    or 0, and its states ``y`` (nt, `STATES`)."""
+    or 0, and its states ``y`` (nt, `GROUP_STATES`)."""
 
     group: int
     weight: float
@@ -90,13 +89,13 @@ def first_state(g, p):
 
 
 @kernel
-def initialise(t, y, modes, p):
+def initialise_groups(t, y, modes, p):
     """Initialise the memory of all groups from the present contacts."""
     for g in range(p.groups.size):
         k = first_state(g, p)
-        clear(y[k : k + STATES])
-        y[k + FIRST] = NEVER if _is_open(g, modes, p) else t
-        y[k + OPENED] = y[k + LAST] = NEVER
+        clear(y[k : k + GROUP_STATES])
+        y[k + FIRST_CONTACT] = NEVER if _is_open(g, modes, p) else t
+        y[k + FIRST_OPEN] = y[k + LAST_OPEN] = NEVER
 
 
 @kernel
@@ -108,60 +107,63 @@ def _is_open(g, modes, p):
 
 
 @kernel
-def closed(t, speed, y, point, p):
+def record_closing(t, speed, y, point, p):
     """Record that a point has closed with this ``speed``."""
-    if point.group == NONE:
+    if point.group == NO_INDEX:
         return
     k = first_state(point.group, p)
-    if y[k + FIRST] == NEVER:
-        y[k + FIRST] = t
-    _count(speed, y[k + CLOSINGS :])
-    if y[k + OPENED] != NEVER:
-        _count(speed, y[k + AGAIN :])
+    if y[k + FIRST_CONTACT] == NEVER:
+        y[k + FIRST_CONTACT] = t
+    _count_closing(speed, y[k + CLOSINGS :])
+    if y[k + FIRST_OPEN] != NEVER:
+        _count_closing(speed, y[k + RECONTACTS :])
 
 
 @kernel
-def _count(speed, x):
+def _count_closing(speed, x):
     x[0] += 1.0
-    x[SPEED] = max(x[SPEED], speed)
+    x[SPEED_ENTRY] = max(x[SPEED_ENTRY], speed)
 
 
 @kernel
-def opened(t, y, modes, point, p):
+def record_opening(t, y, modes, point, p):
     """Record that a point has opened."""
-    if point.group == NONE or not _is_open(point.group, modes, p):
+    if point.group == NO_INDEX or not _is_open(point.group, modes, p):
         return
     k = first_state(point.group, p)
-    y[k + LAST] = t
-    if y[k + OPENED] == NEVER and y[k + MOST] >= CARRIES * p.groups[point.group].weight:
-        y[k + OPENED] = t
+    y[k + LAST_OPEN] = t
+    if (
+        y[k + FIRST_OPEN] == NEVER
+        and y[k + LARGEST_LOAD] >= CARRIED_SHARE * p.groups[point.group].weight
+    ):
+        y[k + FIRST_OPEN] = t
 
 
 @kernel
 def add_load(N, dy, point, p):
     """Add the normal force of a point to the rate of its group's impulse."""
-    if point.group != NONE:
-        dy[first_state(point.group, p) + IMPULSE] += N
+    if point.group != NO_INDEX:
+        dy[first_state(point.group, p) + GROUP_IMPULSE] += N
 
 
 @kernel
 def clear_loads(y, p):
     """Set the loads of all groups to zero, before they are summed again."""
     for g in range(p.groups.size):
-        y[first_state(g, p) + LOAD] = 0.0
+        y[first_state(g, p) + GROUP_LOAD] = 0.0
 
 
 @kernel
 def add_to_load(N, y, point, p):
     """Add the normal force of a point to its group's load; keep the largest values."""
     k = first_state(point.group, p)
-    y[k + LOAD] += N
-    y[k + MOST] = max(y[k + MOST], y[k + LOAD])
-    _raise(N, y[k + CLOSINGS :])
-    if y[k + OPENED] != NEVER:
-        _raise(N, y[k + AGAIN :])
+    y[k + GROUP_LOAD] += N
+    y[k + LARGEST_LOAD] = max(y[k + LARGEST_LOAD], y[k + GROUP_LOAD])
+    _raise_largest(N, y[k + CLOSINGS :])
+    if y[k + FIRST_OPEN] != NEVER:
+        _raise_largest(N, y[k + RECONTACTS :])
 
 
 @kernel
-def _raise(N, x):
-    x[FORCE] = max(x[FORCE], N)
+def _raise_largest(N, x):
+    x[FORCE_ENTRY] = max(x[FORCE_ENTRY], N)

@@ -23,10 +23,10 @@ import numpy as np
 from hydrosim.forces import curve
 from hydrosim.forces.contact import geometry
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable
 from hydrosim.forces.layout import Layout, unit_ranges
-from hydrosim.forces.postures import PRESSED as COMPRESSED
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.postures import LINEARISATION_DEPTH as COMPRESSED
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.vectors import length
@@ -34,9 +34,9 @@ from hydrosim.rigid.vectors import length
 if TYPE_CHECKING:
     from hydrosim.scene import ForceElement, Scene
 
-AWAY, FREE, PRESSED, BESIDE, INACTIVE = range(5)
-NAMES = ("away", "free", "pressed", "beside", "inactive")
-FORCE, CLEARANCE, OBSERVED = range(3)  # see `observe`
+AWAY, FREE, PIN_PRESSED, PIN_BESIDE, INACTIVE = range(5)
+GUIDE_MODES = ("away", "free", "pressed", "beside", "inactive")
+PIN_FORCE, PIN_CLEARANCE, GUIDE_OUTPUTS = range(3)  # see `write_outputs`
 ENDLESS = 1e6  # m: a wall without a mouth
 INSIDE = 1.0  # m: limit of the margin from the mouth
 
@@ -62,7 +62,7 @@ PIN = np.dtype(
 """A pin: the index of its contact point, the row of its element, its wall."""
 
 
-class Params(NamedTuple):
+class GuideConstants(NamedTuple):
     """``pins`` (n,) of `PIN`, the ``segments`` of their curves; the first of their rows of modes,
     and of the integrals of losses in y, row by row."""
 
@@ -72,7 +72,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> GuideConstants:
     """Constants of the guides of all landings among ``elements``, in their order."""
     rows = []
     segments = [np.zeros(0, dtype=curve.SEGMENT)]
@@ -84,7 +84,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         segments.append(curve.segments(wall.compression, wall.force))
         own = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
         rows += [(i, layout.row[name], *own) for i in range(begin, end)]
-    return Params(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
+    return GuideConstants(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
 
 
 @kernel
@@ -98,7 +98,7 @@ def pressed_by(pin, contact):
 def wall_force(i, e, modes, p):
     """f(e) of pin ``i`` while it is pressed, else zero."""
     mode = modes[p.mode + i]
-    return curve.curve_force(p.segments[mode[SEGMENT]], e) if mode[MODE] == PRESSED else 0.0
+    return curve.curve_force(p.segments[mode[SEGMENT]], e) if mode[MODE] == PIN_PRESSED else 0.0
 
 
 @root
@@ -106,15 +106,15 @@ def add_force(t, y, modes, motion, bodies, elements, wrench):
     """Add the force of every wall to its row of ``wrench``; walls dissipate nothing."""
     p = elements.guides
     for i in range(p.pins.size):
-        if modes[p.mode + i, MODE] == PRESSED:
+        if modes[p.mode + i, MODE] == PIN_PRESSED:
             pin = p.pins[i]
             point = elements.fenders.points[pin.point]
-            c = geometry.touch(point, bodies, motion)
+            c = geometry.contact_kinematics(point, bodies, motion)
             e, r = pressed_by(pin, c)
             f = wall_force(i, e, modes, p)
             share = f / r if r > 0.0 else 0.0
             across = (-share * c.offset[0], -share * c.offset[1])
-            geometry.press(point, c, pin.slope * f, across, wrench[pin.row])
+            geometry.add_contact_wrench(point, c, pin.slope * f, across, wrench[pin.row])
 
 
 @root
@@ -122,31 +122,31 @@ def add_energy(modes, motion, bodies, elements, stored):
     """Add the energy stored in every wall to its row of ``stored``."""
     p = elements.guides
     for i in range(p.pins.size):
-        stored[p.pins[i].row] += _stored(i, modes, motion, bodies, elements)
+        stored[p.pins[i].row] += _stored_energy(i, modes, motion, bodies, elements)
 
 
 @kernel
-def _stored(i, modes, motion, bodies, elements):
+def _stored_energy(i, modes, motion, bodies, elements):
     p = elements.guides
-    if modes[p.mode + i, MODE] != PRESSED:
+    if modes[p.mode + i, MODE] != PIN_PRESSED:
         return 0.0
-    c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
+    c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
     return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], pressed_by(p.pins[i], c)[0])
 
 
 @root
-def observe(modes, motion, bodies, elements, out):
-    """Write rows of `OBSERVED` of all pins to ``out``: f and -e."""
+def write_outputs(modes, motion, bodies, elements, out):
+    """Write rows of `GUIDE_OUTPUTS` of all pins to ``out``: f and -e."""
     p = elements.guides
     for i in range(p.pins.size):
-        c = geometry.touch(elements.fenders.points[p.pins[i].point], bodies, motion)
+        c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
         e, _ = pressed_by(p.pins[i], c)
-        out[OBSERVED * i + FORCE] = wall_force(i, e, modes, p)
-        out[OBSERVED * i + CLEARANCE] = -e
+        out[GUIDE_OUTPUTS * i + PIN_FORCE] = wall_force(i, e, modes, p)
+        out[GUIDE_OUTPUTS * i + PIN_CLEARANCE] = -e
 
 
 @root
-def margins(modes, motion, bodies, elements, out):
+def find_margins(modes, motion, bodies, elements, out):
     """Margins of all pins into ``out``: for contact e or its opposite, for the mouth the depth
     below it or its opposite, for the segment the distance to its nearer corner."""
     p = elements.guides
@@ -154,7 +154,7 @@ def margins(modes, motion, bodies, elements, out):
         pin = p.pins[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
-        c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+        c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
         within = min(c.compression + pin.depth, INSIDE)
         for k in range(MARGINS):
@@ -164,38 +164,38 @@ def margins(modes, motion, bodies, elements, out):
         out[m + RISING_MARGIN] = -within if mode[MODE] == AWAY else within
         if mode[MODE] != AWAY:
             out[m + CONTACT_MARGIN] = -e if mode[MODE] == FREE else e
-        if mode[MODE] == PRESSED and mode[SEGMENT] < pin.last:
+        if mode[MODE] == PIN_PRESSED and mode[SEGMENT] < pin.last:
             out[m + SEGMENT_MARGIN] = p.segments[mode[SEGMENT]].upper - e
-        if mode[MODE] == PRESSED and mode[SEGMENT] > pin.first:
+        if mode[MODE] == PIN_PRESSED and mode[SEGMENT] > pin.first:
             below = e - p.segments[mode[SEGMENT]].lower
             out[m + SEGMENT_MARGIN] = min(out[m + SEGMENT_MARGIN], below)
 
 
 @root
-def switch(i, which, y, modes, motion, bodies, elements):
+def transition(i, which, y, modes, motion, bodies, elements):
     """Switch pin ``i`` to its next mode, after margin ``which`` has reached zero."""
     p = elements.guides
     pin = p.pins[i]
     mode = modes[p.mode + i]
-    c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+    c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
     e, _ = pressed_by(pin, c)
     if which == SEGMENT_MARGIN:
         mode[SEGMENT] = curve.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], e)
     elif which == CONTACT_MARGIN:
-        mode[MODE] = PRESSED if mode[MODE] == FREE else FREE
+        mode[MODE] = PIN_PRESSED if mode[MODE] == FREE else FREE
         mode[SEGMENT] = pin.first
     elif mode[MODE] == AWAY:
-        mode[MODE] = BESIDE if e > 0.0 else FREE
+        mode[MODE] = PIN_BESIDE if e > 0.0 else FREE
     else:
-        _leave(i, AWAY, y, modes, motion, bodies, elements)
+        _leave_wall(i, AWAY, y, modes, motion, bodies, elements)
 
 
 @kernel
-def _leave(i, mode, y, modes, motion, bodies, elements):
+def _leave_wall(i, mode, y, modes, motion, bodies, elements):
     """Set pin ``i`` to a ``mode`` without force; the energy stored in its wall is lost."""
     p = elements.guides
     pin = p.pins[i]
-    y[p.losses + pin.row] += _stored(i, modes, motion, bodies, elements)
+    y[p.losses + pin.row] += _stored_energy(i, modes, motion, bodies, elements)
     modes[p.mode + i, MODE] = mode
     modes[p.mode + i, SEGMENT] = pin.first
 
@@ -205,16 +205,18 @@ def activate(i, modes, motion, bodies, elements):
     """Activate the wall of pin ``i``: it catches the pin within its clearance."""
     p = elements.guides
     pin = p.pins[i]
-    c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+    c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
     e, _ = pressed_by(pin, c)
-    modes[p.mode + i, MODE] = AWAY if c.compression <= -pin.depth else BESIDE if e > 0.0 else FREE
+    modes[p.mode + i, MODE] = (
+        AWAY if c.compression <= -pin.depth else PIN_BESIDE if e > 0.0 else FREE
+    )
     modes[p.mode + i, SEGMENT] = pin.first
 
 
 @kernel
 def deactivate(i, y, modes, motion, bodies, elements):
     """Deactivate the wall of pin ``i``."""
-    _leave(i, INACTIVE, y, modes, motion, bodies, elements)
+    _leave_wall(i, INACTIVE, y, modes, motion, bodies, elements)
 
 
 @kernel
@@ -225,24 +227,24 @@ def start_inactive(i, modes, p):
 
 
 @root
-def settle(modes, motion, bodies, elements):
+def set_initial_modes(modes, motion, bodies, elements):
     """Modes of all pins for a start."""
     p = elements.guides
     for i in range(p.pins.size):
         pin = p.pins[i]
         mode = modes[p.mode + i]
-        c = geometry.touch(elements.fenders.points[pin.point], bodies, motion)
+        c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
         e, _ = pressed_by(pin, c)
-        mode[MODE] = AWAY if c.compression <= -pin.depth else PRESSED if e > 0.0 else FREE
+        mode[MODE] = AWAY if c.compression <= -pin.depth else PIN_PRESSED if e > 0.0 else FREE
         mode[SEGMENT] = curve.find_segment(pin.first, pin.last, p.segments, e)
 
 
-class _Kind(PosingKind):
+class GuideKind(KindWithModeSets):
     unit = "guide"
     variables: ClassVar = {
         "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
         "guide_clearance": Variable("clearance to the wall, negative if pressed", "m"),
-        "guide_mode": Variable("mode of a pin in its guide", "1", flags=" ".join(NAMES)),
+        "guide_mode": Variable("mode of a pin in its guide", "1", flags=" ".join(GUIDE_MODES)),
         "guide_segment": Variable("piece of the curve of the wall, counted from 0", "1"),
     }
 
@@ -251,17 +253,19 @@ class _Kind(PosingKind):
         walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))
         return [unit for name, e in walled for unit in e.unit_names(name)]
 
-    def modes(self, p: Params) -> Modes:
-        return Modes(p.pins.size, first=p.pins["first"], last=p.pins["last"])
+    def modes(self, p: GuideConstants) -> ModeRows:
+        return ModeRows(p.pins.size, first=p.pins["first"], last=p.pins["last"])
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: GuideConstants) -> Sequence[ModeSet]:
         if not p.pins.size:
             return []
         first = p.pins["first"]
-        free = Posture("pins free", rest_at_first(first, FREE))
-        return [free, Posture("pins at their walls", rest_at_first(first, PRESSED))]
+        free = ModeSet("pins free", rest_at_first(first, FREE))
+        return [free, ModeSet("pins at their walls", rest_at_first(first, PIN_PRESSED))]
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def moved_onto_segment(
+        self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> GuideConstants:
         """Constants in which pins are pressed by the steepest piece of their walls at any
         position."""
         pins = p.pins.copy()
@@ -272,13 +276,13 @@ class _Kind(PosingKind):
             pin["gap"] = pin["slope"] * COMPRESSED
         return p._replace(pins=pins, segments=segments)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: GuideConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "guide")
         return {
-            "guide_force": (each, kept.observed[:, :, FORCE]),
-            "guide_clearance": (each, kept.observed[:, :, CLEARANCE]),
+            "guide_force": (each, kept.observed[:, :, PIN_FORCE]),
+            "guide_clearance": (each, kept.observed[:, :, PIN_CLEARANCE]),
             "guide_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
         }
 
 
-KIND = _Kind("guides", (), compile_elements)
+GUIDE_KIND = GuideKind("guides", (), compile_elements)

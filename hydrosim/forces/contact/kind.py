@@ -10,37 +10,37 @@ import numpy as np
 from hydrosim.forces.contact import group, loop
 from hydrosim.forces.contact.fender import (
     COMPRESSION,
+    CONTACT_STATE_NAMES,
+    CONTACT_STATES,
     DAMPED,
-    FRICTION,
-    LOST,
+    ENERGY_LOST,
+    FRICTION_FORCE,
     NODE,
     NORMAL_FORCE,
     SLIP_DAMPED,
     SLIP_DISTANCE,
-    STATE_NAMES,
-    STATES,
     Contact,
-    Params,
+    ContactConstants,
+    clear_unused_states,
     compile_elements,
     dynamic_states,
-    forget,
     is_mirrored,
-    memories,
-    places_of_memories,
-    which_remember,
+    memory_range,
+    memory_states,
+    points_with_memory,
 )
 from hydrosim.forces.contact.modes import OPEN
-from hydrosim.forces.contact.postures import ContactPostures
-from hydrosim.forces.contact.tally import EACH, SLIPPING, WIDTH
+from hydrosim.forces.contact.postures import KindOfContacts
+from hydrosim.forces.contact.tally import MODE_TALLIES, TALLIES_OF_MODES, TALLIES_OF_SLIP
 from hydrosim.forces.contact.tally import MODES as TALLIED
-from hydrosim.forces.contact.tally import SIZE as TALLIES
+from hydrosim.forces.contact.tally import POINT_TALLIES as TALLIES
 from hydrosim.forces.kind import (
     Columns,
-    Kept,
-    Modes,
-    Parts,
+    KindConstants,
+    ModeRows,
     RecordedStates,
-    States,
+    StateBlocks,
+    UnitRecord,
     Variable,
     capacity_of,
     elements_of,
@@ -48,9 +48,9 @@ from hydrosim.forces.kind import (
 from hydrosim.modes import MODE
 from hydrosim.scene import Scene
 
-EARTH = "earth"
+EARTH_NAME = "earth"
 NORMAL = "normal of the plane"
-POINT = ("time", "fender", "axis")
+POINT_AXES = ("time", "fender", "axis")
 
 
 def group_of_points(scene: Scene) -> list[str]:
@@ -63,7 +63,7 @@ def group_of_points(scene: Scene) -> list[str]:
     ]
 
 
-class _Kind(ContactPostures):
+class ContactKind(KindOfContacts):
     unit = "fender"
     variables: ClassVar = {
         "fender_compression": Variable(
@@ -73,8 +73,8 @@ class _Kind(ContactPostures):
         ),
         "fender_normal_force": Variable("normal force", "N", NORMAL),
         "fender_mode": Variable("contact mode", "1", flags="open stick slip"),
-        "fender_friction": Variable("friction force on the body", "N", EARTH),
-        "fender_node": Variable("position of the contact node on the plane", "m", EARTH),
+        "fender_friction": Variable("friction force on the body", "N", EARTH_NAME),
+        "fender_node": Variable("position of the contact node on the plane", "m", EARTH_NAME),
         "fender_slip_distance": Variable("distance slipped since the start", "m", "plane"),
         "fender_dissipated": Variable("energy lost in friction and loops since the start", "J"),
         "fender_dissipated_damping": Variable(
@@ -93,45 +93,53 @@ class _Kind(ContactPostures):
         "contact_time": Variable("time in a contact mode", "s"),
         "contact_impulse": Variable("integral of the normal force in a contact mode", "N s"),
         "contact_press": Variable(
-            "impulse of the normal force on the body in a contact mode", "N s", EARTH
+            "impulse of the normal force on the body in a contact mode", "N s", EARTH_NAME
         ),
         "contact_friction": Variable(
-            "impulse of friction on the body in a contact mode", "N s", EARTH
+            "impulse of friction on the body in a contact mode", "N s", EARTH_NAME
         ),
         "contact_moved": Variable(
-            "displacement of the point along the plane in a mode", "m", EARTH
+            "displacement of the point along the plane in a mode", "m", EARTH_NAME
         ),
         "contact_friction_work": Variable(
-            "work of friction on the body in a contact mode", "J", EARTH
+            "work of friction on the body in a contact mode", "J", EARTH_NAME
         ),
         "contact_press_work": Variable("work of the normal force in a contact mode", "J"),
-        "slip_direction": Variable("integral of the direction of slip", "s", EARTH),
-        "slip_load": Variable("integral of normal force times direction of slip", "N s", EARTH),
-        "slip_damping": Variable("integral of C3 times the velocity of slip", "N s", EARTH),
-        "slip_moved": Variable("displacement of the contact node in slip", "m", EARTH),
-        "slip_direction_ahead": Variable(
-            "the part of slip_direction towards positive axes", "s", EARTH
+        "slip_direction": Variable("integral of the direction of slip", "s", EARTH_NAME),
+        "slip_load": Variable(
+            "integral of normal force times direction of slip", "N s", EARTH_NAME
         ),
-        "slip_load_ahead": Variable("the part of slip_load towards positive axes", "N s", EARTH),
-        "slip_moved_ahead": Variable("the part of slip_moved towards positive axes", "m", EARTH),
+        "slip_damping": Variable("integral of C3 times the velocity of slip", "N s", EARTH_NAME),
+        "slip_moved": Variable("displacement of the contact node in slip", "m", EARTH_NAME),
+        "slip_direction_ahead": Variable(
+            "the part of slip_direction towards positive axes", "s", EARTH_NAME
+        ),
+        "slip_load_ahead": Variable(
+            "the part of slip_load towards positive axes", "N s", EARTH_NAME
+        ),
+        "slip_moved_ahead": Variable(
+            "the part of slip_moved towards positive axes", "m", EARTH_NAME
+        ),
     }
-    tallied: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
+    impulse_names: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: ContactConstants) -> ModeRows:
         points = p.points
         last = np.maximum(points["last"], points["line"])
-        return Modes(points.size, "mode", "rising", points["first"], last, points["steepest"])
+        return ModeRows(points.size, "mode", "rising", points["first"], last, points["steepest"])
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: ContactConstants, scene: Scene) -> Iterator[StateBlocks]:
         """States of all points, of points with memory, and of groups with memory."""
         names = self.unit_names(scene)
         groups = [*dict.fromkeys(group_of_points(scene))]
-        yield States("contact node", names, STATE_NAMES)
-        yield States("closings", [names[i] for i in which_remember(p)], loop.STATE_NAMES)
+        yield StateBlocks("contact node", names, CONTACT_STATE_NAMES)
+        yield StateBlocks(
+            "closings", [names[i] for i in points_with_memory(p)], loop.LOOP_STATE_NAMES
+        )
         owners = [groups[k] for k in p.groups["index"]]
-        yield States("contact group", owners, group.STATE_NAMES, "group ")
+        yield StateBlocks("contact group", owners, group.GROUP_STATE_NAMES, "group ")
 
-    def felt_states(self, p: Params) -> np.ndarray:
+    def coupled_states(self, p: ContactConstants) -> np.ndarray:
         return dynamic_states(p)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
@@ -145,57 +153,64 @@ class _Kind(ContactPostures):
             "fender_group": ("fender", groups, said),
             "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
             **capacity_of(self.unit, elements_of(scene, self.classes)),
-            **(_kinetic(scene) if scene.output_impulses else {}),
+            **(_kinetic_coefficients(scene) if scene.output_impulses else {}),
         }
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: ContactConstants, bodies: Any, kept: UnitRecord) -> Columns:
         seen = kept.observed
         is_open = kept.modes[:, :, MODE] == OPEN
-        each = POINT[:2]
-        own = kept.y[p.state : p.state + STATES * p.points.size]
-        states = own.reshape(len(own), -1, STATES)
+        each = POINT_AXES[:2]
+        own = kept.y[p.state : p.state + CONTACT_STATES * p.points.size]
+        states = own.reshape(len(own), -1, CONTACT_STATES)
         return {
             "fender_compression": (each, seen[:, :, COMPRESSION]),
             "fender_normal_force": (each, np.where(is_open, 0.0, seen[:, :, NORMAL_FORCE])),
             "fender_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
-            "fender_friction": (POINT, seen[:, :, FRICTION:NODE]),
-            "fender_node": (POINT, seen[:, :, NODE:LOST]),
+            "fender_friction": (POINT_AXES, seen[:, :, FRICTION_FORCE:NODE]),
+            "fender_node": (POINT_AXES, seen[:, :, NODE:ENERGY_LOST]),
             "fender_slip_distance": (each, states[:, :, SLIP_DISTANCE]),
-            "fender_dissipated": (each, seen[:, :, LOST]),
+            "fender_dissipated": (each, seen[:, :, ENERGY_LOST]),
             "fender_dissipated_damping": (each, states[:, :, DAMPED]),
             "fender_dissipated_slip_damping": (each, states[:, :, SLIP_DAMPED]),
             **_closings(p, kept.y),
-            **(dict(_tallied(kept.tallies)) if kept.tallies.size else {}),
+            **(dict(_tally_variables(kept.tallies)) if kept.tallies.size else {}),
         }
 
-    def losses(self, p: Params, observed: np.ndarray) -> dict[int, np.ndarray]:
+    def losses(self, p: ContactConstants, observed: np.ndarray) -> dict[int, np.ndarray]:
         """Energy lost in friction."""
         rows = p.points["row"]
-        return {row: observed[:, rows == row, LOST].sum(axis=1) for row in np.unique(rows)}
+        return {row: observed[:, rows == row, ENERGY_LOST].sum(axis=1) for row in np.unique(rows)}
 
-    def is_mirrored(self, p: Params, y: np.ndarray, modes: np.ndarray) -> bool:
+    def is_mirrored(self, p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         return is_mirrored(p, y, modes)
 
-    def forget(self, p: Params, y: np.ndarray) -> None:
-        forget(p, y)
+    def clear_unused_states(self, p: ContactConstants, y: np.ndarray) -> None:
+        clear_unused_states(p, y)
 
     def renew(
-        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: ContactConstants,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known: np.ndarray,
     ) -> None:
         """Reset stiff lines of new points and of points that cannot be pressed as stored, and the
         memory of groups that did not have one in the run."""
-        for k, i in enumerate(which_remember(p)):
-            if not (possible[i] and known[p.state + STATES * i]):
-                memories(p, y)[k, loop.SET] = memories(p, anew)[k, loop.SET]
+        for k, i in enumerate(points_with_memory(p)):
+            if not (possible[i] and known[p.state + CONTACT_STATES * i]):
+                memory_states(p, y)[k, loop.BRANCH_START] = memory_states(p, anew)[
+                    k, loop.BRANCH_START
+                ]
         for first in p.state + p.groups["first"]:
             if not known[first]:
-                y[first : first + group.STATES] = anew[first : first + group.STATES]
+                y[first : first + group.GROUP_STATES] = anew[first : first + group.GROUP_STATES]
 
 
-KIND = _Kind("fenders", (Contact,), compile_elements)
+CONTACT_KIND = ContactKind("fenders", (Contact,), compile_elements)
 
 
-def _kinetic(scene: Scene) -> dict[str, object]:
+def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
     """Contact modes, and mu_k of each contact point."""
     contacts = [e for e in scene.forces.values() if isinstance(e, Contact)]
     kinetic = [getattr(e.friction, "kinetic", 0.0) for e in contacts for _ in e.points]
@@ -206,42 +221,46 @@ def _kinetic(scene: Scene) -> dict[str, object]:
     }
 
 
-def _closings(p: Params, y: RecordedStates) -> Columns:
+def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}
-    known = np.full((len(y), p.points.size, loop.STATES), np.nan)
-    own = y[places_of_memories(p)]
-    known[:, which_remember(p)] = own.reshape(len(y), p.remembering, loop.STATES)
+    known = np.full((len(y), p.points.size, loop.LOOP_STATES), np.nan)
+    own = y[memory_range(p)]
+    known[:, points_with_memory(p)] = own.reshape(len(y), p.remembering, loop.LOOP_STATES)
     return {
-        "fender_closings": (POINT[:2], known[:, :, loop.CLOSINGS]),
-        "fender_closing_speed": (POINT[:2], known[:, :, loop.SPEED]),
-        "fender_largest_force": (POINT[:2], known[:, :, loop.LARGEST]),
+        "fender_closings": (POINT_AXES[:2], known[:, :, loop.CLOSINGS]),
+        "fender_closing_speed": (POINT_AXES[:2], known[:, :, loop.CLOSING_SPEED]),
+        "fender_largest_force": (POINT_AXES[:2], known[:, :, loop.LARGEST_NORMAL]),
     }
 
 
-def _tallied(tallies: np.ndarray) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
+def _tally_variables(
+    tallies: np.ndarray,
+) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
     """Variables from the ``tallies`` (nt, nf, `TALLIES`) of contact points: `contact_*` (time,
     fender, mode) and `slip_*` (time, fender, axis)."""
     dims = ("time", "fender", "contact_mode")
-    end = len(TALLIED) * WIDTH
-    modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(TALLIED), WIDTH)
+    end = len(TALLIED) * MODE_TALLIES
+    modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(TALLIED), MODE_TALLIES)
     at = 0
-    for name, count in EACH:
+    for name, count in TALLIES_OF_MODES:
         part = modes[..., at : at + count]
         yield f"contact_{name}", (dims, part[..., 0]) if count == 1 else ((*dims, "axis"), part)
         at += count
     at = end
-    for name, count in SLIPPING:
-        yield name, (POINT, tallies[:, :, at : at + count])
+    for name, count in TALLIES_OF_SLIP:
+        yield name, (POINT_AXES, tallies[:, :, at : at + count])
         at += count
 
 
-def remembered_groups(parts: Parts, y: RecordedStates) -> list[group.Remembered]:
+def remembered_groups(parts: KindConstants, y: RecordedStates) -> list[group.GroupMemory]:
     """All groups with memory, with their states from y."""
-    p = KIND.of(parts)
+    p = CONTACT_KIND.constants_in(parts)
     starts = p.state + p.groups["first"]
     return [
-        group.Remembered(int(each["index"]), float(each["weight"]), y[first : first + group.STATES])
+        group.GroupMemory(
+            int(each["index"]), float(each["weight"]), y[first : first + group.GROUP_STATES]
+        )
         for each, first in zip(p.groups, starts, strict=True)
     ]

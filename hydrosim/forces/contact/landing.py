@@ -19,7 +19,7 @@ from hydrosim.forces.contact.fender import Contact, Normal
 from hydrosim.forces.contact.guide import Wall
 from hydrosim.forces.contact.laws import Law
 from hydrosim.forces.contact.plane import Plane
-from hydrosim.forces.mirroring import turned
+from hydrosim.forces.mirroring import mirrored_vector
 from hydrosim.scene import ForceElement
 
 SEAT = 2.0  # m: default radius of a seat, or its width beside the mouth of its wall
@@ -66,4 +66,4 @@ class Landing(Contact):
     def mirror_image(self) -> ForceElement:
         points = self.points * MIRROR_SIGN[:3]
         seats = self.seats * MIRROR_SIGN[:3]
-        return replace(self, points=points, seats=seats, axis=turned(self.axis))
+        return replace(self, points=points, seats=seats, axis=mirrored_vector(self.axis))

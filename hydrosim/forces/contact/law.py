@@ -14,8 +14,8 @@ and its transitions, where they differ from the defaults in `laws`:
     release(mode, load, v, s, p)            contact ends: state, energy lost
     sliding(N, v, p)                        state of steady slip, to linearise about
 
-load: `Pressed`; v: velocity (2,) relative to the plane; s: state (2,) of the point, the stretch of
-its node or the heading of its slip; p: the point's constants, of `fender.POINT`.
+load: `NormalLoad`; v: velocity (2,) relative to the plane; s: state (2,) of the point, the stretch
+of its node or the heading of its slip; p: the point's constants, of `fender.CONTACT_POINT`.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Constants(NamedTuple):
     node: bool = False
 
 
-class Pressed(NamedTuple):
+class NormalLoad(NamedTuple):
     """Normal force ``N``, its ``elastic`` part N_e and the ``rate`` N_e'; ``rising`` is true if the
     stretch is that of a rising load."""
 

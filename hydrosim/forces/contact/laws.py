@@ -47,10 +47,10 @@ def constants(law: Law) -> tuple[Any, ...]:
     raise InputError(f"friction: found {type(law).__name__}; expected one of {known}.")
 
 
-def reach(law: Law, N: float) -> float:
+def break_away_stretch(law: Law, N: float) -> float:
     """Stretch [m] at which a node breaks away under ``N`` [N], at least that under 1 N; 0 without a
     node."""
-    return stick_slip.reach(law, N) if isinstance(law, StickSlip) else 0.0
+    return stick_slip.break_away_stretch(law, N) if isinstance(law, StickSlip) else 0.0
 
 
 @kernel
@@ -78,15 +78,15 @@ def margin(mode, load, v, s, heading, reaction, p):
 
 
 @kernel
-def heading(load, v, s, p):
+def slip_direction(load, v, s, p):
     """Vector (2,) along which a point slips: usually its velocity."""
     if p.law == STICK_SLIP:
-        return stick_slip.heading(load, v, s, p)
+        return stick_slip.slip_traction(load, v, s, p)
     return v
 
 
 @kernel
-def keeps_heading(p):
+def keeps_slip_direction(p):
     """True if the state of a point that slips is its heading."""
     return p.law in (FRICTION_SLOPE, COULOMB)
 
@@ -104,45 +104,45 @@ def break_away(load, v, s, reaction, p):
 
 
 @kernel
-def grip(size, load, v, s, p):
+def end_slip(size, load, v, s, p):
     """Slip ends, by a margin that had this ``size`` before: mode and state (2,)."""
     if p.law == STICK_SLIP:
-        return stick_slip.grip(load, v, s, p)
+        return stick_slip.end_slip(load, v, s, p)
     if p.law == COULOMB:
-        return coulomb.grip(size, v, s)
+        return coulomb.end_slip(size, v, s)
     return STICK, s
 
 
 @kernel
-def close(load, v, s, p):
+def begin_contact(load, v, s, p):
     """Contact begins: mode and state (2,)."""
     if p.law == STICK_SLIP:
-        return stick_slip.close(load, v, s, p)
+        return stick_slip.begin_contact(load, v, s, p)
     if p.law == FRICTION_SLOPE:
-        return friction_slope.close(load, v, p)
+        return friction_slope.begin_contact(load, v, p)
     if p.law == COULOMB:
-        return coulomb.close(v)
+        return coulomb.begin_contact(v)
     return SLIP, s
 
 
 @kernel
-def release(mode, load, v, s, p):
+def end_contact(mode, load, v, s, p):
     """Contact ends: the state (2,), and the energy lost."""
     if p.law == STICK_SLIP:
-        return stick_slip.release(mode, load, v, s, p)
+        return stick_slip.end_contact(mode, load, v, s, p)
     return s, 0.0
 
 
 @kernel
-def relax(load, s, p):
+def open_node_friction(load, s, p):
     """`Friction` of the node of an open point."""
     return stick_slip.friction(OPEN, load, (0.0, 0.0), s, p)
 
 
 @kernel
-def turn_over(load, s, p):
+def reverse_load(load, s, p):
     """The stretch (2,) of a node for the same traction, when the load begins to fall or to rise."""
-    return stick_slip.turn_over(load, s, p)
+    return stick_slip.reverse_load(load, s, p)
 
 
 @kernel
@@ -152,24 +152,24 @@ def stored_energy(mode, load, v, s, p):
 
 
 @kernel
-def lent(mode, load, v, s, p):
+def recoverable_loss(mode, load, v, s, p):
     """Part of the integrated dissipation that is still stored."""
-    return stick_slip.lent(mode, load, v, s, p) if p.node else 0.0
+    return stick_slip.recoverable_loss(mode, load, v, s, p) if p.node else 0.0
 
 
 @kernel
-def stretch(mode, load, v, s, p):
+def node_stretch(mode, load, v, s, p):
     """Distance (2,) of the node from the body's point."""
-    return stick_slip.stretch(mode, load, v, s, p) if p.node else (0.0, 0.0)
+    return stick_slip.node_stretch(mode, load, v, s, p) if p.node else (0.0, 0.0)
 
 
-def sliding(N: float, velocity: np.ndarray, p: np.void) -> Any:
+def steady_slip_state(N: float, velocity: np.ndarray, p: np.void) -> Any:
     """State (2,) of a point in steady slip, to linearise about; None if it has no influence."""
     if p["law"] == STICK_SLIP:
-        return stick_slip.sliding(N, p)
-    return coulomb.sliding(velocity) if p["law"] == COULOMB else None
+        return stick_slip.steady_slip_stretch(N, p)
+    return coulomb.slip_heading(velocity) if p["law"] == COULOMB else None
 
 
-def slowest(N: float, p: np.void) -> float:
+def least_slip_speed(N: float, p: np.void) -> float:
     """The speed [m/s] at which a point without a node begins to slip under ``N`` [N]."""
-    return friction_slope.slowest(N, p) if p["law"] == FRICTION_SLOPE else 0.0
+    return friction_slope.corner_speed(N, p) if p["law"] == FRICTION_SLOPE else 0.0

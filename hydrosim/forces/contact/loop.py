@@ -25,18 +25,18 @@ from hydrosim.errors import InputError
 from hydrosim.forces import curve
 from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.jit.kernels import kernel
+from hydrosim.modes import NO_INDEX
 
-STATE_NAMES = ("loop set", "loop loss", "closings", "closing speed", "largest force")
+LOOP_STATE_NAMES = ("loop set", "loop loss", "closings", "closing speed", "largest force")
 """States of each point with memory: s [m], energy lost before the last event [J], number of
 closings. For the last contact: its closing speed [m/s] and the largest N [N]."""
-STATES = len(STATE_NAMES)
-SET, LOSS, CLOSINGS, SPEED, LARGEST = range(STATES)
+LOOP_STATES = len(LOOP_STATE_NAMES)
+BRANCH_START, LOOP_LOSS, CLOSINGS, CLOSING_SPEED, LARGEST_NORMAL = range(LOOP_STATES)
 LOOP = [("back", int), ("line", int), ("leeway", float), ("memory", int)]
 """Fields of a contact point. Its pieces from ``last`` + 1 to ``back`` are g; ``line`` is the stiff
-one, or `NONE`; ``leeway``, see `LEEWAY`. The last field is its index among points with memory, or
-`NONE`."""
-NONE = -1
-SAME = 1e-12  # of a force
+one, or `NO_INDEX`; ``leeway``, see `LEEWAY`. The last field is its index among points with memory,
+or `NO_INDEX`."""
+FORCE_RTOL = 1e-12  # of a force
 LEEWAY = 1e-10
 """Fraction of the length of a curve by which the line continues beyond its ends. Per second it is
 the speed at which a point may move back on f or g. So a point at rest does not reverse endlessly by
@@ -59,7 +59,7 @@ def _unloading(normal: NormalLoop, loading: np.ndarray) -> tuple[np.ndarray, np.
     if slope <= on_f:
         return x, force
     end = max(x[-1], normal.compression[-1])
-    f, g = _at(normal.compression, normal.force, end), _at(x, force, end)
+    f, g = _force_at(normal.compression, normal.force, end), _force_at(x, force, end)
     meet = end + max(f - g, 0.0) / (slope - on_f)
     there, known = f + on_f * (meet - end), x < meet
     x, force = (
@@ -73,9 +73,9 @@ def check(normal: NormalLoop) -> None:
     """Raises InputError if unloading is not below loading, or the line between is not steeper than
     both."""
     x = np.union1d(normal.compression, normal.unloading_compression)
-    f = np.array([_at(normal.compression, normal.force, at) for at in x])
-    g = np.array([_at(normal.unloading_compression, normal.unloading_force, at) for at in x])
-    if np.any(over := g > f * (1.0 + SAME)):
+    f = np.array([_force_at(normal.compression, normal.force, at) for at in x])
+    g = np.array([_force_at(normal.unloading_compression, normal.unloading_force, at) for at in x])
+    if np.any(over := g > f * (1.0 + FORCE_RTOL)):
         k = int(np.argmax(over))
         raise InputError(
             f"normal.unloading: found {g[k]:.6g} N at {x[k]:g} m, where loading has {f[k]:.6g} N;"
@@ -89,13 +89,13 @@ def check(normal: NormalLoop) -> None:
         )
 
 
-def _at(compression: np.ndarray, force: np.ndarray, x: float) -> float:
+def _force_at(compression: np.ndarray, force: np.ndarray, x: float) -> float:
     """The force of a table at ``x``, also beyond its end."""
     table = curve.segments(compression, force)
     return float(curve.curve_force(table[curve.find_segment(0, len(table) - 1, table, x)], x))
 
 
-def pieces(
+def loading_fields(
     normal: NormalCurve | NormalLoop | PrescribedNormal, first: int, own: np.ndarray
 ) -> tuple[int, int, float, float]:
     """The first and the last piece of f, the steepest slope of all pieces, and the damping."""
@@ -104,16 +104,18 @@ def pieces(
     return first, first + count - 1, own["slope"].max(), damping
 
 
-def back(normal: object, first: int, own: np.ndarray, memory: int) -> tuple[int, int, float, int]:
+def unloading_fields(
+    normal: object, first: int, own: np.ndarray, memory: int
+) -> tuple[int, int, float, int]:
     """Values of `LOOP`."""
     if not isinstance(normal, NormalLoop):
-        return NONE, NONE, 0.0, memory
+        return NO_INDEX, NO_INDEX, 0.0, memory
     line = first + len(own) - 1
     return line - 1, line, LEEWAY * float(normal.compression[-1]), memory
 
 
 @kernel
-def meets(first, last, start, slope, segments):
+def branch_crossing(first, last, start, slope, segments):
     """The compression at which the line from ``start`` with the ``slope`` meets a branch."""
     k = first
     while True:
@@ -125,54 +127,54 @@ def meets(first, last, start, slope, segments):
 
 
 @kernel
-def ends(start, point, segments):
+def reload_ends(start, point, segments):
     """The compressions at which the stiff line meets g and f."""
     slope = segments[point.line].slope
     return (
-        meets(point.last + 1, point.back, start, slope, segments),
-        meets(point.first, point.last, start, slope, segments),
+        branch_crossing(point.last + 1, point.back, start, slope, segments),
+        branch_crossing(point.first, point.last, start, slope, segments),
     )
 
 
 @kernel
-def start_of_line(N, x, point, segments):
+def reload_start(N, x, point, segments):
     """s of the line through the force ``N`` at the compression ``x``."""
     return x - N / segments[point.line].slope
 
 
 @kernel
-def inside_line(start, x, point, segments):
+def inside_reload_branch(start, x, point, segments):
     """Distance to the nearer end of the line, with its leeway."""
-    lower, upper = ends(start, point, segments)
+    lower, upper = reload_ends(start, point, segments)
     return min(x - lower, upper - x) + point.leeway
 
 
 @kernel
-def after_line(start, x, point, segments):
+def segment_after_reload(start, x, point, segments):
     """Index of the piece of f or g that follows the line at its end nearer to x."""
-    lower, upper = ends(start, point, segments)
+    lower, upper = reload_ends(start, point, segments)
     if upper - x < x - lower:
         return curve.find_segment(point.first, point.last, segments, x)
     return curve.find_segment(point.last + 1, point.back, segments, x)
 
 
 @kernel
-def recoverable(N, x, point, segments):
+def recoverable_energy(N, x, point, segments):
     """Recoverable energy of a point from the force ``N`` at the compression ``x``."""
-    start = start_of_line(N, x, point, segments)
+    start = reload_start(N, x, point, segments)
     line = segments[point.line]
-    lower = meets(point.last + 1, point.back, start, line.slope, segments)
+    lower = branch_crossing(point.last + 1, point.back, start, line.slope, segments)
     piece = segments[curve.find_segment(point.last + 1, point.back, segments, lower)]
     low = curve.curve_force(piece, lower)
     return curve.stored_energy(piece, lower) + 0.5 * (N * N - low * low) / line.slope
 
 
 @kernel
-def lost_on(segment, x, point, segments):
+def branch_loss(segment, x, point, segments):
     """Energy that the loading curve has taken up to ``x`` and that is not recoverable, on a
     ``segment`` of it; zero on other segments."""
-    if point.line == NONE or segment > point.last:
+    if point.line == NO_INDEX or segment > point.last:
         return 0.0
     piece = segments[segment]
     N = curve.curve_force(piece, x)
-    return curve.stored_energy(piece, x) - recoverable(N, x, point, segments)
+    return curve.stored_energy(piece, x) - recoverable_energy(N, x, point, segments)

@@ -47,5 +47,5 @@ class NormalLoop:
     stiffness: float
 
 
-FLAT = NormalCurve(np.array([0.0, 1.0]), np.zeros(2))
+NO_CURVE = NormalCurve(np.array([0.0, 1.0]), np.zeros(2))
 """The curve of a point with prescribed normal force: no corners, nothing stored."""

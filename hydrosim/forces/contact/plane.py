@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hydrosim.forces.mirroring import foot, turned
+from hydrosim.forces.mirroring import foot_of_perpendicular, mirrored_vector
 
 
 @dataclass(frozen=True)
@@ -26,17 +26,23 @@ class Plane:
         plane at ``y`` [m]; its corners are in a canonical order."""
         y = 0.0 if self.body else y
         corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
-        return replace(self, point=foot(self.point, self.normal, y), corners=_sorted(corners))
+        return replace(
+            self,
+            point=foot_of_perpendicular(self.point, self.normal, y),
+            corners=_sorted_corners(corners),
+        )
 
     def mirror_image(self) -> Plane:
         """The mirror image in the plane y = 0."""
-        corners = _sorted(np.array([turned(corner) for corner in self.corners]).reshape(-1, 3))
-        point = turned(self.point)
-        normal = turned(self.normal)
+        corners = _sorted_corners(
+            np.array([mirrored_vector(corner) for corner in self.corners]).reshape(-1, 3)
+        )
+        point = mirrored_vector(self.point)
+        normal = mirrored_vector(self.normal)
         return replace(self, point=point, normal=normal, corners=corners)
 
 
-def _sorted(corners: np.ndarray) -> tuple[tuple[float, ...], ...]:
+def _sorted_corners(corners: np.ndarray) -> tuple[tuple[float, ...], ...]:
     """Corners of a convex polygon in an order that does not depend on the first corner."""
     fine = np.round(corners / max(np.abs(corners).max(initial=0.0), 1.0), 6)
     return tuple(map(tuple, corners[np.lexsort(fine.T)].tolist()))

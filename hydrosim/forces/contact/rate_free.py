@@ -31,40 +31,40 @@ from hydrosim.forces.contact.law import AT_REST, direction
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-LEAST = 1e-6  # of a usual stretch: a shorter drawbar need not be resolved
+MIN_DRAWBAR = 1e-6  # of a usual stretch: a shorter drawbar need not be resolved
 
 
 @kernel
-def slip(load, v1, s, p):
+def slip_motion(load, v1, s, p):
     """Direction d (2,) of slip, its speed lambda, and the rate (2,) of the heading ``s``, which may
     have any length."""
     size, speed = length(s), length(v1)
     x = (s[0] / size, s[1] / size)
     u, r = direction(v1, x, AT_REST), p.kinetic * load.N / p.stiffness
-    q = speed * p.lag + LEAST * p.reach
+    q = speed * p.lag + MIN_DRAWBAR * p.reach
     w = sqrt(sqrt(r * r * r * r + q * q * q * q))
     part, along, rate = r / w, x[0] * v1[0] + x[1] * v1[1], size / w
-    d = unit((part * x[0] + (1.0 - part) * u[0], part * x[1] + (1.0 - part) * u[1]))
+    d = unit_vector((part * x[0] + (1.0 - part) * u[0], part * x[1] + (1.0 - part) * u[1]))
     turn = (rate * (v1[0] - along * x[0]), rate * (v1[1] - along * x[1]))
     return d, d[0] * v1[0] + d[1] * v1[1] - p.kinetic * load.rate / p.stiffness, turn
 
 
 @kernel
-def stretch(load, v1, s, p):
+def node_stretch(load, v1, s, p):
     """S / K2 (2,), in slip."""
-    d, r = slip(load, v1, s, p)[0], p.kinetic * load.N / p.stiffness
+    d, r = slip_motion(load, v1, s, p)[0], p.kinetic * load.N / p.stiffness
     return (r * d[0], r * d[1])
 
 
 @kernel
-def heading(s, v1, p):
+def first_slip_direction(s, v1, p):
     """The heading (2,) at which slip begins from the stretch ``s``, or along ``v1`` without one."""
-    along = unit(s if s[0] != 0.0 or s[1] != 0.0 else v1)
+    along = unit_vector(s if s[0] != 0.0 or s[1] != 0.0 else v1)
     return (p.reach * along[0], p.reach * along[1])
 
 
 @kernel
-def unit(a):
+def unit_vector(a):
     """a / |a|, or zero."""
     size = length(a)
     return (a[0] / size, a[1] / size) if size > 0.0 else (0.0, 0.0)

@@ -47,8 +47,8 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
-LEAST = 1e-3  # e: x without load
-BEYOND = 1.0 + 1e-12
+MIN_LOAD_FACTOR = 1e-3  # e: x without load
+BREAK_AWAY_RATIO = 1.0 + 1e-12
 """Factor on mu_s N that still holds. A node that comes to stick at mu_k N = mu_s N is then not
 released again by the rounding of its traction."""
 
@@ -78,7 +78,7 @@ class StickSlip:
     load: LoadPowers | None = None
 
 
-class Coefficients(NamedTuple):
+class FrictionCoefficients(NamedTuple):
     """``K2``, ``C2``, ``C3`` at a load, and ``K``, the traction per stretch."""
 
     K2: float
@@ -98,24 +98,24 @@ def constants(law: StickSlip) -> Constants:
 
 @kernel
 def coefficients(load, p):
-    """K2, C2, C3 and K at a `Pressed` ``load``."""
+    """K2, C2, C3 and K at a `NormalLoad` ``load``."""
     if p.reference == 0.0:
-        return Coefficients(p.stiffness, p.damping, p.slip_damping, p.stiffness)
-    x = _share(load.elastic, p)
+        return FrictionCoefficients(p.stiffness, p.damping, p.slip_damping, p.stiffness)
+    x = _load_factor(load.elastic, p)
     K2 = p.stiffness * x**p.stiffness_power
     C2, C3 = p.damping * x**p.damping_power, p.slip_damping * x**p.slip_damping_power
-    return Coefficients(K2, C2, C3, p.stiffness if load.rising else K2)
+    return FrictionCoefficients(K2, C2, C3, p.stiffness if load.rising else K2)
 
 
 @kernel
-def _share(elastic, p):
+def _load_factor(elastic, p):
     """x; stages of a step that ends contact may lie just outside contact."""
-    return LEAST + (1.0 - LEAST) * max(elastic / p.reference, 0.0)
+    return MIN_LOAD_FACTOR + (1.0 - MIN_LOAD_FACTOR) * max(elastic / p.reference, 0.0)
 
 
 @kernel
 def friction(mode, load, v1, s, p):
-    """Stick-slip friction of a contact point in ``mode`` under a `Pressed` ``load``."""
+    """Stick-slip friction of a contact point in ``mode`` under a `NormalLoad` ``load``."""
     if mode == SLIP and p.relaxation == 0.0:
         return _on_the_cone(load, v1, s, p)
     c = coefficients(load, p)
@@ -142,13 +142,13 @@ def friction(mode, load, v1, s, p):
 def _slip(load, v1, s, c, p):
     """Direction d (2,) and speed of slip of a node with dampers, whose coefficients are ``c``."""
     T = _traction(v1, s, c)
-    return rate_free.unit(T), (length(T) - p.kinetic * load.N) / (c.C2 + c.C3)
+    return rate_free.unit_vector(T), (length(T) - p.kinetic * load.N) / (c.C2 + c.C3)
 
 
 @kernel
 def _on_the_cone(load, v1, s, p):
     """Friction of a node that slips in the rate-free limit."""
-    d, v2, turn = rate_free.slip(load, v1, s, p)
+    d, v2, turn = rate_free.slip_motion(load, v1, s, p)
     size = p.kinetic * load.N
     return Friction((-size * d[0], -size * d[1]), turn, v2, size * v2, 0.0, 0.0)
 
@@ -160,45 +160,45 @@ def break_away(load, v1, s, p):
         return s, 0.0, 0.0
     kept = p.kinetic * load.N / p.stiffness
     lost = 0.5 * p.stiffness * (s[0] * s[0] + s[1] * s[1] - kept * kept)
-    return rate_free.heading(s, v1, p), length(s) - kept, lost
+    return rate_free.first_slip_direction(s, v1, p), length(s) - kept, lost
 
 
 @kernel
-def grip(load, v1, s, p):
+def end_slip(load, v1, s, p):
     """Slip ends: mode and stretch."""
-    return STICK, spring(SLIP, load, v1, s, p)
+    return STICK, node_spring(SLIP, load, v1, s, p)
 
 
 @kernel
-def close(load, v1, s, p):
+def begin_contact(load, v1, s, p):
     """Contact begins in the mode whose margin is positive."""
     if margin(STICK, load, v1, s, (0.0, 0.0), p) >= 0.0:
         return STICK, s
-    return SLIP, (s if p.relaxation > 0.0 else rate_free.heading(s, v1, p))
+    return SLIP, (s if p.relaxation > 0.0 else rate_free.first_slip_direction(s, v1, p))
 
 
 @kernel
-def release(mode, load, v1, s, p):
+def end_contact(mode, load, v1, s, p):
     """Contact ends. A node without a damper or a stiffness springs back at once and loses its
     stretch."""
     if p.damping > 0.0 and p.reference == 0.0:
         return s, 0.0
-    return (0.0, 0.0), stored_energy(mode, load, v1, s, p) - lent(mode, load, v1, s, p)
+    return (0.0, 0.0), stored_energy(mode, load, v1, s, p) - recoverable_loss(mode, load, v1, s, p)
 
 
-def reach(law: StickSlip, N: float) -> float:
+def break_away_stretch(law: StickSlip, N: float) -> float:
     """The stretch [m] at which a point breaks away under ``N`` [N], at least that under 1 N."""
     return max(law.static * N, 1.0) / law.stiffness
 
 
-def sliding(N: float, p: np.void) -> tuple[float, float]:
+def steady_slip_stretch(N: float, p: np.void) -> tuple[float, float]:
     """The stretch at which a point breaks away under ``N`` [N], the same in both directions."""
     stretch = p["static"] * max(N, 1.0) / p["stiffness"]
     return stretch / np.sqrt(2.0), stretch / np.sqrt(2.0)
 
 
 @kernel
-def heading(load, v, s, p):
+def slip_traction(load, v, s, p):
     """The traction T = S + C2 v1; the node slips along it."""
     return _traction(v, s, coefficients(load, p))
 
@@ -216,35 +216,35 @@ def margin(mode, load, v1, s, heading, p):
     c = coefficients(load, p)
     T = _traction(v1, s, c)
     if mode == STICK:
-        return p.static * load.N * BEYOND - length(T)
+        return p.static * load.N * BREAK_AWAY_RATIO - length(T)
     if c.C2 + c.C3 > 0.0:
         return size_along(T, heading) - p.kinetic * load.N
-    return rate_free.slip(load, v1, s, p)[1]
+    return rate_free.slip_motion(load, v1, s, p)[1]
 
 
 @kernel
-def spring(mode, load, v1, s, p):
+def node_spring(mode, load, v1, s, p):
     """The stretch (2,) of the state, or of its heading."""
     if mode == SLIP and p.relaxation == 0.0:
-        return rate_free.stretch(load, v1, s, p)
+        return rate_free.node_stretch(load, v1, s, p)
     return s
 
 
 @kernel
 def stored_energy(mode, load, v1, s, p):
     """S^2 / (2 K2)."""
-    c, s = coefficients(load, p), spring(mode, load, v1, s, p)
+    c, s = coefficients(load, p), node_spring(mode, load, v1, s, p)
     return 0.5 * c.K * c.K / c.K2 * (s[0] * s[0] + s[1] * s[1])
 
 
 @kernel
-def lent(mode, load, v1, s, p):
+def recoverable_loss(mode, load, v1, s, p):
     """Part of the integrated dissipation that is still stored."""
     return stored_energy(mode, load, v1, s, p) if p.reference > 0.0 else 0.0
 
 
 @kernel
-def turn_over(load, s, p):
+def reverse_load(load, s, p):
     """The stretch (2,) for the same traction, when the load begins to fall, or to rise again."""
     K2 = coefficients(load, p).K2
     scale = p.stiffness / K2 if load.rising else K2 / p.stiffness
@@ -252,7 +252,7 @@ def turn_over(load, s, p):
 
 
 @kernel
-def stretch(mode, load, v1, s, p):
+def node_stretch(mode, load, v1, s, p):
     """S / K2 (2,)."""
-    c, s = coefficients(load, p), spring(mode, load, v1, s, p)
+    c, s = coefficients(load, p), node_spring(mode, load, v1, s, p)
     return (c.K / c.K2 * s[0], c.K / c.K2 * s[1])

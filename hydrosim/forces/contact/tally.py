@@ -16,7 +16,7 @@ max(d, 0). So in slip, with the mean E and the duration T,
 from __future__ import annotations
 
 from hydrosim.forces.contact import geometry, laws
-from hydrosim.forces.contact.fender import STATES, pressure
+from hydrosim.forces.contact.fender import CONTACT_STATES, normal_load_of
 from hydrosim.forces.contact.laws import COULOMB
 from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.jit.kernels import clear, kernel
@@ -24,54 +24,56 @@ from hydrosim.modes import MODE
 from hydrosim.rigid.vectors import add, length, scale
 
 MODES = ("open", "stick", "slip")
-EACH = (  # for each mode: name and number of entries
+TALLIES_OF_MODES = (  # for each mode: name and number of entries
     *(("time", 1), ("impulse", 1), ("press", 3), ("friction", 3)),
     *(("moved", 3), ("friction_work", 3), ("press_work", 1)),
 )
-SLIPPING = (  # in slip also
+TALLIES_OF_SLIP = (  # in slip also
     *(("slip_direction", 3), ("slip_load", 3), ("slip_damping", 3), ("slip_moved", 3)),
     *(("slip_direction_ahead", 3), ("slip_load_ahead", 3), ("slip_moved_ahead", 3)),
 )
-WIDTH = sum(count for _, count in EACH)
-SIZE = len(MODES) * WIDTH + sum(count for _, count in SLIPPING)
+MODE_TALLIES = sum(count for _, count in TALLIES_OF_MODES)
+POINT_TALLIES = len(MODES) * MODE_TALLIES + sum(count for _, count in TALLIES_OF_SLIP)
 
 
 @kernel
 def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
-    """Rates of the integrals of all points, `SIZE` for each, with the ``reactions`` (nf, 2) of
-    rigid friction."""
-    clear(rates[: SIZE * p.points.size])
+    """Rates of the integrals of all points, `POINT_TALLIES` for each, with the ``reactions`` (nf,
+    2) of rigid friction."""
+    clear(rates[: POINT_TALLIES * p.points.size])
     for i in range(p.points.size):
-        point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + STATES * i
-        c = geometry.touch(point, bodies, motion)
-        load = pressure(i, t, y, modes, c, p)
+        point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + CONTACT_STATES * i
+        c = geometry.contact_kinematics(point, bodies, motion)
+        load = normal_load_of(i, t, y, modes, c, p)
         law = laws.friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
         f = law.force
         if point.law == COULOMB and mode == STICK:
             f = (reactions[i, 0], reactions[i, 1])
-        first = SIZE * i + WIDTH * mode
-        _count(load.N, f, c, rates[first : first + WIDTH])
+        first = POINT_TALLIES * i + MODE_TALLIES * mode
+        _add_mode_tallies(load.N, f, c, rates[first : first + MODE_TALLIES])
         if mode == SLIP and length(f) > 0.0:
-            last = SIZE * (i + 1)
-            _count_slip(load.N, f, law, c, rates[SIZE * i + len(MODES) * WIDTH : last])
+            last = POINT_TALLIES * (i + 1)
+            _add_slip_tallies(
+                load.N, f, law, c, rates[POINT_TALLIES * i + len(MODES) * MODE_TALLIES : last]
+            )
 
 
 @kernel
-def _count(N, f, c, out):
-    """The rates of `EACH`."""
-    force, press = _along(f, c), scale(N, c.normal)
-    w = _along(c.velocity, c)
-    out[0], out[1], out[WIDTH - 1] = 1.0, N, -N * c.rate
+def _add_mode_tallies(N, f, c, out):
+    """The rates of `TALLIES_OF_MODES`."""
+    force, press = _earth_vector(f, c), scale(N, c.normal)
+    w = _earth_vector(c.velocity, c)
+    out[0], out[1], out[MODE_TALLIES - 1] = 1.0, N, -N * c.rate
     for a in range(3):
         out[2 + a], out[5 + a], out[8 + a] = press[a], force[a], w[a]
         out[11 + a] = force[a] * w[a]
 
 
 @kernel
-def _count_slip(N, f, law, c, out):
-    """The rates of `SLIPPING`."""
+def _add_slip_tallies(N, f, law, c, out):
+    """The rates of `TALLIES_OF_SLIP`."""
     size, v2 = length(f), law.slip_speed
-    d = _along((-f[0] / size, -f[1] / size), c)
+    d = _earth_vector((-f[0] / size, -f[1] / size), c)
     damping = law.slip_damped / v2 if v2 != 0.0 else 0.0
     for a in range(3):
         ahead = max(d[a], 0.0)
@@ -80,6 +82,6 @@ def _count_slip(N, f, law, c, out):
 
 
 @kernel
-def _along(u, c):
+def _earth_vector(u, c):
     """A vector (2,) in the plane, turned into the earth frame."""
     return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))

@@ -20,14 +20,14 @@ from __future__ import annotations
 from hydrosim.forces import curve
 from hydrosim.forces.contact import edges, geometry, group, laws, loop
 from hydrosim.forces.contact.fender import (
+    CONTACT_STATES,
     DISSIPATED,
     SETTLED,
     SLIP_DISTANCE,
-    STATES,
-    left_behind,
-    memory,
-    pressed,
-    pressure,
+    memory_start,
+    normal_load,
+    normal_load_of,
+    residual_energy,
     stored_along_normal,
 )
 from hydrosim.forces.contact.law import AT_REST
@@ -39,6 +39,7 @@ from hydrosim.modes import (
     FRICTION_MARGIN,
     MARGINS,
     MODE,
+    NO_INDEX,
     RISING,
     RISING_MARGIN,
     SEGMENT,
@@ -53,7 +54,7 @@ FAST, RELAXATIONS = 10, 3
 
 
 @kernel
-def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
+def find_margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
     """Margins ``out`` (4 to a row of modes) of all points, negative where a mode has ended. Only
     rows with non-zero ``watched`` are computed."""
     for i in range(p.points.size):
@@ -61,23 +62,29 @@ def margins(t, y, modes, motion, bodies, p, headings, reactions, watched, out):
         m = MARGINS * row
         if watched[row] == 0:
             continue
-        c, k, mode = geometry.touch(point, bodies, motion), p.state + STATES * i, modes[row]
+        c, k, mode = (
+            geometry.contact_kinematics(point, bodies, motion),
+            p.state + CONTACT_STATES * i,
+            modes[row],
+        )
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
         if mode[MODE] == OPEN:
             out[m + CONTACT_MARGIN] = _open_margin(t, mode, point, c, p)
             continue
-        load, s, v = pressure(i, t, y, modes, c, p), (y[k], y[k + 1]), c.velocity
+        load, s, v = normal_load_of(i, t, y, modes, c, p), (y[k], y[k + 1]), c.velocity
         heading, reaction = (headings[i, 0], headings[i, 1]), (reactions[i, 0], reactions[i, 1])
         grip = laws.margin(mode[MODE], load, v, s, heading, reaction, point)
         out[m + CONTACT_MARGIN] = _contact_margin(t, mode[MODE], point, mode[SEGMENT], c, p)
         out[m + FRICTION_MARGIN] = grip
         if mode[SEGMENT] == point.line:
-            start = y[memory(point, p) + loop.SET]
-            out[m + SEGMENT_MARGIN] = loop.inside_line(start, c.compression, point, p.segments)
+            start = y[memory_start(point, p) + loop.BRANCH_START]
+            out[m + SEGMENT_MARGIN] = loop.inside_reload_branch(
+                start, c.compression, point, p.segments
+            )
         else:
             piece = p.segments[mode[SEGMENT]]
             out[m + SEGMENT_MARGIN] = curve.inside_segment(piece, c.compression)
-        if point.line != loop.NONE and mode[SEGMENT] != point.line:
+        if point.line != NO_INDEX and mode[SEGMENT] != point.line:
             onward = c.rate if mode[SEGMENT] <= point.last else -c.rate
             out[m + RISING_MARGIN] = onward + point.leeway
         elif point.reference > 0.0:
@@ -91,7 +98,7 @@ def _contact_margin(t, mode, point, segment, contact, p):
     closed point also k times its distance from the edge."""
     held = _pressed_margin(t, mode, point, segment, contact, p)
     if mode != OPEN and not point.prescribed and edges.ends_somewhere(point):
-        held = min(held, point.steepest * edges.inside(point, contact, p.edges))
+        held = min(held, point.steepest * edges.distance_inside(point, contact, p.edges))
     return held
 
 
@@ -99,8 +106,8 @@ def _contact_margin(t, mode, point, segment, contact, p):
 def _pressed_margin(t, mode, point, segment, contact, p):
     """The margin of contact without the edge."""
     held = point.steepest * contact.compression
-    if point.line == loop.NONE:  # on a loop N is not negative
-        N = pressed(t, point, p.segments[segment], 0.0, 0, contact, p).N
+    if point.line == NO_INDEX:  # on a loop N is not negative
+        N = normal_load(t, point, p.segments[segment], 0.0, 0, contact, p).N
         # not N: a force that reaches exactly zero and stays there also ends contact
         if point.prescribed:
             return N - (REGAINED * point.least if mode == OPEN else point.least)
@@ -125,17 +132,19 @@ def _find_segment(point, contact, p):
 
 
 @kernel
-def find_headings(t, y, modes, motion, bodies, p, out):
+def find_slip_directions(t, y, modes, motion, bodies, p, out):
     """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all slipping points; laws
     without a node keep theirs in y."""
     for i in range(p.points.size):
-        point, k = p.points[i], p.state + STATES * i
-        x = y[k : k + STATES]
-        if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_heading(point)):
+        point, k = p.points[i], p.state + CONTACT_STATES * i
+        x = y[k : k + CONTACT_STATES]
+        if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_slip_direction(point)):
             continue
-        c = geometry.touch(point, bodies, motion)
-        a = laws.heading(pressure(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point)
-        size, kept, known = length(a), laws.keeps_heading(point), x[0] != 0.0 or x[1] != 0.0
+        c = geometry.contact_kinematics(point, bodies, motion)
+        a = laws.slip_direction(
+            normal_load_of(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point
+        )
+        size, kept, known = length(a), laws.keeps_slip_direction(point), x[0] != 0.0 or x[1] != 0.0
         if kept and known and size <= AT_REST:
             out[i, 0], out[i, 1] = x[0], x[1]
         elif size > 0.0:
@@ -146,72 +155,76 @@ def find_headings(t, y, modes, motion, bodies, p, out):
 
 
 @root
-def switch(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
+def transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
     """Switch point ``i`` to its next mode, after margin ``which``, which had this ``size`` before
     or after, has reached zero. A node that relaxes in few steps of length ``step`` is settled a
     while later."""
-    c, mode, point = geometry.touch(p.points[i], bodies, motion), modes[p.mode + i], p.points[i]
+    c, mode, point = (
+        geometry.contact_kinematics(p.points[i], bodies, motion),
+        modes[p.mode + i],
+        p.points[i],
+    )
     if which == SEGMENT_MARGIN and mode[SEGMENT] == point.line:
-        _leave_line(i, y, modes, c, p)
+        _end_reload_branch(i, y, modes, c, p)
     elif which == SEGMENT_MARGIN:
         k = mode[SEGMENT]
         mode[SEGMENT] = curve.next_segment(k, p.segments[k], c.compression)
     elif which == RISING_MARGIN:
-        if point.line != loop.NONE and mode[SEGMENT] != point.line:
-            _turn_back(i, t, y, modes, c, p)
+        if point.line != NO_INDEX and mode[SEGMENT] != point.line:
+            _start_reload_branch(i, t, y, modes, c, p)
         if point.reference > 0.0:
-            _turn_over(i, t, y, modes, c, p)
+            _reverse_load(i, t, y, modes, c, p)
     elif which == FRICTION_MARGIN and mode[MODE] == STICK:
         _break_away(i, t, y, modes, c, reactions, p)
     elif which == FRICTION_MARGIN:
-        _grip(i, size, t, y, modes, c, p)
+        _stick_point(i, size, t, y, modes, c, p)
     elif mode[MODE] == OPEN and mode[RISING] == PASSED:
         mode[RISING] = 0
-    elif mode[MODE] == OPEN and edges.inside(point, c, p.edges) <= 0.0:
+    elif mode[MODE] == OPEN and edges.distance_inside(point, c, p.edges) <= 0.0:
         mode[RISING] = PASSED
     elif mode[MODE] == OPEN:
-        _close(i, t, y, modes, c, p)
+        _close_point(i, t, y, modes, c, p)
     else:
-        _open(i, t, y, modes, c, p)
+        _open_point(i, t, y, modes, c, p)
     if mode[MODE] != STICK and point.relaxation < FAST * step:
-        y[p.state + STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
+        y[p.state + CONTACT_STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
 
 
 @root
-def _turn_back(i, t, y, modes, contact, p):
+def _start_reload_branch(i, t, y, modes, contact, p):
     """The motion reverses on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
-    k, N = memory(point, p), pressure(i, t, y, modes, contact, p).elastic
-    y[k + loop.LOSS] += loop.lost_on(mode[SEGMENT], contact.compression, point, p.segments)
-    y[k + loop.SET] = loop.start_of_line(N, contact.compression, point, p.segments)
-    y[k + loop.LARGEST] = max(y[k + loop.LARGEST], N)
+    k, N = memory_start(point, p), normal_load_of(i, t, y, modes, contact, p).elastic
+    y[k + loop.LOOP_LOSS] += loop.branch_loss(mode[SEGMENT], contact.compression, point, p.segments)
+    y[k + loop.BRANCH_START] = loop.reload_start(N, contact.compression, point, p.segments)
+    y[k + loop.LARGEST_NORMAL] = max(y[k + loop.LARGEST_NORMAL], N)
     mode[SEGMENT] = point.line
 
 
 @root
-def _leave_line(i, y, modes, contact, p):
+def _end_reload_branch(i, y, modes, contact, p):
     """A branch of a loop begins; its losses are counted from here."""
     point, mode = p.points[i], modes[p.mode + i]
-    k, x = memory(point, p), contact.compression
-    mode[SEGMENT] = loop.after_line(y[k + loop.SET], x, point, p.segments)
-    y[k + loop.LOSS] -= loop.lost_on(mode[SEGMENT], x, point, p.segments)
+    k, x = memory_start(point, p), contact.compression
+    mode[SEGMENT] = loop.segment_after_reload(y[k + loop.BRANCH_START], x, point, p.segments)
+    y[k + loop.LOOP_LOSS] -= loop.branch_loss(mode[SEGMENT], x, point, p.segments)
 
 
 @root
-def _turn_over(i, t, y, modes, contact, p):
+def _reverse_load(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction is kept."""
-    k, mode = p.state + STATES * i, modes[p.mode + i]
-    load, x = pressure(i, t, y, modes, contact, p), y[k : k + STATES]
-    x[0], x[1] = laws.turn_over(load, (x[0], x[1]), p.points[i])
+    k, mode = p.state + CONTACT_STATES * i, modes[p.mode + i]
+    load, x = normal_load_of(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
+    x[0], x[1] = laws.reverse_load(load, (x[0], x[1]), p.points[i])
     mode[RISING] = 1 - mode[RISING]
 
 
 @kernel
 def _break_away(i, t, y, modes, contact, reactions, p):
     """Slip begins."""
-    k, reaction = p.state + STATES * i, (reactions[i, 0], reactions[i, 1])
-    x = y[k : k + STATES]
-    load, v = pressure(i, t, y, modes, contact, p), contact.velocity
+    k, reaction = p.state + CONTACT_STATES * i, (reactions[i, 0], reactions[i, 1])
+    x = y[k : k + CONTACT_STATES]
+    load, v = normal_load_of(i, t, y, modes, contact, p), contact.velocity
     (x[0], x[1]), jump, lost = laws.break_away(load, v, (x[0], x[1]), reaction, p.points[i])
     x[SLIP_DISTANCE] += jump
     x[DISSIPATED] += lost
@@ -219,56 +232,58 @@ def _break_away(i, t, y, modes, contact, reactions, p):
 
 
 @kernel
-def _grip(i, size, t, y, modes, contact, p):
+def _stick_point(i, size, t, y, modes, contact, p):
     """Slip ends."""
-    k = p.state + STATES * i
-    load, x = pressure(i, t, y, modes, contact, p), y[k : k + STATES]
-    mode, (x[0], x[1]) = laws.grip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
+    k = p.state + CONTACT_STATES * i
+    load, x = normal_load_of(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
+    mode, (x[0], x[1]) = laws.end_slip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
     modes[p.mode + i, MODE] = mode
 
 
 @root
-def _close(i, t, y, modes, contact, p):
+def _close_point(i, t, y, modes, contact, p):
     """Contact begins."""
-    k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
-    segment, x = _find_segment(point, contact, p), y[k : k + STATES]
-    load = pressed(t, point, p.segments[segment], 0.0, 0, contact, p)
+    k, mode, point = p.state + CONTACT_STATES * i, modes[p.mode + i], p.points[i]
+    segment, x = _find_segment(point, contact, p), y[k : k + CONTACT_STATES]
+    load = normal_load(t, point, p.segments[segment], 0.0, 0, contact, p)
     mode[SEGMENT], mode[RISING] = segment, 1 if load.rate > 0.0 else 0
-    mode[MODE], (x[0], x[1]) = laws.close(load, contact.velocity, (x[0], x[1]), point)
+    mode[MODE], (x[0], x[1]) = laws.begin_contact(load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] -= stored_along_normal(i, t, y, modes, contact, p)
-    if point.memory != loop.NONE:
-        first = memory(point, p)
-        y[first + loop.LOSS] -= loop.lost_on(segment, contact.compression, point, p.segments)
+    if point.memory != NO_INDEX:
+        first = memory_start(point, p)
+        y[first + loop.LOOP_LOSS] -= loop.branch_loss(
+            segment, contact.compression, point, p.segments
+        )
         y[first + loop.CLOSINGS] += 1.0
-        y[first + loop.SPEED], y[first + loop.LARGEST] = contact.rate, load.N
-    group.closed(t, contact.rate, y, point, p)
+        y[first + loop.CLOSING_SPEED], y[first + loop.LARGEST_NORMAL] = contact.rate, load.N
+    group.record_closing(t, contact.rate, y, point, p)
 
 
 @kernel
-def _open(i, t, y, modes, contact, p):
+def _open_point(i, t, y, modes, contact, p):
     """Contact ends. Energy still in the normal curve, because its damper pulled or the plane has
     ended, is lost."""
-    k, mode, point = p.state + STATES * i, modes[p.mode + i], p.points[i]
-    x = y[k : k + STATES]
+    k, mode, point = p.state + CONTACT_STATES * i, modes[p.mode + i], p.points[i]
+    x = y[k : k + CONTACT_STATES]
     x[DISSIPATED] += stored_along_normal(i, t, y, modes, contact, p)
-    load = pressure(i, t, y, modes, contact, p)
-    (x[0], x[1]), lost = laws.release(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
+    load = normal_load_of(i, t, y, modes, contact, p)
+    (x[0], x[1]), lost = laws.end_contact(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] += lost
-    if point.memory != loop.NONE:
-        y[memory(point, p) + loop.LOSS] += loop.lost_on(
+    if point.memory != NO_INDEX:
+        y[memory_start(point, p) + loop.LOOP_LOSS] += loop.branch_loss(
             mode[SEGMENT], contact.compression, point, p.segments
         )
     passed = _goes_over_edge(t, mode, point, contact, p)
     mode[MODE], mode[SEGMENT] = OPEN, point.first
     mode[RISING] = PASSED if passed else 0
-    group.opened(t, y, modes, point, p)
+    group.record_opening(t, y, modes, point, p)
 
 
 @kernel
 def _goes_over_edge(t, mode, point, contact, p):
     """True if contact ends because the plane ends. The end is located to a tolerance, so the point
     may still be inside by that; it is pressed then, and would close again at once."""
-    inside = edges.inside(point, contact, p.edges)
+    inside = edges.distance_inside(point, contact, p.edges)
     if inside <= 0.0:
         return True
     if point.prescribed or not edges.ends_somewhere(point):
@@ -283,8 +298,8 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
     for i in range(p.points.size):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
-            c = geometry.touch(point, bodies, motion)
-            held = point.static * pressure(i, t, y, modes, c, p).N
+            c = geometry.contact_kinematics(point, bodies, motion)
+            held = point.static * normal_load_of(i, t, y, modes, c, p).N
             if length((reactions[i, 0], reactions[i, 1])) > held:
                 _break_away(i, t, y, modes, c, reactions, p)
                 return True
@@ -292,7 +307,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
 
 
 @root
-def strike(t, y, modes, motion, bodies, headings, reactions, p):
+def recheck_after_impact(t, y, modes, motion, bodies, headings, reactions, p):
     """Test all points in contact again, after velocities have jumped: stick that cannot hold breaks
     away, slip that has reversed against its ``headings`` (n, 2) ends. Points of rigid friction
     bear no impulse, because their normal force is finite: they slide if they move."""
@@ -301,18 +316,18 @@ def strike(t, y, modes, motion, bodies, headings, reactions, p):
         if mode[MODE] == OPEN:
             continue
         point = p.points[i]
-        c = geometry.touch(point, bodies, motion)
-        load = pressure(i, t, y, modes, c, p)
-        x = y[p.state + STATES * i : p.state + STATES * (i + 1)]
+        c = geometry.contact_kinematics(point, bodies, motion)
+        load = normal_load_of(i, t, y, modes, c, p)
+        x = y[p.state + CONTACT_STATES * i : p.state + CONTACT_STATES * (i + 1)]
         if point.law == COULOMB:
-            mode[MODE], (x[0], x[1]) = laws.close(load, c.velocity, (x[0], x[1]), point)
+            mode[MODE], (x[0], x[1]) = laws.begin_contact(load, c.velocity, (x[0], x[1]), point)
             continue
         heading = (headings[i, 0], headings[i, 1])
         if laws.margin(mode[MODE], load, c.velocity, (x[0], x[1]), heading, (0.0, 0.0), point) < 0:
             if mode[MODE] == STICK:
                 _break_away(i, t, y, modes, c, reactions, p)
             else:
-                _grip(i, 0.0, t, y, modes, c, p)
+                _stick_point(i, 0.0, t, y, modes, c, p)
 
 
 @kernel
@@ -326,23 +341,23 @@ def has_load_limit(modes, p):
 
 
 @kernel
-def settling(t, y, p):
+def has_fast_transient(t, y, p):
     """True if any node still relaxes fast after an event."""
     for i in range(p.points.size):
-        if t < y[p.state + STATES * i + SETTLED]:
+        if t < y[p.state + CONTACT_STATES * i + SETTLED]:
             return True
     return False
 
 
 @root
-def settle(t, y, modes, motion, bodies, p):
+def set_initial_modes(t, y, modes, motion, bodies, p):
     """Modes of all points for a start from ``y``: open, or stick or slip by the margins."""
     for i in range(p.points.size):
         activate(i, t, y, modes, motion, bodies, p)
         reset_losses(i, y, p)
-        c = geometry.touch(p.points[i], bodies, motion)
+        c = geometry.contact_kinematics(p.points[i], bodies, motion)
         if modes[p.mode + i, MODE] == OPEN:  # energy left by a damper is lost gradually
-            y[p.state + STATES * i + DISSIPATED] = left_behind(i, modes, c, p)
+            y[p.state + CONTACT_STATES * i + DISSIPATED] = residual_energy(i, modes, c, p)
 
 
 @kernel
@@ -350,32 +365,32 @@ def activate(i, t, y, modes, motion, bodies, p):
     """Activate point ``i`` at its present position; on a loop it starts at rest."""
     point, mode = p.points[i], modes[p.mode + i]
     mode[MODE], mode[SEGMENT], mode[RISING] = OPEN, point.first, 0
-    c = geometry.touch(point, bodies, motion)
+    c = geometry.contact_kinematics(point, bodies, motion)
     if _contact_margin(t, OPEN, point, _find_segment(point, c, p), c, p) <= 0.0:
         return
-    if edges.inside(point, c, p.edges) <= 0.0:
+    if edges.distance_inside(point, c, p.edges) <= 0.0:
         mode[RISING] = PASSED
         return
-    _close(i, t, y, modes, c, p)
-    if point.line != loop.NONE:
-        _turn_back(i, t, y, modes, c, p)
+    _close_point(i, t, y, modes, c, p)
+    if point.line != NO_INDEX:
+        _start_reload_branch(i, t, y, modes, c, p)
 
 
 @kernel
 def reset_losses(i, y, p):
     """Reset the losses of point ``i`` so far, and its memory of closing."""
     point = p.points[i]
-    y[p.state + STATES * i + DISSIPATED] = 0.0
-    if point.memory != loop.NONE:
-        k = memory(point, p)
-        y[k + loop.LOSS] = y[k + loop.CLOSINGS] = y[k + loop.SPEED] = 0.0
+    y[p.state + CONTACT_STATES * i + DISSIPATED] = 0.0
+    if point.memory != NO_INDEX:
+        k = memory_start(point, p)
+        y[k + loop.LOOP_LOSS] = y[k + loop.CLOSINGS] = y[k + loop.CLOSING_SPEED] = 0.0
 
 
 @kernel
 def deactivate(i, t, y, modes, motion, bodies, p):
     """Deactivate point ``i``."""
     if modes[p.mode + i, MODE] != OPEN:
-        _open(i, t, y, modes, geometry.touch(p.points[i], bodies, motion), p)
+        _open_point(i, t, y, modes, geometry.contact_kinematics(p.points[i], bodies, motion), p)
     modes[p.mode + i, RISING] = ABSENT
 
 
@@ -386,11 +401,11 @@ def record_largest(t, y, modes, motion, bodies, p):
     group.clear_loads(y, p)
     for i in range(p.points.size):
         point = p.points[i]
-        if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == loop.NONE:
+        if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == NO_INDEX:
             continue
-        N = pressure(i, t, y, modes, geometry.touch(point, bodies, motion), p).N
-        if point.memory != loop.NONE:
-            k = memory(point, p) + loop.LARGEST
+        N = normal_load_of(i, t, y, modes, geometry.contact_kinematics(point, bodies, motion), p).N
+        if point.memory != NO_INDEX:
+            k = memory_start(point, p) + loop.LARGEST_NORMAL
             y[k] = max(y[k], N)
-        if point.group != group.NONE:
+        if point.group != NO_INDEX:
             group.add_to_load(N, y, point, p)

@@ -25,9 +25,9 @@ from math import pi, sqrt
 
 from hydrosim.errors import InputError
 
-WATER = 1.19e-6  # m^2/s: kinematic viscosity of sea water at 15 deg C (ITTC 7.5-02-01-03)
+WATER_VISCOSITY = 1.19e-6  # m^2/s: kinematic viscosity of sea water at 15 deg C (ITTC 7.5-02-01-03)
 SLENDEREST, FULLEST = 1.0, 8.0  # H0: beams of 2 to 16 draughts
-DEEPEST, HIGHEST = 1.0, -4.0  # OG/d: from the bottom to four draughts above the water
+MAX_AXIS_DEPTH, MIN_AXIS_DEPTH = 1.0, -4.0  # OG/d: from the bottom to four draughts above the water
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class SharpBarge:
     length: float
     beam: float
     draught: float
-    viscosity: float = WATER
+    viscosity: float = WATER_VISCOSITY
 
     def eddy_damping(self, density: float, depth: float) -> float:
         """Quadratic damping B2 [N m s^2/rad^2] with the centre of gravity at a ``depth`` [m]."""
@@ -64,11 +64,11 @@ class SharpBarge:
                 f" {2.0 * H0:.3g}; expected {2.0 * SLENDEREST:g} to {2.0 * FULLEST:g}, the range of"
                 " barges. Use p1, p2, p3 of a decay test."
             )
-        if not HIGHEST <= depth / self.draught <= DEEPEST:
+        if not MIN_AXIS_DEPTH <= depth / self.draught <= MAX_AXIS_DEPTH:
             raise InputError(
                 f"{key}.draught: found {self.draught:g} m with the centre of gravity {-depth:g} m"
                 f" above the water, {-depth / self.draught:.3g} draughts; expected"
-                f" {-DEEPEST:g} to {-HIGHEST:g}. Use p1, p2, p3 of a decay test."
+                f" {-MAX_AXIS_DEPTH:g} to {-MIN_AXIS_DEPTH:g}. Use p1, p2, p3 of a decay test."
             )
         if self.length < self.beam:
             raise InputError(

@@ -27,7 +27,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resistance, axes_at_rest
+from hydrosim.forces.layout import Layout, LinearResistance, axes_at_rest
 from hydrosim.forces.relative import add_resistance, current_on, relative_velocity
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import product
@@ -65,11 +65,11 @@ class LinearDamping(ForceElement):
         """Damping changes in axes that turn, unless it is invariant about the axis of the turn."""
         each = turns.elements.linear_dampings
         damping = next(e["damping"] for e in each if e["row"] == turns.row)
-        changes = turns.exact and any(_turns(damping, angle) for angle in turns.free)
+        changes = turns.exact and any(_depends_on_turn(damping, angle) for angle in turns.free)
         return f"{name} turns with {self.body}" if changes else None
 
 
-def _turns(damping: np.ndarray, angle: int) -> bool:
+def _depends_on_turn(damping: np.ndarray, angle: int) -> bool:
     """True if ``damping`` (6, 6) depends on how far its body has turned about an axis."""
     from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
 
@@ -77,18 +77,20 @@ def _turns(damping: np.ndarray, angle: int) -> bool:
     return not np.allclose(R @ damping @ R.T, damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())
 
 
-DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)])
+LINEAR_DAMPING = np.dtype(
+    [("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)]
+)
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
-    """Constants (ne,) of `DAMPING` of the linear dampings among ``elements``."""
+    """Constants (ne,) of `LINEAR_DAMPING` of the linear dampings among ``elements``."""
     rows = []
     for name, e in elements.items():
         if isinstance(e, LinearDamping):
             stream = current_on(e.body, layout) if e.relative_to_current else (0.0, 0.0)
             damping = _damping(name, e, elements, layout)
             rows.append((layout.body[e.body], layout.row[name], damping, stream))
-    return np.array(rows, dtype=DAMPING)
+    return np.array(rows, dtype=LINEAR_DAMPING)
 
 
 def _damping(
@@ -125,11 +127,11 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             u = relative_velocity(e.body, e.stream, motion)
             rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])
         else:
-            rate[e.row] += _resist(e, motion.velocity, wrench[e.row])
+            rate[e.row] += _add_resistance(e, motion.velocity, wrench[e.row])
 
 
 @kernel
-def _resist(e, v, wrench):
+def _add_resistance(e, v, wrench):
     """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power taken from the
     body."""
     k = 6 * e.body
@@ -144,11 +146,13 @@ def _resist(e, v, wrench):
     return lost
 
 
-class _Kind(ElementKind):
-    def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
-        """Damping of each element as a `Resistance`."""
+class LinearDampingKind(ElementKind):
+    def resistances(self, p: np.ndarray) -> Iterator[LinearResistance]:
+        """Damping of each element as a `LinearResistance`."""
         for e in p:
-            yield Resistance(e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"])
+            yield LinearResistance(
+                e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"]
+            )
 
 
-KIND = _Kind("linear_dampings", (LinearDamping,), compile_elements)
+LINEAR_DAMPING_KIND = LinearDampingKind("linear_dampings", (LinearDamping,), compile_elements)

@@ -51,17 +51,19 @@ class QuadraticDamping(ForceElement):
         return ()
 
 
-DAMPING = np.dtype([("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)])
+QUADRATIC_DAMPING = np.dtype(
+    [("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)]
+)
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
-    """Constants (ne,) of `DAMPING` of the quadratic dampings among ``elements``."""
+    """Constants (ne,) of `QUADRATIC_DAMPING` of the quadratic dampings among ``elements``."""
     rows = [
         (layout.body[e.body], layout.row[name], e.damping, current_on(e.body, layout))
         for name, e in elements.items()
         if isinstance(e, QuadraticDamping)
     ]
-    return np.array(rows, dtype=DAMPING)
+    return np.array(rows, dtype=QUADRATIC_DAMPING)
 
 
 @root
@@ -81,4 +83,4 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])
 
 
-KIND = ElementKind("quadratic_dampings", (QuadraticDamping,), compile_elements)
+QUADRATIC_DAMPING_KIND = ElementKind("quadratic_dampings", (QuadraticDamping,), compile_elements)

@@ -38,11 +38,11 @@ from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.damping.ikeda import SharpBarge
 from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, Resistance, RollMode, axes_at_rest
+from hydrosim.forces.layout import Layout, LinearResistance, RollMode, axes_at_rest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement, Turns
 
-ROLL = 3
+ROLL_DOF = 3
 EDDIES = 8.0 / (3.0 * pi)  # of B2 |p| p, per largest rate, in equivalent linear damping
 GAUSSIAN = sqrt(8.0 / pi)  # E|p|^3 / (sigma E p^2) of a Gaussian rate p
 
@@ -86,7 +86,7 @@ class ViscousRoll(ForceElement):
         """Only damping in proportion to the rate is linear, about an axis that does not turn."""
         if self.p2 or self.p3 or self.quadratic or self.cubic or self.barge:
             return name
-        changes = turns.exact and any(angle != ROLL for angle in turns.free)
+        changes = turns.exact and any(angle != ROLL_DOF for angle in turns.free)
         return f"{name} turns with {self.body}" if changes else None
 
 
@@ -130,7 +130,7 @@ def _damping(name: str, element: ViscousRoll, mode: RollMode, layout: Layout) ->
     return linear, quadratic, cubic, measured, waves, mode.mass, mode.frequency
 
 
-def linearised(p: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+def linearise_damping(p: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     """The same elements, linear: with the damping that takes the same mean power of Gaussian roll
     rates of these standard ``deviation`` (ne,) [rad/s].
 
@@ -165,13 +165,13 @@ def _resist_roll(e, motion, bodies, wrench):
     return moment * p
 
 
-class _Kind(ElementKind):
-    def resistances(self, p: np.ndarray) -> Iterator[Resistance]:
-        """Linear damping of each element as a `Resistance`."""
+class ViscousRollKind(ElementKind):
+    def resistances(self, p: np.ndarray) -> Iterator[LinearResistance]:
+        """Linear damping of each element as a `LinearResistance`."""
         for e in p:
             damping = np.zeros((6, 6))
-            damping[ROLL, ROLL] = e["linear"]
-            yield Resistance(e["row"], e["body"], damping, np.zeros(6))
+            damping[ROLL_DOF, ROLL_DOF] = e["linear"]
+            yield LinearResistance(e["row"], e["body"], damping, np.zeros(6))
 
 
-KIND = _Kind("viscous_rolls", (ViscousRoll,), compile_elements)
+VISCOUS_ROLL_KIND = ViscousRollKind("viscous_rolls", (ViscousRoll,), compile_elements)

@@ -39,10 +39,10 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.given.caller import Caller, Function
-from hydrosim.forces.kind import Columns, ElementKind, Kept, States, Variable
+from hydrosim.forces.kind import Columns, ElementKind, StateBlocks, UnitRecord, Variable
 from hydrosim.forces.layout import Layout
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
-from hydrosim.jit.outside import ask
+from hydrosim.jit.outside import call_python
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, Scene
 
@@ -168,7 +168,7 @@ class External(ForceElement):
         object.__setattr__(copied, "_owner", owner)
         return copied
 
-    def forgive(self) -> None:
+    def clear_error(self) -> None:
         """Forget the error of the last call."""
         for caller in self._callers.values():
             caller.error = None
@@ -204,7 +204,7 @@ of all, and its bodies: ``bodies`` of them, from ``body`` on in ``members``."""
 VECTORS = ("value", "value before", "velocity at")
 """States of each external force with a delay, six for every body: the value of the last call and
 the earlier one of the line, and the velocity at the last call."""
-TIME, TIME_BEFORE, LINE, CALLS, ENERGY = range(5)
+CALL_TIME, EARLIER_CALL_TIME, LINE_KIND, CALLS, DELAY_ENERGY = range(5)
 """States that follow: times of both values [s], the kind of the line, the number of all calls, the
 energy of the delay [J]."""
 LARGEST_FORCE, LARGEST_MOMENT, OVERSHOOT, SCALARS = range(5, 9)
@@ -218,11 +218,11 @@ NO_VALUE, ONE_VALUE, DRAWN, TOO_SHORT = range(4)
 """Kinds of lines: the last value is of before a jump; there is one value; the line through two
 values; two values that are too close together, so that the last one is held."""
 SHORTEST_LINE = 0.25  # of the next step: shortest time between the two values of a line
-ROUNDING = 1e-9  # of a force, a moment per metre or a time: differences by less are rounding
-OBSERVED = 2  # calls and energy of the delay
+ROUNDING_SHARE = 1e-9  # of a force, a moment per metre or a time: differences by less are rounding
+EXTERNAL_OUTPUTS = 2  # calls and energy of the delay
 
 
-class Params(NamedTuple):
+class ExternalConstants(NamedTuple):
     """The external forces ``each`` (n,) of `EXTERNAL`, the ``members`` (m,) of their bodies, and
     the first of their states in y. ``delayed`` is how many are called once per step."""
 
@@ -232,7 +232,7 @@ class Params(NamedTuple):
     state: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> ExternalConstants:
     """Constants of the external forces among ``elements``."""
     rows = []
     members: list[int] = []
@@ -247,7 +247,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         members += bodies
         state += size_of(len(bodies)) if e.delayed else 0
     delayed = sum(row[2] != STAGE for row in rows)
-    return Params(np.array(rows, EXTERNAL), np.array(members, dtype=np.int64), delayed, 0)
+    return ExternalConstants(
+        np.array(rows, EXTERNAL), np.array(members, dtype=np.int64), delayed, 0
+    )
 
 
 def size_of(bodies: int) -> int:
@@ -262,9 +264,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     for e in p.each:
         own = wrench[e.row]
         if e.way == STAGE:
-            ask_function(e, t, motion, bodies, own)
+            call_user_function(e, t, motion, bodies, own)
         else:
-            predict(e, t, y, p, own)
+            predict_wrench(e, t, y, p, own)
             first = p.state + e.state
             clear(dy[first : first + 18 * e.bodies + SCALARS])
         power = 0.0
@@ -274,13 +276,13 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
 
 
 @kernel
-def ask_function(e, t, motion, bodies, own):
+def call_user_function(e, t, motion, bodies, own):
     """Wrenches ``own`` (6 nb,) that the function gives now; NaN and 0 if it fails."""
     assign(own, motion.coordinates)
     if bodies.tree.branches.size > 0:
         record_angles(bodies, motion, own)
     exact = 1 if bodies.exact else 0
-    given = ask(e.number, t, exact, own, motion.velocity, motion.rotation)
+    given = call_python(e.number, t, exact, own, motion.velocity, motion.rotation)
     if given == 0:
         for i in range(own.size):
             own[i] = nan
@@ -288,22 +290,24 @@ def ask_function(e, t, motion, bodies, own):
 
 
 @root
-def ask_at_stage(t, motion, bodies, p, wrench):
+def call_at_stage(t, motion, bodies, p, wrench):
     """The wrench of every function that is called at stages, into its row of ``wrench``."""
     for e in p.each:
         if e.way == STAGE:
-            ask_function(e, t, motion, bodies, wrench[e.row])
+            call_user_function(e, t, motion, bodies, wrench[e.row])
 
 
 @kernel
-def predict(e, t, y, p, own):
+def predict_wrench(e, t, y, p, own):
     """Write to ``own`` (6 nb,) the value that is kept or extrapolated to ``t``."""
     value = p.state + e.state
     before = value + 6 * e.bodies
     scalar = value + 18 * e.bodies
     ahead = 0.0
     if follows_line(e, y, p):
-        ahead = (t - y[scalar + TIME]) / (y[scalar + TIME] - y[scalar + TIME_BEFORE])
+        ahead = (t - y[scalar + CALL_TIME]) / (
+            y[scalar + CALL_TIME] - y[scalar + EARLIER_CALL_TIME]
+        )
     for k in range(e.bodies):
         b = p.members[e.body + k]
         for i in range(6):
@@ -314,11 +318,11 @@ def predict(e, t, y, p, own):
 @kernel
 def follows_line(e, y, p):
     """True if the force follows a line now; otherwise it is held."""
-    return e.way == EXTRAPOLATED and y[p.state + e.state + 18 * e.bodies + LINE] == DRAWN
+    return e.way == EXTRAPOLATED and y[p.state + e.state + 18 * e.bodies + LINE_KIND] == DRAWN
 
 
 @root_giving(bool)
-def take_samples(t, jumped, ahead, y, motion, bodies, p, wrench):
+def sample_user_functions(t, jumped, ahead, y, motion, bodies, p, wrench):
     """Call each function that is called once per step, at the end of a step, and keep its value in
     ``y``. Motions may have ``jumped`` there; the next step is at most ``ahead`` [s]. The rows of
     ``wrench`` are scratch. Returns false if one of them fails."""
@@ -326,53 +330,53 @@ def take_samples(t, jumped, ahead, y, motion, bodies, p, wrench):
     for e in p.each:
         if e.way != STAGE:
             own = wrench[e.row]
-            if not take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
+            if not sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
                 good = False
     return good
 
 
 @kernel
-def take_sample(e, t, jumped, ahead, y, motion, bodies, p, own):
+def sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
     """Call a function, unless it was called at this time; returns false if it fails."""
     scalar = p.state + e.state + 18 * e.bodies
     calls = y[scalar + CALLS]
-    step = t - y[scalar + TIME]
+    step = t - y[scalar + CALL_TIME]
     if calls > 0.0 and step <= 0.0:
         if jumped:
-            y[scalar + LINE] = NO_VALUE
+            y[scalar + LINE_KIND] = NO_VALUE
         return True
     passed = 0.0
     force = 0.0
     moment = 0.0
     if calls > 0.0:
         clear(own)
-        predict(e, t, y, p, own)
+        predict_wrench(e, t, y, p, own)
         passed = work_of_rest(e, step, y, motion, p, own)
         if follows_line(e, y, p):
             force, moment = largest_of(e, p, own)
-    if ask_function(e, t, motion, bodies, own) == 0:
+    if call_user_function(e, t, motion, bodies, own) == 0:
         return False
     if calls > 0.0:
-        y[scalar + ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
+        y[scalar + DELAY_ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
     compare_sizes(e, force, moment, y, p, own)
-    keep_value(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, own)
+    store_sample(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, own)
     y[scalar + CALLS] = calls + 1.0
     return True
 
 
 @kernel
-def keep_value(e, t, jumped, shortest, y, motion, p, own):
+def store_sample(e, t, jumped, shortest, y, motion, p, own):
     """Keep the value ``own`` (6 nb,) of a call at ``t``, and the earlier value of its line, which
     is the ``shortest`` [s] or longer."""
     value = p.state + e.state
     before = value + 6 * e.bodies
     speed = value + 12 * e.bodies
     scalar = value + 18 * e.bodies
-    time = y[scalar + TIME]
-    time_before = y[scalar + TIME_BEFORE]
-    latest = t - shortest * (1.0 - ROUNDING)
+    time = y[scalar + CALL_TIME]
+    time_before = y[scalar + EARLIER_CALL_TIME]
+    latest = t - shortest * (1.0 - ROUNDING_SHARE)
     x = 1.0  # on the line so far, from the earlier value to the last one
-    if y[scalar + LINE] >= DRAWN and time > latest:
+    if y[scalar + LINE_KIND] >= DRAWN and time > latest:
         x = max(latest - time_before, 0.0) / (time - time_before)
     for k in range(e.bodies):
         b = p.members[e.body + k]
@@ -381,13 +385,13 @@ def keep_value(e, t, jumped, shortest, y, motion, p, own):
             y[before + j] = (1.0 - x) * y[before + j] + x * y[value + j]
             y[value + j] = own[6 * b + i]
             y[speed + j] = motion.velocity[6 * b + i]
-    y[scalar + TIME_BEFORE] = (1.0 - x) * time_before + x * time
-    y[scalar + TIME] = t
-    if jumped or y[scalar + CALLS] == 0.0 or y[scalar + LINE] == NO_VALUE:
-        y[scalar + LINE] = ONE_VALUE
+    y[scalar + EARLIER_CALL_TIME] = (1.0 - x) * time_before + x * time
+    y[scalar + CALL_TIME] = t
+    if jumped or y[scalar + CALLS] == 0.0 or y[scalar + LINE_KIND] == NO_VALUE:
+        y[scalar + LINE_KIND] = ONE_VALUE
     else:
         earlier = time if x == 1.0 else time_before
-        y[scalar + LINE] = DRAWN if earlier <= latest else TOO_SHORT
+        y[scalar + LINE_KIND] = DRAWN if earlier <= latest else TOO_SHORT
 
 
 @kernel
@@ -414,9 +418,9 @@ def compare_sizes(e, force, moment, y, p, own):
     largest_moment = max(returned_moment, y[scalar + LARGEST_MOMENT])
     y[scalar + LARGEST_FORCE] = largest_force
     y[scalar + LARGEST_MOMENT] = largest_moment
-    if largest_force > ROUNDING * largest_moment:
+    if largest_force > ROUNDING_SHARE * largest_moment:
         y[scalar + OVERSHOOT] = max(y[scalar + OVERSHOOT], force / largest_force)
-    if largest_moment > ROUNDING * largest_force:
+    if largest_moment > ROUNDING_SHARE * largest_force:
         y[scalar + OVERSHOOT] = max(y[scalar + OVERSHOOT], moment / largest_moment)
 
 
@@ -429,7 +433,7 @@ def work_of_rest(e, step, y, motion, p, own):
     at_start = 1.0 / 6.0
     at_end = 1.0 / 3.0
     if follows_line(e, y, p):
-        r = (y[scalar + TIME] - y[scalar + TIME_BEFORE]) / step
+        r = (y[scalar + CALL_TIME] - y[scalar + EARLIER_CALL_TIME]) / step
         at_start = (1.0 / 12.0 + r / 6.0) / (1.0 + r)
         at_end = (0.25 + r / 3.0) / (1.0 + r)
     work = 0.0
@@ -442,7 +446,7 @@ def work_of_rest(e, step, y, motion, p, own):
 
 
 @root
-def observe(y, p, out):
+def write_outputs(y, p, out):
     """Write the number of calls and the energy of the delay [J] of each delayed force to
     ``out``."""
     n = 0
@@ -450,11 +454,11 @@ def observe(y, p, out):
         if e.way != STAGE:
             scalar = p.state + e.state + 18 * e.bodies
             out[n] = y[scalar + CALLS]
-            out[n + 1] = y[scalar + ENERGY]
-            n += OBSERVED
+            out[n + 1] = y[scalar + DELAY_ENERGY]
+            n += EXTERNAL_OUTPUTS
 
 
-class _Kind(ElementKind):
+class ExternalKind(ElementKind):
     unit = "external"
     variables: ClassVar = {
         "external_calls": Variable("calls of the function of an external force so far", "1"),
@@ -463,25 +467,25 @@ class _Kind(ElementKind):
         ),
     }
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
+    def states(self, p: ExternalConstants, scene: Scene) -> Iterator[StateBlocks]:
         for name, e in scene.forces.items():
             if isinstance(e, External) and e.delayed:
                 bodies = (e.body, *e.also)
                 each = [
                     f"{what} {d} on {body}" for what in VECTORS for body in bodies for d in DOFS
                 ]
-                yield States("external", [name], [*each, *SCALAR_NAMES])
+                yield StateBlocks("external", [name], [*each, *SCALAR_NAMES])
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: ExternalConstants, bodies: Any, kept: UnitRecord) -> Columns:
         calls, energy = np.moveaxis(kept.observed, -1, 0)
         along = ("time", "external")
         return {"external_calls": (along, calls), "external_delay_energy": (along, energy)}
 
 
-KIND = _Kind("externals", (External,), compile_elements)
+EXTERNAL_KIND = ExternalKind("externals", (External,), compile_elements)
 
 
-def overshoots(p: Params, y: np.ndarray) -> Iterator[tuple[int, float]]:
+def extrapolation_overshoots(p: ExternalConstants, y: np.ndarray) -> Iterator[tuple[int, float]]:
     """Rows of forces that are called once per step, each with the largest ratio of an extrapolated
     force or moment to the largest that its function had returned."""
     for e in p.each:

@@ -24,11 +24,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.forces.holds import NONE
+from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.joint import rows
-from hydrosim.forces.joint.rows import EARTH, REFERENCE
+from hydrosim.forces.joint.rows import REFERENCE_SIZE
 from hydrosim.jit.kernels import assign, clear, kernel, root
-from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
+from hydrosim.modes import (
+    CONTACT_MARGIN,
+    FRICTION_MARGIN,
+    MARGINS,
+    MODE,
+    NO_INDEX,
+    SEGMENT,
+    SEGMENT_MARGIN,
+)
 from hydrosim.rigid.kinematics import generalised_force
 from hydrosim.rigid.vectors import dot, vector
 from hydrosim.scene.joint import JointType, MotionKind
@@ -37,18 +45,18 @@ if TYPE_CHECKING:
     from hydrosim.forces.layout import BodyAtRest, Layout
     from hydrosim.scene import ForceElement, Joint
 
-OPEN, WAITING, RUNNING, CLOSED = range(4)
-NAMES = ("open", "waiting", "running", "closed")
-ROWS = 6  # most rows of a joint
-MOST = 2**ROWS - 1  # bits of six rows
-LOSS = REFERENCE
-IMPULSE = LOSS + 1
-STATES = IMPULSE + 6
+OPEN, WAITING, RATCHETING, CLOSED = range(4)
+LOCK_MODES = ("open", "waiting", "running", "closed")
+MAX_JOINT_ROWS = 6  # most rows of a joint
+ALL_ROW_BITS = 2**MAX_JOINT_ROWS - 1  # bits of six rows
+LOCK_LOSS = REFERENCE_SIZE
+LOCK_IMPULSE = LOCK_LOSS + 1
+LOCK_STATES = LOCK_IMPULSE + 6
 """States of a joint: the reference (12,), the energy lost when it closed, the impulse (6,) on its
 body then."""
-ROUNDED = 1e-12  # m/s or rad/s: a ratchet that has just let go is as fast by rounding
-SLACK = 1e-9  # m or rad behind a tooth at which a ratchet falls on it
-NO_RATCHET, SLIDES, TURNS = range(3)
+RATE_ROUNDING = 1e-12  # m/s or rad/s: a ratchet that has just let go is as fast by rounding
+TOOTH_TOLERANCE = 1e-9  # m or rad behind a tooth at which a ratchet falls on it
+NO_RATCHET, RATCHET_SLIDES, RATCHET_TURNS = range(3)
 HELD_TURNS = {0: ((1, 0), (2, 0), (2, 1)), 1: ((1, 0), (2, 0)), 2: ((0, 1),), 3: ()}
 """Pairs of axes (on the other body, on the body) that stay at right angles, by the number of free
 turns."""
@@ -56,17 +64,22 @@ LOCK = np.dtype(
     [
         *(("joint", int), ("row", int), ("body", int), ("to", int)),
         *(("point", float, 3), ("other", float, 3), ("axes", float, (3, 3))),
-        *(("rest", float, REFERENCE), ("first", int, ROWS), ("second", int, ROWS), ("count", int)),
+        *(
+            ("rest", float, REFERENCE_SIZE),
+            ("first", int, MAX_JOINT_ROWS),
+            ("second", int, MAX_JOINT_ROWS),
+            ("count", int),
+        ),
         *(("lasts", bool), ("ratchet", int), ("pitch", float), ("gap", float), ("speed", float)),
         *(("strength", float), ("rod", bool)),
     ]
 )
 """A joint: its number among all joints, its row of forces, its bodies, its point and axes, the
-reference at rest, its rows (axes on the other body and on the body; `NONE`: a slide). The first
+reference at rest, its rows (axes on the other body and on the body; `NO_INDEX`: a slide). The first
 axis of a rod is its direction at rest."""
 
 
-class Params(NamedTuple):
+class LockConstants(NamedTuple):
     """The joints ``each`` (n,) of `LOCK` that are constraints; the number of ``joints`` of the
     scene, and of ``rows`` of constraints at most; the first of their states in y, of their rows of
     modes and of their reactions, and of the integrals of losses in y, row by row."""
@@ -80,7 +93,7 @@ class Params(NamedTuple):
     reaction: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> LockConstants:
     """Constants of all joints of the layout that are constraints."""
     order = {name: i for i, name in enumerate(layout.joints)}
     each = [
@@ -88,7 +101,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         for name, bodies in layout.constraints.items()
     ]
     found = np.array(each, dtype=LOCK)
-    return Params(found, len(order), int(found["count"].sum()), 0, 0, 0, 0)
+    return LockConstants(found, len(order), int(found["count"].sum()), 0, 0, 0, 0)
 
 
 def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
@@ -97,9 +110,9 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
     if is_rod:
         point, axes, rest = _rod_at_rest(joint, body, other, exact)
     else:
-        point, rest = _rest(joint, body, other)
+        point, rest = _reference_at_rest(joint, body, other)
         axes = joint.axes()
-        rest = rest if exact else np.zeros(REFERENCE)
+        rest = rest if exact else np.zeros(REFERENCE_SIZE)
     window = joint.window
     return (
         number,
@@ -110,9 +123,13 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
         point,
         axes,
         rest,
-        *_rows(joint),
+        *_row_axes(joint),
         joint.lasts,
-        NO_RATCHET if joint.ratchet is None else TURNS if joint.ratchet.turns else SLIDES,
+        NO_RATCHET
+        if joint.ratchet is None
+        else RATCHET_TURNS
+        if joint.ratchet.turns
+        else RATCHET_SLIDES,
         joint.ratchet.pitch if joint.ratchet else 0.0,
         window.gap if window else inf,
         window.speed if window else inf,
@@ -121,7 +138,9 @@ def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any,
     )
 
 
-def _rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> tuple[np.ndarray, ...]:
+def _reference_at_rest(
+    joint: Joint, body: BodyAtRest, other: BodyAtRest | None
+) -> tuple[np.ndarray, ...]:
     """Point of a joint on the other body, and the exact reference at rest (12,)."""
     turn = about_z(body.heading)
     place = np.array(body.origin) + turn @ np.array(joint.point)
@@ -141,7 +160,7 @@ def _rod_at_rest(
     length = float(np.linalg.norm(gap))
     axes = np.eye(3)
     axes[0] = gap / length
-    rest = np.zeros(REFERENCE)
+    rest = np.zeros(REFERENCE_SIZE)
     kept = length if joint.length is None else joint.length
     rest[:3] = (kept, 0.0, 0.0) if exact else kept * axes[0]
     return np.array(joint.to_point, float), axes, rest
@@ -155,30 +174,30 @@ def rod_at_rest(joint: Joint, body: BodyAtRest, other: BodyAtRest | None) -> np.
     return np.array(body.origin) + about_z(body.heading) @ np.array(joint.point) - far
 
 
-def _rows(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
+def _row_axes(joint: Joint) -> tuple[np.ndarray, np.ndarray, int]:
     """Axes of all rows, and their number."""
     if joint.type == JointType.ROD:
-        pairs = [(0, NONE)]
+        pairs = [(0, NO_INDEX)]
     elif joint.ratchet is not None:
-        pairs = [(2, 1)] if joint.ratchet.turns else [(0, NONE)]
+        pairs = [(2, 1)] if joint.ratchet.turns else [(0, NO_INDEX)]
     else:
         free = {m.axis for m in joint.motions if m.kind == MotionKind.SLIDE}
         turns = sum(m.kind != MotionKind.SLIDE for m in joint.motions)
-        pairs = [(k, NONE) for k in range(3) if k not in free]
+        pairs = [(k, NO_INDEX) for k in range(3) if k not in free]
         pairs += HELD_TURNS[turns]
-    padded = np.array(pairs + [(0, NONE)] * (ROWS - len(pairs)))
+    padded = np.array(pairs + [(0, NO_INDEX)] * (MAX_JOINT_ROWS - len(pairs)))
     return padded[:, 0], padded[:, 1], len(pairs)
 
 
-def states_of(p: Params) -> slice:
+def states_of(p: LockConstants) -> slice:
     """Entries of y of all joints."""
-    return slice(p.state, p.state + STATES * int(p.each.size))
+    return slice(p.state, p.state + LOCK_STATES * int(p.each.size))
 
 
 @kernel
-def begin(i, p):
+def first_state(i, p):
     """Entry of y where the states of joint ``i`` begin: first its reference (12,)."""
-    return p.state + STATES * i
+    return p.state + LOCK_STATES * i
 
 
 @kernel
@@ -213,19 +232,21 @@ def has_load_limit(modes, p):
 
 
 @root
-def hold(y, modes, motion, bodies, p, wrench, constraints, holds):
+def add_constraints(y, modes, motion, bodies, p, wrench, constraints, holds):
     """Add the constraints of all closed joints; ``wrench`` (6 nb,) is scratch."""
     for i in range(p.each.size):
         if is_closed(i, modes, p):
-            _hold(i, y, modes[p.mode + i, SEGMENT], motion, bodies, p, wrench, constraints, holds)
+            _add_lock_rows(
+                i, y, modes[p.mode + i, SEGMENT], motion, bodies, p, wrench, constraints, holds
+            )
 
 
 @kernel
-def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
+def _add_lock_rows(i, y, kept, motion, bodies, p, wrench, constraints, holds):
     """Add the ``kept`` rows of joint ``i``."""
     lock = p.each[i]
-    k = begin(i, p)
-    rest = y[k : k + REFERENCE]
+    k = first_state(i, p)
+    rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     for bit in range(lock.count):
         if (kept >> bit) & 1 == 0:
@@ -233,13 +254,13 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
         r = constraints.number[0]
         row = rows.find_row(lock, bit, at, rest, bodies, motion)
         clear(wrench)
-        rows.apply(lock, at, row.force, row.moment, bodies, wrench)
-        holds.size[r] = _size(lock, wrench, bodies)
+        rows.add_row_wrench(lock, at, row.force, row.moment, bodies, wrench)
+        holds.size[r] = _row_size(lock, wrench, bodies)
         generalised_force(bodies, motion, wrench, constraints.J[r])
         constraints.bound[r] = -row.bias
-        holds.point[r] = NONE
+        holds.point[r] = NO_INDEX
         holds.lock[r] = i
-        holds.motion[r] = NONE
+        holds.motion[r] = NO_INDEX
         holds.bit[r] = bit
         holds.residual[r] = row.residual
         for a in range(3):
@@ -249,7 +270,7 @@ def _hold(i, y, kept, motion, bodies, p, wrench, constraints, holds):
 
 
 @kernel
-def _size(lock, wrench, bodies):
+def _row_size(lock, wrench, bodies):
     """Sum of the squares of force and moment on both bodies, over mass and mean inertia."""
     size = 0.0
     for b in (lock.body, lock.to):
@@ -265,29 +286,29 @@ def _size(lock, wrench, bodies):
 @root
 def add_reactions(y, modes, motion, bodies, p, constraints, holds, wrench):
     """Add the reactions of all closed joints to their row of ``wrench`` (rows, 6 nb)."""
-    collect(p, constraints, holds)
+    collect_reactions(p, constraints, holds)
     for i in range(p.each.size):
         if is_closed(i, modes, p):
-            press(i, y, holds.joint[i], motion, bodies, p, wrench[p.each[i].row])
+            add_joint_wrench(i, y, holds.joint[i], motion, bodies, p, wrench[p.each[i].row])
 
 
 @kernel
-def press(i, y, load, motion, bodies, p, wrench):
+def add_joint_wrench(i, y, load, motion, bodies, p, wrench):
     """Add force and moment ``load`` (6,) of joint ``i``, and their opposites, to ``wrench`` (6
     nb,)."""
-    k = begin(i, p)
-    at = rows.pose(p.each[i], y[k : k + REFERENCE], bodies, motion)
-    rows.apply(p.each[i], at, vector(load, 0), vector(load, 3), bodies, wrench)
+    k = first_state(i, p)
+    at = rows.pose(p.each[i], y[k : k + REFERENCE_SIZE], bodies, motion)
+    rows.add_row_wrench(p.each[i], at, vector(load, 0), vector(load, 3), bodies, wrench)
 
 
 @kernel
-def collect(p, constraints, holds):
+def collect_reactions(p, constraints, holds):
     """Compute force and moment of every joint, and the reactions of ratchets and of joints that may
     break, from the forces of the constraints."""
     clear_reactions(p, holds)
     for r in range(constraints.number[0]):
         i = holds.lock[r]
-        if i != NONE:
+        if i != NO_INDEX:
             for a in range(6):
                 holds.joint[i, a] += constraints.force[r] * holds.axis[r, a]
             holds.reaction[p.reaction + i, 0] = constraints.force[r]
@@ -306,37 +327,37 @@ def clear_reactions(p, holds):
 
 
 @kernel
-def _gap(lock, bodies, motion):
+def _gap_and_speed(lock, bodies, motion):
     """Distance [m] between the joint's points on both bodies, and their relative speed [m/s], both
     without the slides that the joint leaves free."""
     at = rows.pose(lock, lock.rest, bodies, motion)
     apart = 0.0
     speed = 0.0
     for k in range(lock.count):
-        if lock.second[k] == NONE:
+        if lock.second[k] == NO_INDEX:
             row = rows.find_row(lock, k, at, lock.rest, bodies, motion)
             apart += row.residual**2
-            speed += rows.rate(lock, row, at, bodies, motion) ** 2
+            speed += rows.row_rate(lock, row, at, bodies, motion) ** 2
     return sqrt(apart), sqrt(speed)
 
 
 @kernel
-def _outside(lock, bodies, motion):
+def _window_excess(lock, bodies, motion):
     """Part by which gap or speed is beyond the window of a joint; negative inside."""
-    gap, speed = _gap(lock, bodies, motion)
+    gap, speed = _gap_and_speed(lock, bodies, motion)
     return max(gap / lock.gap, speed / lock.speed) - 1.0
 
 
 @kernel
-def _travel(i, y, bodies, motion, p):
+def _ratchet_travel(i, y, bodies, motion, p):
     """Way [m or rad] of ratchet ``i`` from its reference, and its rate."""
     lock = p.each[i]
-    k = begin(i, p)
-    rest = y[k : k + REFERENCE]
+    k = first_state(i, p)
+    rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     speed = ratchet_rate(i, y, bodies, motion, p)
-    if lock.ratchet == TURNS:
-        return rows.turned(lock, rest, bodies, motion), speed
+    if lock.ratchet == RATCHET_TURNS:
+        return rows.turn_from_reference(lock, rest, bodies, motion), speed
     return dot(rows.axis_on_other(lock, 0, rest, bodies, motion), at.gap), speed
 
 
@@ -344,18 +365,18 @@ def _travel(i, y, bodies, motion, p):
 def ratchet_rate(i, y, bodies, motion, p):
     """Rate of ratchet ``i`` in its direction [m/s or rad/s]."""
     lock = p.each[i]
-    k = begin(i, p)
-    rest = y[k : k + REFERENCE]
+    k = first_state(i, p)
+    rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     a = rows.axis_on_other(lock, 0, rest, bodies, motion)
     zero = (0.0, 0.0, 0.0)
-    slides = lock.ratchet == SLIDES
+    slides = lock.ratchet == RATCHET_SLIDES
     row = rows.Row(a if slides else zero, zero if slides else a, 0.0, 0.0)
-    return rows.rate(lock, row, at, bodies, motion)
+    return rows.row_rate(lock, row, at, bodies, motion)
 
 
 @root
-def margins(y, modes, motion, bodies, p, reactions, out):
+def find_margins(y, modes, motion, bodies, p, reactions, out):
     """Margins of all joints into ``out``: part outside the window; way or speed of a ratchet and
     way to its next tooth; its reaction [N or N m]."""
     for i in range(p.each.size):
@@ -365,47 +386,47 @@ def margins(y, modes, motion, bodies, p, reactions, out):
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode == WAITING:
-            out[m + CONTACT_MARGIN] = _outside(lock, bodies, motion)
-        elif mode == RUNNING:
-            way, speed = _travel(i, y, bodies, motion, p)
-            out[m + CONTACT_MARGIN] = way + SLACK if lock.pitch > 0.0 else speed
+            out[m + CONTACT_MARGIN] = _window_excess(lock, bodies, motion)
+        elif mode == RATCHETING:
+            way, speed = _ratchet_travel(i, y, bodies, motion, p)
+            out[m + CONTACT_MARGIN] = way + TOOTH_TOLERANCE if lock.pitch > 0.0 else speed
             out[m + SEGMENT_MARGIN] = lock.pitch - way if lock.pitch > 0.0 else 1.0
         elif mode == CLOSED and lock.ratchet != NO_RATCHET:
             out[m + FRICTION_MARGIN] = reactions[p.reaction + i, 0]
             if modes[p.mode + i, SEGMENT] == 0:  # a drive at rest holds it, and may move on
-                out[m + FRICTION_MARGIN] = ROUNDED - ratchet_rate(i, y, bodies, motion, p)
+                out[m + FRICTION_MARGIN] = RATE_ROUNDING - ratchet_rate(i, y, bodies, motion, p)
         elif mode == CLOSED and lock.strength < inf:
             out[m + FRICTION_MARGIN] = lock.strength - reactions[p.reaction + i, 0]
 
 
 @root
-def switch(i, which, y, modes, motion, bodies, p):
+def transition(i, which, y, modes, motion, bodies, p):
     """Switch joint ``i`` to its next mode, after margin ``which`` has reached zero."""
     lock = p.each[i]
-    k = begin(i, p)
+    k = first_state(i, p)
     if which == SEGMENT_MARGIN:
-        turns = lock.ratchet == TURNS
-        rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE])
+        turns = lock.ratchet == RATCHET_TURNS
+        rows.advance_reference(lock, turns, lock.pitch, bodies, y[k : k + REFERENCE_SIZE])
     elif which == FRICTION_MARGIN:
-        modes[p.mode + i, MODE] = RUNNING if lock.ratchet != NO_RATCHET else OPEN
+        modes[p.mode + i, MODE] = RATCHETING if lock.ratchet != NO_RATCHET else OPEN
     elif lock.pitch > 0.0:
         modes[p.mode + i, MODE] = CLOSED
     else:
-        close(i, y, modes, motion, bodies, p)
+        close_lock(i, y, modes, motion, bodies, p)
 
 
 @kernel
-def close(i, y, modes, motion, bodies, p):
+def close_lock(i, y, modes, motion, bodies, p):
     """Close joint ``i`` at the present place. The axis of a ratchet stays where it is on the other
     body."""
     lock = p.each[i]
-    k = begin(i, p)
-    reference = y[k : k + REFERENCE]
+    k = first_state(i, p)
+    reference = y[k : k + REFERENCE_SIZE]
     if lock.ratchet == NO_RATCHET:
         rows.take_reference(lock, bodies, motion, reference)
     else:
-        way, _ = _travel(i, y, bodies, motion, p)
-        rows.advance_reference(lock, lock.ratchet == TURNS, way, bodies, reference)
+        way, _ = _ratchet_travel(i, y, bodies, motion, p)
+        rows.advance_reference(lock, lock.ratchet == RATCHET_TURNS, way, bodies, reference)
     modes[p.mode + i, MODE] = CLOSED
     modes[p.mode + i, SEGMENT] = every_row(i, p)
 
@@ -413,9 +434,9 @@ def close(i, y, modes, motion, bodies, p):
 @kernel
 def goes_back(i, y, modes, bodies, motion, p):
     """True if joint ``i`` is a running ratchet without teeth that goes back."""
-    if modes[p.mode + i, MODE] != RUNNING or p.each[i].pitch > 0.0:
+    if modes[p.mode + i, MODE] != RATCHETING or p.each[i].pitch > 0.0:
         return False
-    return ratchet_rate(i, y, bodies, motion, p) < -ROUNDED
+    return ratchet_rate(i, y, bodies, motion, p) < -RATE_ROUNDING
 
 
 @kernel
@@ -423,14 +444,14 @@ def activate(i, y, modes, motion, bodies, p):
     """Activate joint ``i``: it closes at once, unless it waits for its window or is a ratchet."""
     lock = p.each[i]
     if lock.ratchet != NO_RATCHET:
-        k = begin(i, p)
-        rows.take_reference(lock, bodies, motion, y[k : k + REFERENCE])
-        modes[p.mode + i, MODE] = RUNNING
+        k = first_state(i, p)
+        rows.take_reference(lock, bodies, motion, y[k : k + REFERENCE_SIZE])
+        modes[p.mode + i, MODE] = RATCHETING
         modes[p.mode + i, SEGMENT] = every_row(i, p)
         if ratchet_rate(i, y, bodies, motion, p) <= 0.0:
             modes[p.mode + i, MODE] = CLOSED
-    elif _outside(lock, bodies, motion) <= 0.0:
-        close(i, y, modes, motion, bodies, p)
+    elif _window_excess(lock, bodies, motion) <= 0.0:
+        close_lock(i, y, modes, motion, bodies, p)
     else:
         modes[p.mode + i, MODE] = WAITING
 
@@ -442,14 +463,14 @@ def deactivate(i, modes, p):
 
 
 @root
-def settle(y, modes, motion, bodies, p):
+def set_initial_modes(y, modes, motion, bodies, p):
     """Modes and references of all joints for a start; rows that are known to be kept stay so."""
     for i in range(p.each.size):
         mode = modes[p.mode + i]
         kept = mode[SEGMENT]
         if p.each[i].lasts:
-            k = begin(i, p)
-            assign(y[k : k + REFERENCE], p.each[i].rest)
+            k = first_state(i, p)
+            assign(y[k : k + REFERENCE_SIZE], p.each[i].rest)
             mode[MODE] = CLOSED
         else:
             activate(i, y, modes, motion, bodies, p)
@@ -457,7 +478,7 @@ def settle(y, modes, motion, bodies, p):
 
 
 @root
-def observe(p, holds, out):
+def write_outputs(p, holds, out):
     """Write force and moment (6,) of every joint of the scene to ``out``; zero of those that are no
     constraints, or open."""
     for i in range(p.each.size):

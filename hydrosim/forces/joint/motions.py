@@ -22,21 +22,21 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.holds import NONE
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable
-from hydrosim.forces.layout import Resistance
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable
+from hydrosim.forces.layout import LinearResistance
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import (
     CONTACT_MARGIN,
     FRICTION_MARGIN,
     MARGINS,
     MODE,
+    NO_INDEX,
     SEGMENT,
     SEGMENT_MARGIN,
 )
 from hydrosim.rigid.tree import BALL, push_joint
-from hydrosim.rigid.vectors import dot, of_parameters, rotation_vector
+from hydrosim.rigid.vectors import dot, quaternion_of_parameters, rotation_vector
 from hydrosim.scene import JointResistance, Scene
 from hydrosim.scene.trees import tree_joints
 
@@ -46,10 +46,10 @@ if TYPE_CHECKING:
 
 NO_FRICTION, STUCK, UP, DOWN = range(4)
 AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
-NAMES = ("frictionless", "stuck", "up", "down")
+FRICTION_MODES = ("frictionless", "stuck", "up", "down")
 STOPS = ("away", "at_lowest", "at_highest", "below", "above")
-POSITION, RATE, FORCE, OBSERVED = range(4)
-STILL = 1e-12  # m/s or rad/s after an impact: rounding
+MOTION_POSITION, MOTION_RATE, MOTION_FORCE, JOINT_MOTION_OUTPUTS = range(4)
+REST_RATE = 1e-12  # m/s or rad/s after an impact: rounding
 
 MOTION = np.dtype(
     [
@@ -59,11 +59,12 @@ MOTION = np.dtype(
         *(("static", float), ("kinetic", float)),
     ]
 )
-"""A motion: its coordinate, its move of the tree and the axis of that, its row of forces (`NONE` if
-nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force, negative if none."""
+"""A motion: its coordinate, its move of the tree and the axis of that, its row of forces
+(`NO_INDEX` if nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force,
+negative if none."""
 
 
-class Params(NamedTuple):
+class JointMotionConstants(NamedTuple):
     """The motions ``each`` (n,) of `MOTION` of all joints of trees; the number of ``rows`` of
     constraints at most; the first of their rows of modes and of their reactions."""
 
@@ -73,7 +74,7 @@ class Params(NamedTuple):
     reaction: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> JointMotionConstants:
     """Constants of all free motions of the joints of trees."""
     tree = layout.tree
     places = {
@@ -86,11 +87,11 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
     for name, joint in layout.joints.items():
         for i in range(0 if name in layout.constraints else len(joint.motions)):
             acting = joint.resistances[i] if joint.resistances else JointResistance()
-            row = layout.row[name] if acting.acts else NONE
+            row = layout.row[name] if acting.acts else NO_INDEX
             each.append((coordinate, *places[coordinate], row, *_constants(acting)))
             coordinate += 1
     found = np.array(each, dtype=MOTION)
-    return Params(found, int((found["static"] >= 0.0).sum()), 0, 0)
+    return JointMotionConstants(found, int((found["static"] >= 0.0).sum()), 0, 0)
 
 
 def _constants(acting: JointResistance) -> tuple[float, ...]:
@@ -104,46 +105,50 @@ def _constants(acting: JointResistance) -> tuple[float, ...]:
     )
 
 
-def are_linear(p: Params) -> bool:
+def are_linear(p: JointMotionConstants) -> bool:
     """True if no motion has stops or dry friction."""
     return not np.any((p.each["stop"] > 0.0) | (p.each["static"] >= 0.0))
 
 
 @kernel
-def _stop_force(one, mode, q, u):
+def _stop_force(joint_motion, mode, q, u):
     """Force of the stops, positive away from the lowest."""
     if mode == AT_LOWEST:
-        return one.stop * (one.lowest - q) - one.dashpot * u
+        return joint_motion.stop * (joint_motion.lowest - q) - joint_motion.dashpot * u
     if mode == AT_HIGHEST:
-        return one.stop * (one.highest - q) - one.dashpot * u
+        return joint_motion.stop * (joint_motion.highest - q) - joint_motion.dashpot * u
     return 0.0
 
 
 @kernel
-def _friction(one, mode):
+def _friction_force(joint_motion, mode):
     """Friction of a moving joint."""
     if mode == UP:
-        return -one.kinetic
-    return one.kinetic if mode == DOWN else 0.0
+        return -joint_motion.kinetic
+    return joint_motion.kinetic if mode == DOWN else 0.0
 
 
 @kernel
-def _force(one, mode, q, u):
+def _acting_force(joint_motion, mode, q, u):
     """Force of all that acts in a motion but the reaction of a stuck one."""
-    spring = -one.stiffness * (q - one.neutral) - one.damping * u
-    return spring + _stop_force(one, mode[SEGMENT], q, u) + _friction(one, mode[MODE])
+    spring = -joint_motion.stiffness * (q - joint_motion.neutral) - joint_motion.damping * u
+    return (
+        spring
+        + _stop_force(joint_motion, mode[SEGMENT], q, u)
+        + _friction_force(joint_motion, mode[MODE])
+    )
 
 
 @kernel
-def _lost(one, mode, q, u):
+def _dissipated_power(joint_motion, mode, q, u):
     """Power that a motion loses. Beyond an end without force, the stop loses what it stored."""
-    loss = one.damping * u * u - _friction(one, mode[MODE]) * u
+    loss = joint_motion.damping * u * u - _friction_force(joint_motion, mode[MODE]) * u
     if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
-        loss += one.dashpot * u * u
+        loss += joint_motion.dashpot * u * u
     elif mode[SEGMENT] == BELOW:
-        loss += one.stop * (one.lowest - q) * u
+        loss += joint_motion.stop * (joint_motion.lowest - q) * u
     elif mode[SEGMENT] == ABOVE:
-        loss += one.stop * (one.highest - q) * u
+        loss += joint_motion.stop * (joint_motion.highest - q) * u
     return loss
 
 
@@ -152,72 +157,81 @@ def add_force(y, modes, motion, bodies, p, wrench, rate):
     """Add the forces of all motions to the rows of ``wrench``, and their losses to ``rate``."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
-        if one.row != NONE:
-            q = y[one.coordinate]
-            u = y[n + one.coordinate]
+        joint_motion = p.each[i]
+        if joint_motion.row != NO_INDEX:
+            q = y[joint_motion.coordinate]
+            u = y[n + joint_motion.coordinate]
             mode = modes[p.mode + i]
-            push_joint(one.move, one.axis, _force(one, mode, q, u), bodies, motion, wrench[one.row])
-            rate[one.row] += _lost(one, mode, q, u)
+            push_joint(
+                joint_motion.move,
+                joint_motion.axis,
+                _acting_force(joint_motion, mode, q, u),
+                bodies,
+                motion,
+                wrench[joint_motion.row],
+            )
+            rate[joint_motion.row] += _dissipated_power(joint_motion, mode, q, u)
 
 
 @root
 def add_energy(y, modes, p, stored):
     """Add the energy of springs and of stops to the rows of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
-        if one.row != NONE:
-            q = y[one.coordinate]
-            below = max(one.lowest - q, 0.0)
-            above = max(q - one.highest, 0.0)
+        joint_motion = p.each[i]
+        if joint_motion.row != NO_INDEX:
+            q = y[joint_motion.coordinate]
+            below = max(joint_motion.lowest - q, 0.0)
+            above = max(q - joint_motion.highest, 0.0)
             beyond = below * below + above * above
-            stretch = q - one.neutral
-            stored[one.row] += 0.5 * (one.stiffness * stretch * stretch + one.stop * beyond)
+            stretch = q - joint_motion.neutral
+            stored[joint_motion.row] += 0.5 * (
+                joint_motion.stiffness * stretch * stretch + joint_motion.stop * beyond
+            )
 
 
 @root
-def margins(y, modes, bodies, p, reactions, out):
+def find_margins(y, modes, bodies, p, reactions, out):
     """Margins of all motions into ``out``: way to the stops, or beyond the one that is met; the
     force of that stop; the rate along the motion, or the friction that is left."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
+        joint_motion = p.each[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
-        q = y[one.coordinate]
-        u = y[n + one.coordinate]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
         for k in range(MARGINS):
             out[m + k] = 1.0
         if mode[MODE] == STUCK:
-            out[m + FRICTION_MARGIN] = one.static - abs(reactions[p.reaction + i, 0])
+            out[m + FRICTION_MARGIN] = joint_motion.static - abs(reactions[p.reaction + i, 0])
         elif mode[MODE] != NO_FRICTION:
             out[m + FRICTION_MARGIN] = u if mode[MODE] == UP else -u
-        if one.stop == 0.0:
+        if joint_motion.stop == 0.0:
             continue
         stop = mode[SEGMENT]
         if stop == AWAY:
-            out[m + CONTACT_MARGIN] = min(q - one.lowest, one.highest - q)
+            out[m + CONTACT_MARGIN] = min(q - joint_motion.lowest, joint_motion.highest - q)
         else:
             low = stop in (AT_LOWEST, BELOW)
-            out[m + CONTACT_MARGIN] = one.lowest - q if low else q - one.highest
+            out[m + CONTACT_MARGIN] = joint_motion.lowest - q if low else q - joint_motion.highest
             pressed = AT_LOWEST if low else AT_HIGHEST
             sign = 1.0 if low else -1.0
-            force = sign * _stop_force(one, pressed, q, u)
-            if one.dashpot > 0.0:
+            force = sign * _stop_force(joint_motion, pressed, q, u)
+            if joint_motion.dashpot > 0.0:
                 out[m + SEGMENT_MARGIN] = force if stop == pressed else -force
 
 
 @root
-def switch(i, which, y, modes, bodies, reactions, p):
+def transition(i, which, y, modes, bodies, reactions, p):
     """Switch motion ``i`` to its next mode, after margin ``which`` has reached zero."""
-    one = p.each[i]
+    joint_motion = p.each[i]
     mode = modes[p.mode + i]
-    q = y[one.coordinate]
-    u = y[bodies.active.size + one.coordinate]
+    q = y[joint_motion.coordinate]
+    u = y[bodies.active.size + joint_motion.coordinate]
     if which == CONTACT_MARGIN:
         if mode[SEGMENT] != AWAY:
             mode[SEGMENT] = AWAY
-        elif q - one.lowest < one.highest - q:
+        elif q - joint_motion.lowest < joint_motion.highest - q:
             mode[SEGMENT] = AT_LOWEST if u < 0.0 else BELOW
         else:
             mode[SEGMENT] = AT_HIGHEST if u > 0.0 else ABOVE
@@ -234,26 +248,28 @@ def switch(i, which, y, modes, bodies, reactions, p):
 
 
 @root
-def settle(y, modes, bodies, p):
+def set_initial_modes(y, modes, bodies, p):
     """Modes of all motions for a start from ``y``."""
     n = bodies.active.size
     for i in range(p.each.size):
-        one = p.each[i]
+        joint_motion = p.each[i]
         mode = modes[p.mode + i]
-        q = y[one.coordinate]
-        u = y[n + one.coordinate]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
         mode[MODE] = NO_FRICTION
-        if one.static >= 0.0:
+        if joint_motion.static >= 0.0:
             mode[MODE] = UP if u > 0.0 else DOWN if u < 0.0 else STUCK
         mode[SEGMENT] = AWAY
-        if q < one.lowest:
-            mode[SEGMENT] = AT_LOWEST if _stop_force(one, AT_LOWEST, q, u) > 0.0 else BELOW
-        elif q > one.highest:
-            mode[SEGMENT] = AT_HIGHEST if _stop_force(one, AT_HIGHEST, q, u) < 0.0 else ABOVE
+        if q < joint_motion.lowest:
+            mode[SEGMENT] = AT_LOWEST if _stop_force(joint_motion, AT_LOWEST, q, u) > 0.0 else BELOW
+        elif q > joint_motion.highest:
+            mode[SEGMENT] = (
+                AT_HIGHEST if _stop_force(joint_motion, AT_HIGHEST, q, u) < 0.0 else ABOVE
+            )
 
 
 @root
-def hold(modes, p, constraints, holds):
+def add_constraints(modes, p, constraints, holds):
     """Add the constraint u = 0 of each stuck motion."""
     for i in range(p.each.size):
         if modes[p.mode + i, MODE] == STUCK:
@@ -261,8 +277,8 @@ def hold(modes, p, constraints, holds):
             clear(constraints.J[r])
             constraints.J[r, p.each[i].coordinate] = 1.0
             constraints.bound[r] = 0.0
-            holds.point[r] = NONE
-            holds.lock[r] = NONE
+            holds.point[r] = NO_INDEX
+            holds.lock[r] = NO_INDEX
             holds.motion[r] = i
             holds.residual[r] = 0.0
             constraints.number[0] = r + 1
@@ -275,10 +291,17 @@ def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
         holds.reaction[p.reaction + i, 0] = 0.0
     for r in range(constraints.number[0]):
         i = holds.motion[r]
-        if i != NONE:
-            one = p.each[i]
+        if i != NO_INDEX:
+            joint_motion = p.each[i]
             holds.reaction[p.reaction + i, 0] = constraints.force[r]
-            push_joint(one.move, one.axis, constraints.force[r], bodies, motion, wrench[one.row])
+            push_joint(
+                joint_motion.move,
+                joint_motion.axis,
+                constraints.force[r],
+                bodies,
+                motion,
+                wrench[joint_motion.row],
+            )
 
 
 @root_giving(bool)
@@ -303,41 +326,45 @@ def has_load_limit(modes, p):
 
 
 @root
-def strike(y, modes, bodies, p):
+def recheck_after_impact(y, modes, bodies, p):
     """Test dry friction again, after velocities have jumped. It bears no impulse, because it is
     finite: a stuck motion slides if it moves."""
     n = bodies.active.size
     for i in range(p.each.size):
         if p.each[i].static >= 0.0:
             u = y[n + p.each[i].coordinate]
-            modes[p.mode + i, MODE] = UP if u > STILL else DOWN if u < -STILL else STUCK
+            modes[p.mode + i, MODE] = UP if u > REST_RATE else DOWN if u < -REST_RATE else STUCK
 
 
 @root
-def observe(y, modes, bodies, p, reactions, out):
-    """Write rows of `OBSERVED` of all motions to ``out``: q, u and f; of a ball the rotation
-    vector."""
+def write_outputs(y, modes, bodies, p, reactions, out):
+    """Write rows of `JOINT_MOTION_OUTPUTS` of all motions to ``out``: q, u and f; of a ball the
+    rotation vector."""
     n = bodies.active.size
     tree = bodies.tree
     for i in range(p.each.size):
-        one = p.each[i]
-        q = y[one.coordinate]
-        u = y[n + one.coordinate]
+        joint_motion = p.each[i]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
         mode = modes[p.mode + i]
-        force = _force(one, mode, q, u)
+        force = _acting_force(joint_motion, mode, q, u)
         if mode[MODE] == STUCK:
             force += reactions[p.reaction + i, 0]
-        if tree.moves[one.move].kind == BALL and bodies.exact:
-            j = one.coordinate - one.axis
+        if tree.moves[joint_motion.move].kind == BALL and bodies.exact:
+            j = joint_motion.coordinate - joint_motion.axis
             s = (0.25 * y[j], 0.25 * y[j + 1], 0.25 * y[j + 2])
-            chosen = (1.0 * (one.axis == 0), 1.0 * (one.axis == 1), 1.0 * (one.axis == 2))
-            q = dot(rotation_vector(of_parameters(s)), chosen)
-        out[OBSERVED * i + POSITION] = q
-        out[OBSERVED * i + RATE] = u
-        out[OBSERVED * i + FORCE] = force
+            chosen = (
+                1.0 * (joint_motion.axis == 0),
+                1.0 * (joint_motion.axis == 1),
+                1.0 * (joint_motion.axis == 2),
+            )
+            q = dot(rotation_vector(quaternion_of_parameters(s)), chosen)
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_POSITION] = q
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_RATE] = u
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_FORCE] = force
 
 
-class _Kind(PosingKind):
+class JointMotionKind(KindWithModeSets):
     unit = "joint_motion"
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_position": Variable("displacement in a joint, zero at rest", "m or rad"),
@@ -347,7 +374,7 @@ class _Kind(PosingKind):
             "N or N m",
         ),
         "joint_motion_mode": Variable(
-            "mode of the friction in a joint", "1", flags=" ".join(NAMES)
+            "mode of the friction in a joint", "1", flags=" ".join(FRICTION_MODES)
         ),
         "joint_motion_segment": Variable(
             "mode of the end stops of a joint", "1", flags=" ".join(STOPS)
@@ -357,26 +384,30 @@ class _Kind(PosingKind):
     def unit_names(self, scene: Scene) -> list[str]:
         return [f"{name} {m.name}" for name, j in tree_joints(scene).items() for m in j.motions]
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: JointMotionConstants) -> ModeRows:
         count = p.each.size
-        return Modes(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
+        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
 
-    def resistances(self, p: Params) -> Iterator[Resistance]:
-        for one in p.each:
-            if one["row"] != NONE:
-                B = np.array([[one["damping"]]])
-                yield Resistance(one["row"], NONE, B, np.zeros(1), int(one["coordinate"]))
+    def resistances(self, p: JointMotionConstants) -> Iterator[LinearResistance]:
+        for joint_motion in p.each:
+            if joint_motion["row"] != NO_INDEX:
+                B = np.array([[joint_motion["damping"]]])
+                yield LinearResistance(
+                    joint_motion["row"], NO_INDEX, B, np.zeros(1), int(joint_motion["coordinate"])
+                )
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: JointMotionConstants) -> Sequence[ModeSet]:
         if not (p.each["stop"] > 0.0).any():
             return []
         rest = np.zeros(p.each.size, dtype=int)
         return [
-            Posture("joints away from their stops", rest_at_first(rest, NO_FRICTION)),
-            Posture("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
+            ModeSet("joints away from their stops", rest_at_first(rest, NO_FRICTION)),
+            ModeSet("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
         ]
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def moved_onto_segment(
+        self, p: JointMotionConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> JointMotionConstants:
         """Constants with the stops of pressed motions in action at any place, and no friction."""
         each = p.each.copy()
         at = modes[:, SEGMENT] != AWAY
@@ -386,15 +417,15 @@ class _Kind(PosingKind):
             each[name] = 0.0
         return p._replace(each=each)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: JointMotionConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", self.unit)
         return {
-            "joint_position": (each, kept.observed[:, :, POSITION]),
-            "joint_velocity": (each, kept.observed[:, :, RATE]),
-            "joint_motion_force": (each, kept.observed[:, :, FORCE]),
+            "joint_position": (each, kept.observed[:, :, MOTION_POSITION]),
+            "joint_velocity": (each, kept.observed[:, :, MOTION_RATE]),
+            "joint_motion_force": (each, kept.observed[:, :, MOTION_FORCE]),
             "joint_motion_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
             "joint_motion_segment": (each, kept.modes[:, :, SEGMENT].astype(np.int8)),
         }
 
 
-KIND = _Kind("joint_motions", (), compile_elements)
+JOINT_MOTION_KIND = JointMotionKind("joint_motions", (), compile_elements)

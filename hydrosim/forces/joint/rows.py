@@ -21,13 +21,13 @@ from __future__ import annotations
 from math import atan2, cos, sin, sqrt
 from typing import NamedTuple
 
-from hydrosim.forces.holds import NONE
+from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.jit.kernels import kernel
+from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_bias, point_velocity
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
 
-EARTH = -1
-PLACE, TURN, REFERENCE = 0, 3, 12
+PLACE_ENTRY, TURN_ENTRY, REFERENCE_SIZE = 0, 3, 12
 """A reference: entries of the place and of the turn (9, or 3 angles), and their number."""
 ZERO = (0.0, 0.0, 0.0)
 
@@ -37,7 +37,7 @@ class Pose(NamedTuple):
     of the point on the other body, and the ``gap`` d from the latter to the former."""
 
     arm: tuple[float, ...]
-    own: tuple[float, ...]
+    other_arm: tuple[float, ...]
     gap: tuple[float, ...]
 
 
@@ -56,7 +56,7 @@ def pose(lock, reference, bodies, motion):
     """`Pose` of a joint with this ``reference`` (12,)."""
     place, arm = attachment(lock.body, vector(lock.point, 0), bodies, motion)
     moves = bodies.exact and not lock.rod
-    at = vector(reference, PLACE) if moves else vector(lock.other, 0)
+    at = vector(reference, PLACE_ENTRY) if moves else vector(lock.other, 0)
     if lock.to == EARTH:
         found = Pose(arm, ZERO, sub(place, at))
     else:
@@ -64,7 +64,7 @@ def pose(lock, reference, bodies, motion):
         found = Pose(arm, own, sub(place, other))
     if bodies.exact:
         return found
-    return Pose(arm, found.own, sub(found.gap, vector(reference, PLACE)))
+    return Pose(arm, found.other_arm, sub(found.gap, vector(reference, PLACE_ENTRY)))
 
 
 @kernel
@@ -81,9 +81,9 @@ def axis_on_other(lock, k, reference, bodies, motion):
     if not bodies.exact:
         return a
     a = (
-        dot(vector(reference, TURN), a),
-        dot(vector(reference, TURN + 3), a),
-        dot(vector(reference, TURN + 6), a),
+        dot(vector(reference, TURN_ENTRY), a),
+        dot(vector(reference, TURN_ENTRY + 3), a),
+        dot(vector(reference, TURN_ENTRY + 6), a),
     )
     return a if lock.to == EARTH else matvec(motion.rotation[lock.to], a)
 
@@ -94,14 +94,14 @@ def find_row(lock, k, at, reference, bodies, motion):
     if lock.rod and bodies.exact:
         return _rod_row(lock, at, reference[0], motion)
     a = axis_on_other(lock, lock.first[k], reference, bodies, motion)
-    if lock.second[k] == NONE:
+    if lock.second[k] == NO_INDEX:
         bias = _slide_bias(lock, a, at, motion) if bodies.exact else 0.0
         return Row(a, ZERO, bias, dot(a, at.gap))
     b = axis_on_body(lock, lock.second[k], bodies, motion)
     m = cross(b, a)
     if bodies.exact:
         return Row(ZERO, m, _turn_bias(lock, a, b, motion), dot(a, b))
-    turn = sub(_turn_between(lock, motion.coordinates, motion), vector(reference, TURN))
+    turn = sub(_turn_between(lock, motion.coordinates, motion), vector(reference, TURN_ENTRY))
     return Row(ZERO, m, 0.0, dot(m, turn))
 
 
@@ -113,8 +113,8 @@ def _rod_row(lock, at, length, motion):
     velocity = point_velocity(lock.body, at.arm, motion)
     acceleration = point_bias(lock.body, at.arm, motion)
     if lock.to != EARTH:
-        velocity = sub(velocity, point_velocity(lock.to, at.own, motion))
-        acceleration = sub(acceleration, point_bias(lock.to, at.own, motion))
+        velocity = sub(velocity, point_velocity(lock.to, at.other_arm, motion))
+        acceleration = sub(acceleration, point_bias(lock.to, at.other_arm, motion))
     along = dot(n, velocity)
     across = dot(velocity, velocity) - along * along
     return Row(n, ZERO, dot(n, acceleration) + across / distance, distance - length)
@@ -135,9 +135,9 @@ def _slide_bias(lock, a, at, motion):
         return dot(a, acceleration)
     omega = vector(motion.velocity, 6 * lock.to + 3)
     spin = vector(motion.bias, 6 * lock.to + 3)
-    acceleration = sub(acceleration, point_bias(lock.to, at.own, motion))
+    acceleration = sub(acceleration, point_bias(lock.to, at.other_arm, motion))
     velocity = sub(
-        point_velocity(lock.body, at.arm, motion), point_velocity(lock.to, at.own, motion)
+        point_velocity(lock.body, at.arm, motion), point_velocity(lock.to, at.other_arm, motion)
     )
     turned = cross(omega, a)
     turns = add(cross(spin, a), cross(omega, turned))
@@ -156,31 +156,31 @@ def _turn_bias(lock, a, b, motion):
 
 
 @kernel
-def apply(lock, at, force, moment, bodies, wrench):
+def add_row_wrench(lock, at, force, moment, bodies, wrench):
     """Add ``force`` and ``moment`` on the body at the joint's point, and their opposites on the
     other body, to ``wrench`` (6 nb,)."""
     add_wrench(lock.body, force, add(cross(at.arm, force), moment), wrench)
     if lock.to != EARTH:
-        lever = add(at.own, at.gap) if bodies.exact else at.own
+        lever = add(at.other_arm, at.gap) if bodies.exact else at.other_arm
         opposite = add(cross(lever, force), moment)
         add_wrench(lock.to, scale(-1.0, force), scale(-1.0, opposite), wrench)
 
 
 @kernel
-def rate(lock, row, at, bodies, motion):
+def row_rate(lock, row, at, bodies, motion):
     """Rate of a constraint at the present velocities."""
     v = point_velocity(lock.body, at.arm, motion)
     if lock.to != EARTH:
-        lever = add(at.own, at.gap) if bodies.exact else at.own
+        lever = add(at.other_arm, at.gap) if bodies.exact else at.other_arm
         v = sub(v, point_velocity(lock.to, lever, motion))
     return dot(row.force, v) + dot(row.moment, _turn_between(lock, motion.velocity, motion))
 
 
 @kernel
-def turned(lock, reference, bodies, motion):
+def turn_from_reference(lock, reference, bodies, motion):
     """Angle about the first axis from the reference [rad], within half a turn both ways."""
     if not bodies.exact:
-        turn = sub(_turn_between(lock, motion.coordinates, motion), vector(reference, TURN))
+        turn = sub(_turn_between(lock, motion.coordinates, motion), vector(reference, TURN_ENTRY))
         return dot(vector(lock.axes[0], 0), turn)
     b = axis_on_body(lock, 1, bodies, motion)
     along = dot(axis_on_other(lock, 1, reference, bodies, motion), b)
@@ -198,8 +198,8 @@ def take_reference(lock, bodies, motion, reference):
             gap = sub(place, other)
         turn = _turn_between(lock, motion.coordinates, motion)
         for i in range(3):
-            reference[PLACE + i] = gap[i]
-            reference[TURN + i] = turn[i]
+            reference[PLACE_ENTRY + i] = gap[i]
+            reference[TURN_ENTRY + i] = turn[i]
         return
     if lock.rod:
         gap = sub(place, vector(lock.other, 0))
@@ -213,13 +213,13 @@ def take_reference(lock, bodies, motion, reference):
         centre, _ = attachment(lock.to, ZERO, bodies, motion)
         place = matvec(motion.rotation[lock.to].T, sub(place, centre))
     for i in range(3):
-        reference[PLACE + i] = place[i]
+        reference[PLACE_ENTRY + i] = place[i]
         for j in range(3):
             entry = R[i, j]
             if lock.to != EARTH:
                 Q = motion.rotation[lock.to]
                 entry = Q[0, i] * R[0, j] + Q[1, i] * R[1, j] + Q[2, i] * R[2, j]
-            reference[TURN + 3 * i + j] = entry
+            reference[TURN_ENTRY + 3 * i + j] = entry
 
 
 @kernel
@@ -227,14 +227,18 @@ def advance_reference(lock, turns, pitch, bodies, reference):
     """Move ``reference`` by one ``pitch`` along the first axis, or about it if it ``turns``."""
     a = vector(lock.axes[0], 0)
     if not bodies.exact:
-        first = TURN if turns else PLACE
+        first = TURN_ENTRY if turns else PLACE_ENTRY
         for i in range(3):
             reference[first + i] += pitch * a[i]
         return
-    turn = (vector(reference, TURN), vector(reference, TURN + 3), vector(reference, TURN + 6))
+    turn = (
+        vector(reference, TURN_ENTRY),
+        vector(reference, TURN_ENTRY + 3),
+        vector(reference, TURN_ENTRY + 6),
+    )
     if not turns:
         for i in range(3):
-            reference[PLACE + i] += pitch * dot(turn[i], a)
+            reference[PLACE_ENTRY + i] += pitch * dot(turn[i], a)
         return
     # C Rot(a, pitch): rows of C turn by -pitch about the axis
     c = cos(pitch)
@@ -244,4 +248,4 @@ def advance_reference(lock, turns, pitch, bodies, reference):
         along = (1.0 - c) * dot(row, a)
         across = cross(row, a)
         for j in range(3):
-            reference[TURN + 3 * i + j] = c * row[j] + s * across[j] + along * a[j]
+            reference[TURN_ENTRY + 3 * i + j] = c * row[j] + s * across[j] + along * a[j]

@@ -13,9 +13,9 @@ current. c and m stand for the quadratic drag of the whole line, linearised (`li
 The solution of the last accepted step is in the state. It is the first guess of the next solution,
 which does not depend on it. Modes are profiles: which segment touches down, where the friction of
 the bed ends, whether the line is slack. The slope of the stiffness jumps from one profile to the
-next, and the tension has a kink in its second derivative. A kink is an event where it is `SHARP`
-over a step or the line is nearly slack. Other kinks are passed: they change the impulse of the line
-in that step by less than 3e-5 of its tension times the step.
+next, and the tension has a kink in its second derivative. A kink is an event where it is
+`SHARP_KINK` over a step or the line is nearly slack. Other kinks are passed: they change the
+impulse of the line in that step by less than 3e-5 of its tension times the step.
 
 Without friction of the bed, the line has a potential: strain energy plus weight in water times
 height. The drag is its loss, and so is the work of a length that changes, with the opposite sign.
@@ -39,19 +39,31 @@ from hydrosim.errors import InputError
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.line import profile, rates, shape
-from hydrosim.forces.pair import Tie
+from hydrosim.forces.pair import TwoPointElement
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.forces.signal import rate as signal_rate
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
-from hydrosim.modes import MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
-from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity
+from hydrosim.modes import (
+    ACTING,
+    INACTIVE,
+    MARGINS,
+    MODE,
+    NO_INDEX,
+    RISING,
+    SEGMENT,
+    SEGMENT_MARGIN,
+    UNDEFINED,
+)
+from hydrosim.rigid.kinematics import LINE_PIECE, add_wrench, attachment, point_velocity
 from hydrosim.rigid.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement, OmittedEntry
 from hydrosim.streams.current import current_at, mean_current
 
-ACTING, GONE, LOST, TAUT = range(4)
-"""Modes; lines are `TAUT` in postures alone."""
-TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, OBSERVED = range(5)  # see `observe`
+TAUT_LINE = UNDEFINED + 1
+"""Modes; lines are `TAUT_LINE` in postures alone."""
+FAIRLEAD_TENSION, ANCHOR_TENSION, HORIZONTAL, GROUNDED, CATENARY_OUTPUTS = range(
+    5
+)  # see `write_outputs`
 GUESS = (
     "horizontal pull",
     "vertical pull",
@@ -64,17 +76,20 @@ GUESS = (
 )
 """States of each line: its last solution H, V [N], the x and z there [m], and its stiffness
 [N/m]."""
-STATES = len(GUESS)
-AHEAD = 1e-10  # s: first look ahead for the next profile
-FARTHEST = 1e-2  # s: and the last
-STEADY = -1  # no segment changes its length
+CATENARY_STATES = len(GUESS)
+FIRST_LOOK_AHEAD_S = 1e-10  # s: first look ahead for the next profile
+LAST_LOOK_AHEAD_S = 1e-2  # s: and the last
 ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
-SHARP = 1e-3  # of the tension: what a kink adds to the trapezoidal sum of the stiffness, at least
-NEARLY_SLACK = profile.TIGHT  # of the weight: horizontal pull below which slack may be near
+SHARP_KINK = (
+    1e-3  # of the tension: what a kink adds to the trapezoidal sum of the stiffness, at least
+)
+NEARLY_SLACK = (
+    profile.MAX_SLACK_PULL
+)  # of the weight: horizontal pull below which slack may be near
 
 
 @dataclass(frozen=True)
-class Catenary(Tie):
+class Catenary(TwoPointElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
 
     Segments (n,) from the fairlead to the anchor: unstretched ``length`` [m], ``weight`` in water
@@ -94,7 +109,7 @@ class Catenary(Tie):
     friction: float | None = None
     anchor_body: str | None = None
     paid: Signal | None = None
-    paying: int = STEADY
+    paying: int = NO_INDEX
     left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
     def dragging_streams(self) -> Collection[str]:
@@ -108,7 +123,7 @@ class Catenary(Tie):
             yield f"segments[{self.paying}].length", self.paid
 
 
-LINE = np.dtype(
+CATENARY = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
@@ -123,9 +138,10 @@ the piece that changes its length, and this length; whether it has a potential, 
 the height ``datum`` of the anchor at rest."""
 
 
-class Params(NamedTuple):
-    """``lines`` (n,) of `LINE`, their ``pieces`` of `shape.PIECE` with the ``widths`` [m] of drag,
-    the pieces of their ``signals``; the first of their states in y and of their rows of modes."""
+class CatenaryConstants(NamedTuple):
+    """``lines`` (n,) of `CATENARY`, their ``pieces`` of `LINE_PIECE` with the ``widths`` [m] of
+    drag, the pieces of their ``signals``; the first of their states in y and of their rows of
+    modes."""
 
     lines: np.ndarray
     pieces: np.ndarray
@@ -135,7 +151,7 @@ class Params(NamedTuple):
     mode: int
 
 
-class Ends(NamedTuple):
+class EndKinematics(NamedTuple):
     """Place of one line: lever arms of its ends, horizontal direction ``e`` to the anchor, distance
     ``x`` along it, height ``z`` of the fairlead above the anchor, height ``bed`` of the seabed
     above the anchor, height of the ``anchor`` above the still water, velocities ``v`` and ``w`` of
@@ -152,16 +168,16 @@ class Ends(NamedTuple):
     w: tuple[float, float, float]
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> CatenaryConstants:
     """Constants of the catenaries among ``elements``, in their order. Raises InputError for lines
     that need a seabed where there is none, or begin below it."""
     own = {name: e for name, e in elements.items() if isinstance(e, Catenary)}
     signals, signal_pieces = compile_signals([e.paid or constant(0.0) for e in own.values()])
     rows = []
-    pieces = [np.zeros(0, dtype=shape.PIECE)]
+    pieces = [np.zeros(0, dtype=LINE_PIECE)]
     first = 0
     for (name, e), signal in zip(own.items(), signals, strict=True):
-        anchor, bed = _ground(name, e, layout)
+        anchor, bed = _anchor_and_bed(name, e, layout)
         last = first + e.length.size
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
         ends = (layout.body[e.body], layout.row[name], e.point, end, anchor)
@@ -174,7 +190,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         first = last
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
     every = np.concatenate(pieces)
-    return Params(np.array(rows, dtype=LINE), every, widths, signal_pieces, 0, 0)
+    return CatenaryConstants(np.array(rows, dtype=CATENARY), every, widths, signal_pieces, 0, 0)
 
 
 def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
@@ -191,14 +207,14 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
 
 
 def _pieces(line: Catenary) -> np.ndarray:
-    """The segments, of `shape.PIECE`."""
-    pieces = np.zeros(line.length.size, dtype=shape.PIECE)
+    """The segments, of `LINE_PIECE`."""
+    pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
     for name in ("length", "weight", "stiffness", "hung"):
         pieces[name] = getattr(line, name)
     return pieces
 
 
-def _ground(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:
+def _anchor_and_bed(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:
     """The anchor, exactly on the seabed if it is close to it, and the height of the seabed."""
     if line.friction is None:
         return line.anchor, -inf
@@ -220,8 +236,9 @@ def _ground(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...
 
 
 @kernel
-def find_ends(line, bodies, motion):
-    """Place of a line, as a `Ends`. Where one end is above the other, it has no direction."""
+def end_kinematics(line, bodies, motion):
+    """Place of a line, as a `EndKinematics`. Where one end is above the other, it has no
+    direction."""
     p, arm = attachment(line.body, vector(line.point, 0), bodies, motion)
     v = point_velocity(line.body, arm, motion)
     a = vector(line.anchor, 0)
@@ -233,56 +250,58 @@ def find_ends(line, bodies, motion):
     d = sub(a, p)
     x = sqrt(d[0] * d[0] + d[1] * d[1])
     per = 1.0 / x if x > 0.0 else 0.0
-    return Ends(arm, anchor_arm, (d[0] * per, d[1] * per), x, -d[2], line.bed - a[2], a[2], v, w)
+    return EndKinematics(
+        arm, anchor_arm, (d[0] * per, d[1] * per), x, -d[2], line.bed - a[2], a[2], v, w
+    )
 
 
 @root_giving(float, float, float, float, float, float, bool, int)
-def find_pull(first, last, x, z, bed, friction, H, V, pieces):
-    """The entries of the `shape.Pull` of a line, with the guess H, V."""
+def pull_entries(first, last, x, z, bed, friction, H, V, pieces):
+    """The entries of the `shape.LinePull` of a line, with the guess H, V."""
     a = shape.solve(pieces, first, last, x, z, bed, friction, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
 @kernel
-def pull_of(i, s, H, V, pieces, p):
-    """The `shape.Pull` of line ``i`` over its `Ends` ``s``, with the guess H, V."""
+def solve_from_guess(i, s, H, V, pieces, p):
+    """The `shape.LinePull` of line ``i`` over its `EndKinematics` ``s``, with the guess H, V."""
     line = p.lines[i]
-    H, V, anchor_V, anchor_H, touch, dead, converged, reason = find_pull(
+    H, V, anchor_V, anchor_H, touch, dead, converged, reason = pull_entries(
         line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
     )
-    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
+    return shape.LinePull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
 
 @root_giving(float, float, float, float, float, float, bool, int)
-def find_known_pull(first, last, x, z, bed, friction, H, V, pieces):
-    """`find_pull` where H, V are the solution itself."""
-    a = shape.rebuild(pieces, first, last, x, z, bed, friction, H, V)
+def rebuild_pull_entries(first, last, x, z, bed, friction, H, V, pieces):
+    """`pull_entries` where H, V are the solution itself."""
+    a = shape.rebuild_pull(pieces, first, last, x, z, bed, friction, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
 @kernel
-def known_pull(line, s, H, V, pieces):
-    """The `shape.Pull` of a line whose solution over its `Ends` ``s`` is H, V."""
-    H, V, anchor_V, anchor_H, touch, dead, converged, reason = find_known_pull(
+def rebuild_pull(line, s, H, V, pieces):
+    """The `shape.LinePull` of a line whose solution over its `EndKinematics` ``s`` is H, V."""
+    H, V, anchor_V, anchor_H, touch, dead, converged, reason = rebuild_pull_entries(
         line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
     )
-    return shape.Pull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
+    return shape.LinePull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
 
 @kernel
-def pull_now(i, t, y, s, motion, p):
-    """The `shape.Pull` of line ``i``, and its pieces as they are now. A length that changes is
+def solve_line(i, t, y, s, motion, p):
+    """The `shape.LinePull` of line ``i``, and its pieces as they are now. A length that changes is
     written to the scratch ``motion.pieces``."""
     line = p.lines[i]
-    k = p.state + STATES * i
+    k = p.state + CATENARY_STATES * i
     pieces = p.pieces
-    if line.paying != STEADY:
+    if line.paying != NO_INDEX:
         pieces = motion.pieces
         pieces[line.first + line.paying].length = value(t, line.paid, p.signals)
     dx = s.x - y[k + 2]
     dz = s.z - y[k + 3]
-    if dx == 0.0 and dz == 0.0 and line.paying == STEADY:
-        pull = known_pull(line, s, y[k], y[k + 1], pieces)
+    if dx == 0.0 and dz == 0.0 and line.paying == NO_INDEX:
+        pull = rebuild_pull(line, s, y[k], y[k + 1], pieces)
         if pull.converged:
             return pull, pieces
     H = y[k] + y[k + 4] * dx + y[k + 5] * dz
@@ -291,7 +310,7 @@ def pull_now(i, t, y, s, motion, p):
     if not near:
         H = y[k]
         V = y[k + 1]
-    return pull_of(i, s, H, V, pieces, p), pieces
+    return solve_from_guess(i, s, H, V, pieces, p), pieces
 
 
 @root
@@ -300,19 +319,19 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     loses to ``rate``, in place."""
     for i in range(p.lines.size):
         line = p.lines[i]
-        for k in range(STATES):
-            dy[p.state + STATES * i + k] = 0.0
+        for k in range(CATENARY_STATES):
+            dy[p.state + CATENARY_STATES * i + k] = 0.0
         mode = modes[p.mode + i, MODE]
-        if mode == GONE:
+        if mode == INACTIVE:
             continue
-        s = find_ends(line, bodies, motion)
-        pull, pieces = pull_now(i, t, y, s, motion, p)
+        s = end_kinematics(line, bodies, motion)
+        pull, pieces = solve_line(i, t, y, s, motion, p)
         drag = find_drag(line, s, pull)
-        if mode == LOST:  # ends the run
+        if mode == UNDEFINED:  # ends the run
             drag = (nan, nan, nan)
         rate[line.row] -= dot(drag, s.v)
         add_ends(line, s, pull, drag, wrench, rate)
-        if line.potential and line.paying != STEADY:
+        if line.potential and line.paying != NO_INDEX:
             rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
                 t, line.paid, p.signals
             )
@@ -367,10 +386,10 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every line with a potential to its row of ``stored``."""
     for i in range(p.lines.size):
         line = p.lines[i]
-        if modes[p.mode + i, MODE] == GONE or not line.potential:
+        if modes[p.mode + i, MODE] == INACTIVE or not line.potential:
             continue
-        s = find_ends(line, bodies, motion)
-        pull, pieces = pull_now(i, t, y, s, motion, p)
+        s = end_kinematics(line, bodies, motion)
+        pull, pieces = solve_line(i, t, y, s, motion, p)
         a = line.first
         b = line.last
         U = rates.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
@@ -391,24 +410,24 @@ def total_weight(line, pieces):
 @root_giving(float)
 def tension_of(i, t, y, modes, motion, bodies, p):
     """Tension [N] at the fairlead of line ``i``, 0 where it is gone."""
-    if modes[p.mode + i, MODE] == GONE:
+    if modes[p.mode + i, MODE] == INACTIVE:
         return 0.0
-    pull, _ = pull_now(i, t, y, find_ends(p.lines[i], bodies, motion), motion, p)
+    pull, _ = solve_line(i, t, y, end_kinematics(p.lines[i], bodies, motion), motion, p)
     return sqrt(pull.H * pull.H + pull.V * pull.V)
 
 
 @root
-def observe(t, y, modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all lines to ``out``: tensions at the fairlead and the anchor,
-    horizontal pull at the fairlead, length on the seabed."""
+def write_outputs(t, y, modes, motion, bodies, p, out):
+    """Write rows of `CATENARY_OUTPUTS` of all lines to ``out``: tensions at the fairlead and the
+    anchor, horizontal pull at the fairlead, length on the seabed."""
     for i in range(p.lines.size):
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        for k in range(OBSERVED):
+        row = out[CATENARY_OUTPUTS * i : CATENARY_OUTPUTS * (i + 1)]
+        for k in range(CATENARY_OUTPUTS):
             row[k] = 0.0
-        if modes[p.mode + i, MODE] != GONE:
+        if modes[p.mode + i, MODE] != INACTIVE:
             line = p.lines[i]
-            pull, pieces = pull_now(i, t, y, find_ends(line, bodies, motion), motion, p)
-            row[TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
+            pull, pieces = solve_line(i, t, y, end_kinematics(line, bodies, motion), motion, p)
+            row[FAIRLEAD_TENSION] = sqrt(pull.H * pull.H + pull.V * pull.V)
             row[ANCHOR_TENSION] = sqrt(pull.anchor_H * pull.anchor_H + pull.anchor_V**2)
             row[HORIZONTAL] = pull.H
             row[GROUNDED] = full_length(line, pieces) - pull.touch
@@ -424,7 +443,7 @@ def full_length(line, pieces):
 
 
 @root
-def margins(t, y, modes, motion, bodies, p, watched, out):
+def find_margins(t, y, modes, motion, bodies, p, watched, out):
     """Margins of the ``watched`` lines into ``out`` (4 to a row of modes): the room in their
     profile; inf of the others."""
     for i in range(p.lines.size):
@@ -432,8 +451,8 @@ def margins(t, y, modes, motion, bodies, p, watched, out):
         row = p.mode + i
         fill_margins(row, inf, out)
         if watched[row] != 0 and modes[row, MODE] == ACTING:
-            s = find_ends(line, bodies, motion)
-            pull, pieces = pull_now(i, t, y, s, motion, p)
+            s = end_kinematics(line, bodies, motion)
+            pull, pieces = solve_line(i, t, y, s, motion, p)
             fill_margins(row, room_of(line, s, pull, modes[row, SEGMENT], pieces), out)
 
 
@@ -447,7 +466,7 @@ def fill_margins(row, room, out):
 
 
 @root
-def end_step(t, y, modes, motion, bodies, p, watched, out):
+def update_at_step_end(t, y, modes, motion, bodies, p, watched, out):
     """Look at all lines at the end of a step, whose state ``y`` has the solutions of its start.
 
     Solutions become guesses in ``y``. Kinks that are not sharp are passed. Lines that are nearly
@@ -458,26 +477,28 @@ def end_step(t, y, modes, motion, bodies, p, watched, out):
         watched[row] = 0
         fill_margins(row, inf, out)
         if modes[row, MODE] == ACTING:
-            end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out)
+            update_line_at_step_end(i, t, y, modes, motion, bodies, p, watched, out)
 
 
 @kernel
-def end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out):
-    """`end_step` for line ``i``."""
+def update_line_at_step_end(i, t, y, modes, motion, bodies, p, watched, out):
+    """`update_at_step_end` for line ``i``."""
     line = p.lines[i]
     row = p.mode + i
-    k = p.state + STATES * i
-    s = find_ends(line, bodies, motion)
-    pull, pieces = pull_now(i, t, y, s, motion, p)
-    if not pull.converged:  # `remember` reports it
+    k = p.state + CATENARY_STATES * i
+    s = end_kinematics(line, bodies, motion)
+    pull, pieces = solve_line(i, t, y, s, motion, p)
+    if not pull.converged:  # `store_step_solutions` reports it
         return
     slack_before = is_nearly_slack(line, y[k], modes[row, SEGMENT], pieces)
     stiffness = stiffness_of(line, s, pull, pieces)
-    number = number_of(line, s, pull, pieces)
+    number = profile_of(line, s, pull, pieces)
     sharp = number != modes[row, SEGMENT] and (
-        slack_before or line.paying != STEADY or is_sharp(y[k : k + STATES], s, pull, stiffness)
+        slack_before
+        or line.paying != NO_INDEX
+        or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
     )
-    keep_solution(y[k : k + STATES], s, pull, stiffness)
+    write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness)
     if not sharp:
         modes[row, SEGMENT] = number
     slack = is_nearly_slack(line, pull.H, number, pieces)
@@ -490,27 +511,27 @@ def end_step_of_line(i, t, y, modes, motion, bodies, p, watched, out):
 def is_nearly_slack(line, H, number, pieces):
     """True if a line with H in the profile ``number`` may become slack, or tight, soon."""
     weight = abs(total_weight(line, pieces))
-    return number & profile.SLACK != 0 or NEARLY_SLACK * weight > H
+    return number & profile.SLACK_CODE != 0 or NEARLY_SLACK * weight > H
 
 
 @kernel
 def is_sharp(known, s, pull, stiffness):
     """True if the pull changes otherwise over a step than by the mean of the stiffnesses at its
-    ends, by `SHARP` or more. ``known`` are the states of `GUESS` at its start."""
+    ends, by `SHARP_KINK` or more. ``known`` are the states of `GUESS` at its start."""
     dx = 0.5 * (s.x - known[2])
     dz = 0.5 * (s.z - known[3])
     Hx, Hz, Vx, Vz = stiffness
     off_H = pull.H - known[0] - (known[4] + Hx) * dx - (known[5] + Hz) * dz
     off_V = pull.V - known[1] - (known[6] + Vx) * dx - (known[7] + Vz) * dz
     tension2 = pull.H * pull.H + pull.V * pull.V
-    return off_H * off_H + off_V * off_V > SHARP * SHARP * tension2
+    return off_H * off_H + off_V * off_V > SHARP_KINK * SHARP_KINK * tension2
 
 
 @root_giving(float)
 def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
-    """`profile.room` of a line."""
-    pull = shape.Pull(H, V, anchor_V, H, touch, dead, True, 0)
-    return profile.room(pieces, first, last, x, z, bed, friction, pull, number)
+    """`profile.kink_room` of a line."""
+    pull = shape.LinePull(H, V, anchor_V, H, touch, dead, True, 0)
+    return profile.kink_room(pieces, first, last, x, z, bed, friction, pull, number)
 
 
 @kernel
@@ -530,37 +551,38 @@ def room_of(line, s, pull, number, pieces):
 @root_giving(float, float, float, float)
 def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, pieces):
     """`rates.stiffness` of a line."""
-    pull = shape.Pull(H, V, anchor_V, H, touch, 0.0, True, 0)
+    pull = shape.LinePull(H, V, anchor_V, H, touch, 0.0, True, 0)
     return rates.stiffness(pieces, first, last, x, z, bed, friction, pull)
 
 
 @root
-def switch(i, t, y, modes, motion, bodies, p):
+def transition(i, t, y, modes, motion, bodies, p):
     """Switch line ``i`` to its next profile: that of the line a moment later, because an event is
-    located a little before its kink. `AHEAD` doubles until the profile is another one."""
+    located a little before its kink. `FIRST_LOOK_AHEAD_S` doubles until the profile is another
+    one."""
     line = p.lines[i]
     mode = modes[p.mode + i]
-    s = find_ends(line, bodies, motion)
+    s = end_kinematics(line, bodies, motion)
     rate = (s.w[0] - s.v[0]) * s.e[0] + (s.w[1] - s.v[1]) * s.e[1]
-    ahead = AHEAD
-    while ahead < FARTHEST:
+    ahead = FIRST_LOOK_AHEAD_S
+    while ahead < LAST_LOOK_AHEAD_S:
         x = abs(s.x + ahead * rate)
         z = s.z + ahead * (s.v[2] - s.w[2])
         bed = s.bed - ahead * s.w[2]
-        later = Ends(s.arm, s.anchor_arm, s.e, x, z, bed, s.anchor, s.v, s.w)
-        pull, pieces = pull_now(i, t + ahead, y, later, motion, p)
-        number = number_of(line, later, pull, pieces)
+        later = EndKinematics(s.arm, s.anchor_arm, s.e, x, z, bed, s.anchor, s.v, s.w)
+        pull, pieces = solve_line(i, t + ahead, y, later, motion, p)
+        number = profile_of(line, later, pull, pieces)
         if pull.converged and number != mode[SEGMENT]:
             mode[SEGMENT] = number
             return
         ahead *= 2.0
-    pull, pieces = pull_now(i, t, y, s, motion, p)
+    pull, pieces = solve_line(i, t, y, s, motion, p)
     if not pull.converged:
-        accept(i, y, modes, s, pull, pieces, p)
+        store_solution(i, y, modes, s, pull, pieces, p)
 
 
 @kernel
-def number_of(line, s, pull, pieces):
+def profile_of(line, s, pull, pieces):
     """Number of the profile of a line."""
     a = line.first
     b = line.last
@@ -568,37 +590,37 @@ def number_of(line, s, pull, pieces):
 
 
 @root
-def settle(t, y, modes, motion, bodies, p):
+def set_initial_modes(t, y, modes, motion, bodies, p):
     """Modes and first guesses of all lines for a start."""
     for i in range(p.lines.size):
-        settle_line(i, t, y, modes, motion, bodies, p)
+        set_initial_mode(i, t, y, modes, motion, bodies, p)
 
 
 @kernel
-def settle_line(i, t, y, modes, motion, bodies, p):
+def set_initial_mode(i, t, y, modes, motion, bodies, p):
     """Mode and guess of line ``i`` when it becomes active."""
     line = p.lines[i]
-    k = p.state + STATES * i
-    clear(y[k : k + STATES])
+    k = p.state + CATENARY_STATES * i
+    clear(y[k : k + CATENARY_STATES])
     y[k] = -1.0  # no guess
-    s = find_ends(line, bodies, motion)
-    pull, pieces = pull_now(i, t, y, s, motion, p)
-    accept(i, y, modes, s, pull, pieces, p)
-    modes[p.mode + i, SEGMENT] = number_of(line, s, pull, pieces)
+    s = end_kinematics(line, bodies, motion)
+    pull, pieces = solve_line(i, t, y, s, motion, p)
+    store_solution(i, y, modes, s, pull, pieces, p)
+    modes[p.mode + i, SEGMENT] = profile_of(line, s, pull, pieces)
 
 
 @kernel
-def accept(i, y, modes, s, pull, pieces, p):
+def store_solution(i, y, modes, s, pull, pieces, p):
     """Keep a solution, and its stiffness, for the next guesses; a line without one is lost."""
-    k = p.state + STATES * i
+    k = p.state + CATENARY_STATES * i
     line = p.lines[i]
-    keep_solution(y[k : k + STATES], s, pull, stiffness_of(line, s, pull, pieces))
-    modes[p.mode + i, MODE] = ACTING if pull.converged else LOST
+    write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness_of(line, s, pull, pieces))
+    modes[p.mode + i, MODE] = ACTING if pull.converged else UNDEFINED
     modes[p.mode + i, RISING] = pull.reason
 
 
 @kernel
-def keep_solution(known, s, pull, stiffness):
+def write_guess(known, s, pull, stiffness):
     """Write a solution and its stiffness to the states ``known`` of `GUESS`."""
     known[0] = pull.H
     known[1] = pull.V
@@ -622,23 +644,23 @@ def stiffness_of(line, s, pull, pieces):
 @kernel
 def deactivate(i, modes, p):
     """Deactivate line ``i``."""
-    modes[p.mode + i, MODE] = GONE
+    modes[p.mode + i, MODE] = INACTIVE
 
 
 @root
-def remember(t, y, modes, motion, bodies, p, watched):
-    """Keep the solutions of an accepted step as the next guesses, where `end_step` has not: if the
-    step was cut since then, if lengths change or if there is no solution. Lines that are not
-    ``watched`` may not have reached their kink yet."""
+def store_step_solutions(t, y, modes, motion, bodies, p, watched):
+    """Keep the solutions of an accepted step as the next guesses, where `update_at_step_end` has
+    not: if the step was cut since then, if lengths change or if there is no solution. Lines that
+    are not ``watched`` may not have reached their kink yet."""
     for i in range(p.lines.size):
         row = p.mode + i
         if modes[row, MODE] == ACTING:
             line = p.lines[i]
-            k = p.state + STATES * i
-            s = find_ends(line, bodies, motion)
-            if s.x == y[k + 2] and s.z == y[k + 3] and line.paying == STEADY:
+            k = p.state + CATENARY_STATES * i
+            s = end_kinematics(line, bodies, motion)
+            if s.x == y[k + 2] and s.z == y[k + 3] and line.paying == NO_INDEX:
                 continue
-            pull, pieces = pull_now(i, t, y, s, motion, p)
-            accept(i, y, modes, s, pull, pieces, p)
+            pull, pieces = solve_line(i, t, y, s, motion, p)
+            store_solution(i, y, modes, s, pull, pieces, p)
             if pull.converged and watched[row] == 0:
-                modes[row, SEGMENT] = number_of(line, s, pull, pieces)
+                modes[row, SEGMENT] = profile_of(line, s, pull, pieces)

@@ -29,22 +29,28 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, Variable, capacity_of, elements_of
+from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import Tie, line_between, pull_together
-from hydrosim.forces.postures import PRESSED, PosingKind, Posture, rest_at_first, with_one
+from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
+from hydrosim.forces.postures import (
+    LINEARISATION_DEPTH,
+    KindWithModeSets,
+    ModeSet,
+    rest_at_first,
+    with_mode_of_unit,
+)
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement, Scene
 
-PULLING, CUT, GONE = range(3)
-SLACK, LOWER, GAS, UPPER = range(4)
-TENSION, STROKE, OBSERVED = range(3)  # see `observe`
+PULLING, TENSION_CUT, CYLINDER_INACTIVE = range(3)
+SLACK_PIECE, LOWER, GAS, UPPER = range(4)
+CYLINDER_TENSION, STROKE, COMPENSATOR_OUTPUTS = range(3)  # see `write_outputs`
 
 
 @dataclass(frozen=True)
-class Compensator(Tie):
+class Compensator(TwoPointElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
     ``tension`` [N] at the ``length`` [m] in the middle of the ``stroke`` [m]; the ``gas_length``
     [m] there, the ``exponent``, the ``stiffness`` [N/m] on the stops, the ``damping`` [N s/m]."""
@@ -73,7 +79,7 @@ CYLINDER = np.dtype(
 """Constants of a compensator: its ends, L; T0, h, n; S/2, k, c; f at both ends of the stroke."""
 
 
-class Params(NamedTuple):
+class CompensatorConstants(NamedTuple):
     """The compensators ``each`` (n,) of `CYLINDER`, and the first of their rows of modes: pulling
     or cut, and the segment."""
 
@@ -81,7 +87,7 @@ class Params(NamedTuple):
     mode: int
 
 
-class Reach(NamedTuple):
+class CylinderKinematics(NamedTuple):
     """State of one compensator: lever arms of both ends, the direction, x and its rate."""
 
     arm: tuple[float, float, float]
@@ -91,7 +97,7 @@ class Reach(NamedTuple):
     rate: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> CompensatorConstants:
     """Constants of the compensators among ``elements``, in their order."""
     rows = []
     for name, e in elements.items():
@@ -103,60 +109,63 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             high = e.tension * (e.gas_length / (e.gas_length - half)) ** e.exponent
             gas = (e.tension, e.gas_length, e.exponent)
             rows.append((*ends, *gas, half, e.stiffness, e.damping, low, high))
-    return Params(np.array(rows, dtype=CYLINDER), 0)
+    return CompensatorConstants(np.array(rows, dtype=CYLINDER), 0)
 
 
 @kernel
-def reach(one, bodies, motion):
-    """State of a compensator, as a `Reach`."""
-    point = vector(one.point, 0)
-    anchor = vector(one.anchor, 0)
-    s = line_between(one.body, point, one.anchor_body, anchor, bodies, motion)
-    return Reach(s.arm, s.other_arm, s.direction, s.length - one.length, s.rate)
+def kinematics(cylinder, bodies, motion):
+    """State of a compensator, as a `CylinderKinematics`."""
+    point = vector(cylinder.point, 0)
+    anchor = vector(cylinder.anchor, 0)
+    s = line_between(cylinder.body, point, cylinder.anchor_body, anchor, bodies, motion)
+    return CylinderKinematics(s.arm, s.other_arm, s.direction, s.length - cylinder.length, s.rate)
 
 
 @kernel
-def elastic(one, segment, x):
+def static_tension(cylinder, segment, x):
     """f(x) on a segment."""
     if segment == GAS:
-        return one.tension * (one.gas / (one.gas - x)) ** one.exponent
+        return cylinder.tension * (cylinder.gas / (cylinder.gas - x)) ** cylinder.exponent
     if segment == UPPER:
-        return one.high + one.stiffness * (x - one.half)
+        return cylinder.high + cylinder.stiffness * (x - cylinder.half)
     if segment == LOWER:
-        return one.low + one.stiffness * (x + one.half)
+        return cylinder.low + cylinder.stiffness * (x + cylinder.half)
     return 0.0
 
 
 @kernel
-def stored_energy(one, segment, x):
+def stored_energy(cylinder, segment, x):
     """Integral of f from the middle of the stroke to x."""
     if segment == GAS:
-        return _gas_energy(one, x)
+        return _gas_energy(cylinder, x)
     if segment == UPPER:
-        d = x - one.half
-        return _gas_energy(one, one.half) + (one.high + 0.5 * one.stiffness * d) * d
-    d = -one.low / one.stiffness  # where it becomes slack
+        d = x - cylinder.half
+        return (
+            _gas_energy(cylinder, cylinder.half)
+            + (cylinder.high + 0.5 * cylinder.stiffness * d) * d
+        )
+    d = -cylinder.low / cylinder.stiffness  # where it becomes slack
     if segment == LOWER:
-        d = x + one.half
-    return _gas_energy(one, -one.half) + (one.low + 0.5 * one.stiffness * d) * d
+        d = x + cylinder.half
+    return _gas_energy(cylinder, -cylinder.half) + (cylinder.low + 0.5 * cylinder.stiffness * d) * d
 
 
 @kernel
-def _gas_energy(one, x):
-    h = one.gas
-    n = one.exponent
+def _gas_energy(cylinder, x):
+    h = cylinder.gas
+    n = cylinder.exponent
     if n == 1.0:
-        return one.tension * h * log(h / (h - x))
-    return one.tension * h / (n - 1.0) * ((h / (h - x)) ** (n - 1.0) - 1.0)
+        return cylinder.tension * h * log(h / (h - x))
+    return cylinder.tension * h / (n - 1.0) * ((h / (h - x)) ** (n - 1.0) - 1.0)
 
 
 @kernel
-def pull(one, mode, r):
+def cylinder_tension(cylinder, mode, r):
     """T and f of a compensator."""
-    f = elastic(one, mode[SEGMENT], r.x)
-    if mode[MODE] != PULLING or mode[SEGMENT] == SLACK:
+    f = static_tension(cylinder, mode[SEGMENT], r.x)
+    if mode[MODE] != PULLING or mode[SEGMENT] == SLACK_PIECE:
         return 0.0, f
-    return f + one.damping * r.rate, f
+    return f + cylinder.damping * r.rate, f
 
 
 @root
@@ -164,101 +173,103 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Add the force [N, N m] of every compensator to its row of ``wrench``, and the power [W] that
     it dissipates to ``rate``, in place."""
     for i in range(p.each.size):
-        one = p.each[i]
+        cylinder = p.each[i]
         mode = modes[p.mode + i]
-        if mode[MODE] == GONE:
+        if mode[MODE] == CYLINDER_INACTIVE:
             continue
-        r = reach(one, bodies, motion)
-        T, f = pull(one, mode, r)
-        rate[one.row] += (T - f) * r.rate
-        pull_together(one, r, T, wrench[one.row])
+        r = kinematics(cylinder, bodies, motion)
+        T, f = cylinder_tension(cylinder, mode, r)
+        rate[cylinder.row] += (T - f) * r.rate
+        apply_tension(cylinder, r, T, wrench[cylinder.row])
 
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every compensator to its row of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
+        cylinder = p.each[i]
         mode = modes[p.mode + i]
-        if mode[MODE] != GONE:
-            x = reach(one, bodies, motion).x
-            stored[one.row] += stored_energy(one, mode[SEGMENT], x)
+        if mode[MODE] != CYLINDER_INACTIVE:
+            x = kinematics(cylinder, bodies, motion).x
+            stored[cylinder.row] += stored_energy(cylinder, mode[SEGMENT], x)
 
 
 @root
-def observe(modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all compensators to ``out``: T and x."""
+def write_outputs(modes, motion, bodies, p, out):
+    """Write rows of `COMPENSATOR_OUTPUTS` of all compensators to ``out``: T and x."""
     for i in range(p.each.size):
-        r = reach(p.each[i], bodies, motion)
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[TENSION], _ = pull(p.each[i], modes[p.mode + i], r)
+        r = kinematics(p.each[i], bodies, motion)
+        row = out[COMPENSATOR_OUTPUTS * i : COMPENSATOR_OUTPUTS * (i + 1)]
+        row[CYLINDER_TENSION], _ = cylinder_tension(p.each[i], modes[p.mode + i], r)
         row[STROKE] = r.x
 
 
 @kernel
-def _lower_end(one, segment):
+def _lower_end(cylinder, segment):
     """x where a segment begins."""
     if segment == UPPER:
-        return one.half
-    return -one.half if segment == GAS else -one.half - one.low / one.stiffness
+        return cylinder.half
+    return -cylinder.half if segment == GAS else -cylinder.half - cylinder.low / cylinder.stiffness
 
 
 @kernel
-def _upper_end(one, segment):
+def _upper_end(cylinder, segment):
     """x where a segment ends."""
     if segment == GAS:
-        return one.half
-    return -one.half if segment == LOWER else -one.half - one.low / one.stiffness
+        return cylinder.half
+    return (
+        -cylinder.half if segment == LOWER else -cylinder.half - cylinder.low / cylinder.stiffness
+    )
 
 
 @root
-def margins(modes, motion, bodies, p, out):
+def find_margins(modes, motion, bodies, p, out):
     """Margins of all compensators into ``out`` (4 to a row of modes): T, or its opposite where it
     is cut; the way to the nearer end of the segment."""
     for i in range(p.each.size):
-        one = p.each[i]
+        cylinder = p.each[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
         for k in range(MARGINS):
             out[m + k] = 1.0
-        if mode[MODE] == GONE:
+        if mode[MODE] == CYLINDER_INACTIVE:
             continue
-        r = reach(one, bodies, motion)
+        r = kinematics(cylinder, bodies, motion)
         segment = mode[SEGMENT]
-        if segment == SLACK:
-            out[m + SEGMENT_MARGIN] = _upper_end(one, segment) - r.x
+        if segment == SLACK_PIECE:
+            out[m + SEGMENT_MARGIN] = _upper_end(cylinder, segment) - r.x
         elif segment == UPPER:
-            out[m + SEGMENT_MARGIN] = r.x - one.half
+            out[m + SEGMENT_MARGIN] = r.x - cylinder.half
         else:
-            room = min(r.x - _lower_end(one, segment), _upper_end(one, segment) - r.x)
+            room = min(r.x - _lower_end(cylinder, segment), _upper_end(cylinder, segment) - r.x)
             out[m + SEGMENT_MARGIN] = room
-        if one.damping > 0.0 and segment != SLACK:
-            T = elastic(one, segment, r.x) + one.damping * r.rate
+        if cylinder.damping > 0.0 and segment != SLACK_PIECE:
+            T = static_tension(cylinder, segment, r.x) + cylinder.damping * r.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == PULLING else -T
 
 
 @root
-def switch(i, which, modes, motion, bodies, p):
+def transition(i, which, modes, motion, bodies, p):
     """Switch compensator ``i`` to its next mode, after margin ``which`` has reached zero."""
-    one = p.each[i]
+    cylinder = p.each[i]
     mode = modes[p.mode + i]
     if which == CONTACT_MARGIN:
-        mode[MODE] = CUT if mode[MODE] == PULLING else PULLING
+        mode[MODE] = TENSION_CUT if mode[MODE] == PULLING else PULLING
         return
     segment = mode[SEGMENT]
-    r = reach(one, bodies, motion)
-    if segment == SLACK:
+    r = kinematics(cylinder, bodies, motion)
+    if segment == SLACK_PIECE:
         mode[SEGMENT] = LOWER
         mode[MODE] = PULLING
     elif segment == UPPER:
         mode[SEGMENT] = GAS
     else:
-        up = _upper_end(one, segment) - r.x < r.x - _lower_end(one, segment)
+        up = _upper_end(cylinder, segment) - r.x < r.x - _lower_end(cylinder, segment)
         mode[SEGMENT] = segment + 1 if up else segment - 1
 
 
 @root
-def settle(modes, motion, bodies, p):
+def set_initial_modes(modes, motion, bodies, p):
     """Modes of all compensators for a start."""
     for i in range(p.each.size):
         activate(i, modes, motion, bodies, p)
@@ -267,26 +278,26 @@ def settle(modes, motion, bodies, p):
 @kernel
 def activate(i, modes, motion, bodies, p):
     """Mode of compensator ``i`` when it becomes active."""
-    one = p.each[i]
+    cylinder = p.each[i]
     mode = modes[p.mode + i]
-    r = reach(one, bodies, motion)
-    segment = SLACK
-    while segment < UPPER and r.x >= _upper_end(one, segment):
+    r = kinematics(cylinder, bodies, motion)
+    segment = SLACK_PIECE
+    while segment < UPPER and r.x >= _upper_end(cylinder, segment):
         segment += 1
     mode[SEGMENT] = segment
     mode[MODE] = PULLING
-    if elastic(one, segment, r.x) + one.damping * r.rate < 0.0:
-        mode[MODE] = CUT
+    if static_tension(cylinder, segment, r.x) + cylinder.damping * r.rate < 0.0:
+        mode[MODE] = TENSION_CUT
 
 
 @kernel
 def deactivate(i, modes, p):
     """Deactivate compensator ``i``."""
-    modes[p.mode + i, MODE] = GONE
-    modes[p.mode + i, SEGMENT] = SLACK
+    modes[p.mode + i, MODE] = CYLINDER_INACTIVE
+    modes[p.mode + i, SEGMENT] = SLACK_PIECE
 
 
-class _Kind(PosingKind):
+class CompensatorKind(KindWithModeSets):
     unit = "compensator"
     variables: ClassVar = {
         "compensator_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -297,61 +308,67 @@ class _Kind(PosingKind):
         "compensator_segment": Variable("slack, lower stop, gas, upper stop", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: CompensatorConstants) -> ModeRows:
         count = p.each.size
-        return Modes(
+        return ModeRows(
             count,
             first=np.zeros(count, dtype=int),
             last=np.full(count, UPPER),
             steepest=p.each["stiffness"],
         )
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: CompensatorConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
         return [
-            Posture("compensators in their stroke", _posture(p, GAS)),
-            Posture("compensators on their stops", _posture(p, UPPER)),
+            ModeSet("compensators in their stroke", _modes_on_segment(p, GAS)),
+            ModeSet("compensators on their stops", _modes_on_segment(p, UPPER)),
         ]
 
-    def alone(self, p: Params, names: Sequence[str], which: Sequence[int]) -> Iterator[Posture]:
+    def one_unit_active(
+        self, p: CompensatorConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[ModeSet]:
         for i in which if p.each.size > 1 else ():
-            one = with_one(_posture(p, GAS), _posture(p, UPPER), i)
-            yield Posture(f"{names[i]} alone on its stop", one)
+            cylinder = with_mode_of_unit(_modes_on_segment(p, GAS), _modes_on_segment(p, UPPER), i)
+            yield ModeSet(f"{names[i]} alone on its stop", cylinder)
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: CompensatorConstants) -> Sequence[Hashable]:
         """No two compensators are alike: each pulls in a direction of its own."""
         return range(p.each.size)
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: CompensatorConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
-        return np.reshape([reach(one, bodies, motion).rate for one in p.each], (-1, 1))
+        return np.reshape(
+            [kinematics(cylinder, bodies, motion).rate for cylinder in p.each], (-1, 1)
+        )
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def moved_onto_segment(
+        self, p: CompensatorConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> CompensatorConstants:
         """Constants in which each is at the end of its stroke, where the gas is stiffest, or on its
         stop."""
         each = p.each.copy()
-        for one, (_, segment, _) in zip(each, modes, strict=True):
-            x = one["half"] + (PRESSED if segment == UPPER else 0.0)
-            one["length"] += reach(one, bodies, motion).x - x
+        for cylinder, (_, segment, _) in zip(each, modes, strict=True):
+            x = cylinder["half"] + (LINEARISATION_DEPTH if segment == UPPER else 0.0)
+            cylinder["length"] += kinematics(cylinder, bodies, motion).x - x
         return p._replace(each=each)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         own = elements_of(scene, Compensator)
         return super().coordinates(scene) | capacity_of(self.unit, own)
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: CompensatorConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", self.unit)
         return {
-            "compensator_tension": (each, kept.observed[:, :, TENSION]),
+            "compensator_tension": (each, kept.observed[:, :, CYLINDER_TENSION]),
             "compensator_stroke": (each, kept.observed[:, :, STROKE]),
             "compensator_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
         }
 
 
-def _posture(p: Params, segment: int) -> np.ndarray:
+def _modes_on_segment(p: CompensatorConstants, segment: int) -> np.ndarray:
     """Modes with all compensators on one segment."""
     return rest_at_first(np.full(p.each.size, segment), PULLING)
 
 
-KIND = _Kind("compensators", (Compensator,), compile_elements)
+COMPENSATOR_KIND = CompensatorKind("compensators", (Compensator,), compile_elements)

@@ -20,14 +20,14 @@ import numpy as np
 from hydrosim.jit.kernels import kernel
 
 FACTORS = 3
-STATES = 2 * FACTORS
+DELAY_STATES = 2 * FACTORS
 
 
-def factors(tau: float) -> np.ndarray:
+def delay_factors(tau: float) -> np.ndarray:
     """a [1/s] and b [1/s^2] (3, 2) of a delay ``tau`` [s]; zeros if it is 0."""
     if tau == 0.0:
         return np.zeros((FACTORS, 2))
-    m = STATES
+    m = DELAY_STATES
     terms = [factorial(2 * m - j) / (factorial(j) * factorial(m - j)) for j in range(m + 1)]
     poles = np.roots(terms[::-1])
     upper = poles[poles.imag > 0.0]
@@ -44,7 +44,7 @@ def start_delay(u, each, y, k):
 
 
 @kernel
-def delayed(u, rate, each, y, k):
+def delayed_signal(u, rate, each, y, k):
     """The delayed value of ``u`` and its rate, from the states from ``k`` on in ``y``."""
     for i in range(FACTORS):
         a = each[i, 0]

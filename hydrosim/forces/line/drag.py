@@ -23,21 +23,21 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from hydrosim.forces.line.catenary import Params
+    from hydrosim.forces.line.catenary import CatenaryConstants
 
 PHASES = 4096  # of a regular motion with a current
-NODES = 40  # of Gauss and Hermite, in each direction, with a current
-PLACES = 4  # of Gauss and Legendre, on each segment
+QUADRATURE_NODES = 40  # of Gauss and Hermite, in each direction, with a current
+NODES_PER_SEGMENT = 4  # of Gauss and Legendre, on each segment
 
 
-class Linearised(NamedTuple):
+class LinearisedDrag(NamedTuple):
     """``damping`` c and ``drift`` m [N s/m] of a line."""
 
     damping: float
     drift: float
 
 
-class Places(NamedTuple):
+class DragPoints(NamedTuple):
     """Places (k,) along what hangs of a line: ``phi``, and the length [m] that each stands for."""
 
     phi: np.ndarray
@@ -45,20 +45,20 @@ class Places(NamedTuple):
     segment: np.ndarray
 
 
-def places_along(length: np.ndarray, touch: float) -> Places:
-    """`Places` of Gauss's quadrature on segments of ``length`` (n,) [m], of which ``touch`` [m]
+def drag_points(length: np.ndarray, touch: float) -> DragPoints:
+    """`DragPoints` of Gauss's quadrature on segments of ``length`` (n,) [m], of which ``touch`` [m]
     from the fairlead hangs; each with the number of its ``segment``."""
     ends = np.minimum(np.concatenate([[0.0], np.cumsum(length)]), touch)
-    nodes, weights = np.polynomial.legendre.leggauss(PLACES)
+    nodes, weights = np.polynomial.legendre.leggauss(NODES_PER_SEGMENT)
     half = 0.5 * np.diff(ends)
     middle = 0.5 * (ends[1:] + ends[:-1])
     arc = middle[:, None] + np.multiply.outer(half, nodes)
     each = np.multiply.outer(half, weights)
-    segment = np.repeat(np.arange(half.size), PLACES)
-    return Places(1.0 - arc.ravel() / touch, each.ravel(), segment)
+    segment = np.repeat(np.arange(half.size), NODES_PER_SEGMENT)
+    return DragPoints(1.0 - arc.ravel() / touch, each.ravel(), segment)
 
 
-def linearise_random(covariance: np.ndarray, current: np.ndarray) -> Linearised:
+def linearise_random(covariance: np.ndarray, current: np.ndarray) -> LinearisedDrag:
     """E|w|(w g)/E(g g) and E|w| w_u/u [m/s] for a Gaussian velocity g of a ``covariance`` (3, 3)
     and a ``current`` (3,) across the line."""
     values, axes = np.linalg.eigh(covariance)
@@ -66,11 +66,11 @@ def linearise_random(covariance: np.ndarray, current: np.ndarray) -> Linearised:
     u = axes[:, 1:].T @ current
     speed = float(np.linalg.norm(current))
     if not sigma.any():
-        return Linearised(2.0 * speed, speed)
+        return LinearisedDrag(2.0 * speed, speed)
     if speed == 0.0:
         square = 0.5 * float((sigma**2).sum())
-        return Linearised(1.5 * sqrt(pi / 2.0) * _mean_cube(sigma) / square, 0.0)
-    nodes, weights = np.polynomial.hermite_e.hermegauss(NODES)
+        return LinearisedDrag(1.5 * sqrt(pi / 2.0) * _mean_cube(sigma) / square, 0.0)
+    nodes, weights = np.polynomial.hermite_e.hermegauss(QUADRATURE_NODES)
     weights = weights / weights.sum()
     g = np.stack(np.meshgrid(*(s * nodes for s in sigma), indexing="ij"))
     share = np.multiply.outer(weights, weights)
@@ -78,7 +78,7 @@ def linearise_random(covariance: np.ndarray, current: np.ndarray) -> Linearised:
     size = np.sqrt((w**2).sum(axis=0))
     c = float((share * size * (w * g).sum(axis=0)).sum() / (sigma**2).sum())
     along = np.tensordot(u, w, axes=1) / float(u @ u)
-    return Linearised(c, float((share * size * along).sum()))
+    return LinearisedDrag(c, float((share * size * along).sum()))
 
 
 def _mean_cube(sigma: np.ndarray) -> float:
@@ -91,7 +91,7 @@ def _mean_cube(sigma: np.ndarray) -> float:
     return float(high**3 * (2.0 * (1.0 + p) * ellipe(1.0 - p) - rest) / 3.0 * 2.0 / pi)
 
 
-def linearise_regular(amplitude: float, current: np.ndarray) -> Linearised:
+def linearise_regular(amplitude: float, current: np.ndarray) -> LinearisedDrag:
     """The same for a harmonic velocity of an ``amplitude`` [m/s]; with a current, as if both were
     in one direction."""
     speed = float(np.linalg.norm(current))
@@ -99,14 +99,14 @@ def linearise_regular(amplitude: float, current: np.ndarray) -> Linearised:
     g = amplitude * np.sin(angle)
     w = speed + g
     if amplitude == 0.0:
-        return Linearised(2.0 * speed, speed)
+        return LinearisedDrag(2.0 * speed, speed)
     if speed == 0.0:
-        return Linearised(8.0 / (3.0 * pi) * amplitude, 0.0)
+        return LinearisedDrag(8.0 / (3.0 * pi) * amplitude, 0.0)
     c = float(np.mean(np.abs(w) * w * g) / np.mean(g * g))
-    return Linearised(c, float(np.mean(np.abs(w) * w)) / speed)
+    return LinearisedDrag(c, float(np.mean(np.abs(w) * w)) / speed)
 
 
-def with_drag_of(p: Params, other: Params) -> Params:
+def with_drag_of(p: CatenaryConstants, other: CatenaryConstants) -> CatenaryConstants:
     """Constants of the lines ``p`` with the linearised drag of the same lines in ``other``."""
     lines = p.lines.copy()
     for name in ("damping", "drift"):

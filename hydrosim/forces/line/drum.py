@@ -20,8 +20,8 @@ most v, until T is back at T0. Then it slows down at a to a stop.
 A drum ends at its shortest and its longest length off it: there s = 0. A compensating drum that
 cannot follow its target, because |s| is limited by v, moves at v until it has caught up.
 
-The law does not know the line. `Pull` has all that it needs: the tension T of a standing drum, its
-rate, and dT/dl0, dT/ds. All changes of mode are events.
+The law does not know the line. `DrumLoad` has all that it needs: the tension T of a standing drum,
+its rate, and dT/dl0, dT/ds. All changes of mode are events.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ import numpy as np
 from hydrosim.jit.kernels import kernel
 
 LENGTH_CONTROL, SPEED_CONTROL, TENSION_CONTROL, COMPENSATION = range(4)
-STUCK, SLIPPING_OUT, SLIPPING_IN, FAST_OUT, FAST_IN, EMPTY, FULL, DRIVEN = range(8)
-SPEEDING_OUT, SPEEDING_IN, BRAKING_OUT, BRAKING_IN, GONE = range(8, 13)
-NAMES = (
+STUCK, SLIPPING_OUT, SLIPPING_IN, FAST_OUT, FAST_IN, EMPTY, FULL, PRESCRIBED = range(8)
+SPEEDING_OUT, SPEEDING_IN, BRAKING_OUT, BRAKING_IN, DRUM_INACTIVE = range(8, 13)
+DRUM_MODES = (
     *("stuck", "slipping_out", "slipping_in", "fast_out", "fast_in", "empty", "full", "driven"),
     *("speeding_out", "speeding_in", "braking_out", "braking_in", "absent"),
 )
 ON_BOUND = 1e-6  # of the set tension: T this close to a bound is on it
 AT_REST = 1e-6  # of the largest speed: with damping a drum begins to slip at speed 0
-EDGE = 1e-11  # of the set tension or length: a mode that begins on its own edge lasts
+MODE_EDGE_RTOL = 1e-11  # of the set tension or length: a mode that begins on its own edge lasts
 AT_END = 1e-12  # of a length: l0 this close to an end of the drum is there
 
 DRUM = np.dtype(
@@ -56,7 +56,7 @@ DRUM = np.dtype(
 ends of l0, infinite if there is none."""
 
 
-class Pull(NamedTuple):
+class DrumLoad(NamedTuple):
     """A line at a standing drum: its tension ``still`` [N] and the ``rate`` of that [N/s]; its
     derivatives ``by_length`` dT/dl0 [N/m] and ``by_speed`` dT/ds [N s/m], 0 without damping."""
 
@@ -75,10 +75,10 @@ def hold_speed(bound, pull):
 
 
 @kernel
-def pay_out(drum, mode, own, demand, pull):
+def payout_speed(drum, mode, own, demand, pull):
     """Speed s of a drum in a ``mode``; ``own`` is its speed while it speeds up or brakes,
     ``demand`` the speed of its signal or target."""
-    if mode == DRIVEN:
+    if mode == PRESCRIBED:
         return demand
     if mode == SLIPPING_OUT:
         return hold_speed(drum.high, pull)
@@ -104,7 +104,7 @@ def tension_at(drum, mode, s, pull):
 
 
 @kernel
-def gather_speed(drum, mode):
+def drum_acceleration(drum, mode):
     """Acceleration of a drum that speeds up or brakes."""
     if mode in (SPEEDING_OUT, BRAKING_IN):
         return drum.acceleration
@@ -120,7 +120,7 @@ def friction_loss(drum, s):
 
 
 @kernel
-def _sense(mode):
+def _payout_sign(mode):
     """1 if a drum pays out in a mode, -1 if it heaves in, else 0."""
     if mode in (SLIPPING_OUT, FAST_OUT, SPEEDING_OUT, BRAKING_OUT):
         return 1.0
@@ -134,10 +134,10 @@ def law_margin(drum, mode, T, s, l0, target, demand):
     """Margin of the control: positive while the mode lasts."""
     T0 = drum.tension
     v = drum.fastest
-    way = _sense(mode)
+    way = _payout_sign(mode)
     if drum.control == TENSION_CONTROL:
         if mode == STUCK:
-            return min(T - drum.low, drum.high - T) + EDGE * T0
+            return min(T - drum.low, drum.high - T) + MODE_EDGE_RTOL * T0
         if mode == EMPTY:
             return T - drum.low
         if mode == FULL:
@@ -147,9 +147,12 @@ def law_margin(drum, mode, T, s, l0, target, demand):
         if mode in (SPEEDING_OUT, SPEEDING_IN):
             return min(way * (T - T0) / T0, 1.0 - way * s / v)
         if mode in (BRAKING_OUT, BRAKING_IN):
-            return min(way * s / v, way * (_bound(drum, way) - T) / T0)
+            return min(way * s / v, way * (_tension_bound(drum, way) - T) / T0)
         if mode in (FAST_OUT, FAST_IN):
-            return way * (T - (T0 if drum.acceleration > 0.0 else _bound(drum, way))) + EDGE * T0
+            return (
+                way * (T - (T0 if drum.acceleration > 0.0 else _tension_bound(drum, way)))
+                + MODE_EDGE_RTOL * T0
+            )
     if drum.control == SPEED_CONTROL:
         if mode == EMPTY:
             return demand
@@ -161,14 +164,14 @@ def law_margin(drum, mode, T, s, l0, target, demand):
         if mode == FULL:
             return drum.shortest - target
         if mode in (FAST_OUT, FAST_IN):
-            return way * (target - l0) + EDGE * l0
-        if mode == DRIVEN and v < inf:
+            return way * (target - l0) + MODE_EDGE_RTOL * l0
+        if mode == PRESCRIBED and v < inf:
             return v - abs(demand)
     return 1.0
 
 
 @kernel
-def _bound(drum, way):
+def _tension_bound(drum, way):
     """The bound of the tension beyond which a drum pays out, or heaves in."""
     return drum.high if way > 0.0 else drum.low
 
@@ -176,8 +179,8 @@ def _bound(drum, way):
 @kernel
 def end_margin(drum, mode, l0):
     """Way to the end of a drum that turns; 1 if there is none."""
-    way = _sense(mode)
-    if mode == DRIVEN and drum.control != LENGTH_CONTROL:
+    way = _payout_sign(mode)
+    if mode == PRESCRIBED and drum.control != LENGTH_CONTROL:
         margin = min(l0 - drum.shortest, drum.longest - l0)
     elif way > 0.0:
         margin = drum.longest - l0
@@ -189,7 +192,7 @@ def end_margin(drum, mode, l0):
 
 
 @kernel
-def begin_turning(drum, way, pull, taut, l0):
+def turning_mode(drum, way, pull, taut, l0):
     """Mode of a drum with tension control that begins to pay out (``way`` 1) or to heave in (-1),
     because the tension is on that bound or beyond."""
     out = way > 0.0
@@ -200,7 +203,7 @@ def begin_turning(drum, way, pull, taut, l0):
     if drum.acceleration > 0.0:
         return SPEEDING_OUT if out else SPEEDING_IN
     fast = FAST_OUT if out else FAST_IN
-    bound = _bound(drum, way)
+    bound = _tension_bound(drum, way)
     jumps = pull.by_speed < 0.0  # then the tension can be on the bound at once
     if not taut or (not jumps and way * (pull.still - bound) > ON_BOUND * drum.tension):
         return fast
@@ -213,20 +216,20 @@ def begin_turning(drum, way, pull, taut, l0):
 
 
 @kernel
-def settle_drum(drum, pull, taut, l0, target, demand):
+def initial_mode(drum, pull, taut, l0, target, demand):
     """Mode of a drum at a start."""
     if drum.control == TENSION_CONTROL:
         T = pull.still if taut else 0.0
         if drum.high < T:
-            return begin_turning(drum, 1.0, pull, taut, l0)
+            return turning_mode(drum, 1.0, pull, taut, l0)
         if drum.low > T:
-            return begin_turning(drum, -1.0, pull, taut, l0)
+            return turning_mode(drum, -1.0, pull, taut, l0)
         return STUCK
-    return follow(drum, l0, target, demand)
+    return following_mode(drum, l0, target, demand)
 
 
 @kernel
-def follow(drum, l0, target, demand):
+def following_mode(drum, l0, target, demand):
     """Mode of a drum that follows its signal or target, or would, were it not for its ends."""
     if drum.control == SPEED_CONTROL:
         if demand > 0.0 and l0 >= drum.longest * (1.0 - AT_END):
@@ -240,7 +243,7 @@ def follow(drum, l0, target, demand):
             return FULL
         if abs(demand) > drum.fastest:
             return FAST_OUT if demand > 0.0 else FAST_IN
-    return DRIVEN
+    return PRESCRIBED
 
 
 @kernel
@@ -248,18 +251,18 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
     """Mode of a drum after its law's margin has reached zero."""
     T0 = drum.tension
     v = drum.fastest
-    way = _sense(mode)
+    way = _payout_sign(mode)
     if drum.control != TENSION_CONTROL:
-        if drum.control == COMPENSATION and mode == DRIVEN:
+        if drum.control == COMPENSATION and mode == PRESCRIBED:
             return FAST_OUT if demand > 0.0 else FAST_IN
         if abs(demand) > v:
             return FAST_OUT if demand > 0.0 else FAST_IN
-        return DRIVEN
+        return PRESCRIBED
     if mode == STUCK:
         near = 1.0 if drum.high - T < T - drum.low else -1.0
-        return begin_turning(drum, near, pull, taut, l0)
+        return turning_mode(drum, near, pull, taut, l0)
     if mode in (EMPTY, FULL):
-        return begin_turning(drum, 1.0 if mode == FULL else -1.0, pull, taut, l0)
+        return turning_mode(drum, 1.0 if mode == FULL else -1.0, pull, taut, l0)
     if mode in (SLIPPING_OUT, SLIPPING_IN):
         if way * s < 0.5 * v:
             return STUCK
@@ -269,12 +272,12 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
             return FAST_OUT if way > 0.0 else FAST_IN
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
     if mode in (BRAKING_OUT, BRAKING_IN):
-        if way * (_bound(drum, way) - T) / T0 < way * s / v:
+        if way * (_tension_bound(drum, way) - T) / T0 < way * s / v:
             return SPEEDING_OUT if way > 0.0 else SPEEDING_IN
-        return settle_drum(drum, pull, taut, l0, target, demand)
+        return initial_mode(drum, pull, taut, l0, target, demand)
     if drum.acceleration > 0.0:
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
-    back = way * hold_speed(_bound(drum, way), pull)
+    back = way * hold_speed(_tension_bound(drum, way), pull)
     if back <= 0.0:
         return STUCK
     return SLIPPING_OUT if way > 0.0 else SLIPPING_IN
@@ -283,6 +286,6 @@ def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
 @kernel
 def stop_at_end(drum, mode, l0):
     """Mode of a drum that has reached an end."""
-    if mode == DRIVEN:
+    if mode == PRESCRIBED:
         return EMPTY if drum.longest - l0 < l0 - drum.shortest else FULL
-    return EMPTY if _sense(mode) > 0.0 else FULL
+    return EMPTY if _payout_sign(mode) > 0.0 else FULL

@@ -14,18 +14,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from hydrosim.forces.line.stretch import span
+from hydrosim.forces.line.stretch import stretch_span
 from hydrosim.jit.kernels import kernel
 
-PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
 """A segment, in order from the fairlead to the anchor: unstretched length [m]; weight in water per
 unstretched length [N/m], negative if it floats; EA [N]; the weight in water of what hangs at its
 lower end [N], negative for a buoy. What hangs at the last one is the anchor's."""
 
 
-class Touch(NamedTuple):
+class Touchdown(NamedTuple):
     """Where a line that hangs from one end comes to lie: in piece ``piece``, after ``part`` [m] of
     it, at the arc length ``arc`` [m] from that end. ``V`` [N] is what is left of V at the other
     end. The line ``hangs`` all along if that is not negative."""
@@ -37,9 +34,9 @@ class Touch(NamedTuple):
     hangs: bool
 
 
-class Reach(NamedTuple):
-    """Where a line leads, as a `hydrosim.forces.line.stretch.Span`, with the derivative ``xV`` of x
-    by V. ``soft`` [m/N] is the sum of l/EA of what hangs, ``arc`` [m] its length."""
+class LineReach(NamedTuple):
+    """Where a line leads, as a `hydrosim.forces.line.stretch.StretchSpan`, with the derivative
+    ``xV`` of x by V. ``soft`` [m/N] is the sum of l/EA of what hangs, ``arc`` [m] its length."""
 
     along: float
     across: float
@@ -52,15 +49,15 @@ class Reach(NamedTuple):
 
 
 @kernel
-def hung_after(pieces, i, step):
+def weight_after_piece(pieces, i, step):
     """Weight of what hangs behind piece i, on the way to the anchor (step 1) or back (-1)."""
     return pieces[i].hung if step > 0 else pieces[i - 1].hung
 
 
 @kernel
-def find_touch(pieces, start, stop, step, V):
-    """The `Touch` of a line with V at its end ``start``; ``stop`` lies beyond its other end."""
-    touch = Touch(start, 0.0, 0.0, V, False)
+def find_touchdown(pieces, start, stop, step, V):
+    """The `Touchdown` of a line with V at its end ``start``; ``stop`` lies beyond its other end."""
+    touch = Touchdown(start, 0.0, 0.0, V, False)
     arc = 0.0
     i = start
     while i != stop:
@@ -68,21 +65,21 @@ def find_touch(pieces, start, stop, step, V):
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
             part = V / piece.weight
-            touch = Touch(i, part, arc + part, 0.0, False)
+            touch = Touchdown(i, part, arc + part, 0.0, False)
         elif V > 0.0 or low > 0.0:
-            touch = Touch(i, piece.length, arc + piece.length, 0.0, False)
+            touch = Touchdown(i, piece.length, arc + piece.length, 0.0, False)
         arc += piece.length
         V = low
         i += step
         if i != stop:
-            V -= hung_after(pieces, i - step, step)
+            V -= weight_after_piece(pieces, i - step, step)
     hangs = V >= 0.0 and touch.arc >= arc
-    return Touch(touch.piece, touch.part, touch.arc, V, hangs)
+    return Touchdown(touch.piece, touch.part, touch.arc, V, hangs)
 
 
 @kernel
-def all_hanging(pieces, start, stop, step, V):
-    """The `Touch` of a line that hangs all along."""
+def hanging_touchdown(pieces, start, stop, step, V):
+    """The `Touchdown` of a line that hangs all along."""
     arc = 0.0
     i = start
     while i != stop:
@@ -90,20 +87,20 @@ def all_hanging(pieces, start, stop, step, V):
         arc += pieces[i].length
         i += step
         if i != stop:
-            V -= hung_after(pieces, i - step, step)
-    return Touch(stop - step, pieces[stop - step].length, arc, V, True)
+            V -= weight_after_piece(pieces, i - step, step)
+    return Touchdown(stop - step, pieces[stop - step].length, arc, V, True)
 
 
 @kernel
-def hang(pieces, start, step, H, V, touch, ex, ez):
-    """`Reach` of the part that hangs, from piece ``start`` to ``touch``."""
+def hanging_reach(pieces, start, step, H, V, touch, ex, ez):
+    """`LineReach` of the part that hangs, from piece ``start`` to ``touch``."""
     along = across = xH = zH = zV = soft = 0.0
     end = touch.piece + step
     i = start
     while i != end:
         piece = pieces[i]
         length = touch.part if i == touch.piece else piece.length
-        s = span(H, V, piece.weight, length, piece.stiffness, ex, ez)
+        s = stretch_span(H, V, piece.weight, length, piece.stiffness, ex, ez)
         along += s.along
         across += s.across
         xH += s.xH
@@ -112,13 +109,13 @@ def hang(pieces, start, step, H, V, touch, ex, ez):
         soft += length / piece.stiffness
         V -= piece.weight * length
         if i != touch.piece:
-            V -= hung_after(pieces, i, step)
+            V -= weight_after_piece(pieces, i, step)
         i += step
-    return Reach(along, across, xH, zH, zH, zV, soft, touch.arc)
+    return LineReach(along, across, xH, zH, zH, zV, soft, touch.arc)
 
 
 @kernel
-def lie(pieces, last, H, V, touch, friction):
+def lying_part(pieces, last, H, V, touch, friction):
     """Of the part that lies between ``touch`` and the anchor, with V there if the bed carried
     nothing: its length, its stretch, its elastic energy, the sum of l/EA of what is under tension,
     the tension at the anchor, and the length without tension."""
@@ -150,7 +147,7 @@ def lie(pieces, last, H, V, touch, friction):
 
 
 @kernel
-def at_touch(pieces, first, V, touch):
+def pull_at_touchdown(pieces, first, V, touch):
     """V behind ``touch``: what it would be there if the bed carried nothing."""
     for i in range(first, touch.piece):
         V -= pieces[i].weight * pieces[i].length + pieces[i].hung

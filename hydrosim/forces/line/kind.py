@@ -7,34 +7,40 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable, capacity_of, elements_of
+from hydrosim.forces.kind import (
+    Columns,
+    ModeRows,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+    capacity_of,
+    elements_of,
+)
 from hydrosim.forces.line import shape
 from hydrosim.forces.line.catenary import (
-    ACTING,
     ANCHOR_TENSION,
+    CATENARY_STATES,
+    FAIRLEAD_TENSION,
     GROUNDED,
     GUESS,
     HORIZONTAL,
-    LOST,
-    STATES,
-    TAUT,
-    TENSION,
+    TAUT_LINE,
     Catenary,
-    Params,
+    CatenaryConstants,
     compile_elements,
-    find_ends,
+    end_kinematics,
 )
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
-from hydrosim.modes import MODE, RISING
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
+from hydrosim.modes import ACTING, MODE, RISING, UNDEFINED
 from hydrosim.scene import Scene
 
 PROFILES = 1 << 30
 """More than any line has."""
-TIGHT = 0.999
+TAUT_SHARE = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
 
 
-class _Kind(PosingKind):
+class CatenaryKind(KindWithModeSets):
     unit = "line"
     variables: ClassVar = {
         "line_tension": Variable("tension at the fairlead", "N", "along the line"),
@@ -47,65 +53,72 @@ class _Kind(PosingKind):
         "line_segment": Variable("profile: where it touches down, slips and hangs", "1"),
     }
 
-    def modes(self, p: Params) -> Modes:
+    def modes(self, p: CatenaryConstants) -> ModeRows:
         size = p.lines.size
-        return Modes(size, first=np.zeros(size, int), last=np.full(size, PROFILES))
+        return ModeRows(size, first=np.zeros(size, int), last=np.full(size, PROFILES))
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
-        yield States("line", self.unit_names(scene), GUESS)
+    def states(self, p: CatenaryConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("line", self.unit_names(scene), GUESS)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: CatenaryConstants) -> Sequence[ModeSet]:
         """All as they hang, and all taut."""
         if not p.lines.size:
             return []
         first = np.zeros(p.lines.size)
         return [
-            Posture("", rest_at_first(first, ACTING)),
-            Posture("lines taut", rest_at_first(first, TAUT)),
+            ModeSet("", rest_at_first(first, ACTING)),
+            ModeSet("lines taut", rest_at_first(first, TAUT_LINE)),
         ]
 
-    def alike(self, p: Params) -> Sequence[Hashable]:
+    def equivalence_keys(self, p: CatenaryConstants) -> Sequence[Hashable]:
         """No two lines are alike: each pulls in a direction of its own."""
         return range(p.lines.size)
 
-    def rates(self, p: Params, bodies: Any, motion: Any) -> np.ndarray:
+    def rates(self, p: CatenaryConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
-        found = [_rate(find_ends(line, bodies, motion)) for line in p.lines]
+        found = [_distance_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
         return np.reshape(found, (-1, 1))
 
-    def pressed(self, p: Params, modes: np.ndarray, bodies: Any, motion: Any) -> Params:
+    def moved_onto_segment(
+        self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> CatenaryConstants:
         """Constants in which lines that are taut are a little shorter than the way between their
         ends."""
         pieces = p.pieces.copy()
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
-            if mode == TAUT:
-                s = find_ends(line, bodies, motion)
+            if mode == TAUT_LINE:
+                s = end_kinematics(line, bodies, motion)
                 own = pieces[line["first"] : line["last"]]
-                own["length"] *= TIGHT * np.hypot(s.x, s.z) / own["length"].sum()
+                own["length"] *= TAUT_SHARE * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
 
-    def lost(self, p: Params, modes: np.ndarray) -> Iterator[tuple[int, str]]:
-        for i in np.flatnonzero(modes[:, MODE] == LOST).tolist():
+    def undefined_units(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
+        for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, shape.REASONS[int(modes[i, RISING])]
 
-    def forget(self, p: Params, y: np.ndarray) -> None:
+    def clear_unused_states(self, p: CatenaryConstants, y: np.ndarray) -> None:
         """Guesses of an earlier run are valid."""
 
     def renew(
-        self, p: Params, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: CatenaryConstants,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known: np.ndarray,
     ) -> None:
         """Guesses of lines that the earlier run did not have."""
-        own = slice(p.state, p.state + STATES * p.lines.size)
+        own = slice(p.state, p.state + CATENARY_STATES * p.lines.size)
         y[own] = np.where(known[own], y[own], anew[own])
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Catenary))
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: CatenaryConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "line")
         found: Columns = {"line_mode": (each, kept.modes[:, :, MODE].astype(np.int8))}
         columns = {
-            "line_tension": TENSION,
+            "line_tension": FAIRLEAD_TENSION,
             "line_anchor_tension": ANCHOR_TENSION,
             "line_horizontal": HORIZONTAL,
             "line_grounded": GROUNDED,
@@ -118,11 +131,11 @@ class _Kind(PosingKind):
         return found
 
 
-def _rate(s: Any) -> float:
+def _distance_rate(s: Any) -> float:
     """Rate of the distance between the ends of a line."""
     apart = np.subtract(s.w, s.v)
     chord = np.array([s.x * s.e[0], s.x * s.e[1], -s.z])
     return float(chord @ apart / max(np.linalg.norm(chord), 1e-9))
 
 
-KIND = _Kind("catenaries", (Catenary,), compile_elements)
+CATENARY_KIND = CatenaryKind("catenaries", (Catenary,), compile_elements)

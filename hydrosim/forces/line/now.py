@@ -8,32 +8,37 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.forces.kind import Parts
-from hydrosim.forces.line.catenary import GONE, STATES, STEADY, Ends, find_ends, find_pull
-from hydrosim.forces.line.kind import KIND
-from hydrosim.forces.line.points import find_points
-from hydrosim.forces.line.shape import Pull
+from hydrosim.forces.kind import KindConstants
+from hydrosim.forces.line.catenary import (
+    CATENARY_STATES,
+    EndKinematics,
+    end_kinematics,
+    pull_entries,
+)
+from hydrosim.forces.line.kind import CATENARY_KIND
+from hydrosim.forces.line.points import line_points
+from hydrosim.forces.line.shape import LinePull
 from hydrosim.forces.signal import value
-from hydrosim.modes import MODE
+from hydrosim.modes import INACTIVE, MODE, NO_INDEX
 from hydrosim.scene import Scene
 
-POINTS = 41  # of a line in pictures
+LINE_POINTS = 41  # of a line in pictures
 
 
 @dataclass(frozen=True, eq=False)
-class LineNow:
+class LineShape:
     """A line ``name`` with its ``constants``, its ``pieces``, its ``ends`` and its ``pull``."""
 
     name: str
     constants: Any
     pieces: np.ndarray
-    ends: Ends
-    pull: Pull
+    ends: EndKinematics
+    pull: LinePull
 
     @property
     def length(self) -> float:
         """Unstretched length [m]."""
-        return float(self.own["length"].sum())
+        return float(self.line_pieces["length"].sum())
 
     @property
     def distance(self) -> float:
@@ -44,40 +49,46 @@ class LineNow:
     def strain(self) -> float:
         """Largest tension over the smallest EA."""
         ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
-        return float(max(np.hypot(*each) for each in ends) / self.own["stiffness"].min())
+        return float(max(np.hypot(*each) for each in ends) / self.line_pieces["stiffness"].min())
 
-    def places(self, count: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
+    def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
         point straight below or above the fairlead at the still water; tensions (count,) [N]."""
         line = self.constants
         e = self.ends
         ends = (e.x, e.z, e.bed, float(line["friction"]))
-        found, tension = find_points(
+        found, tension = line_points(
             self.pieces, int(line["first"]), int(line["last"]), *ends, self.pull, count
         )
         across, height = found.T
         return np.stack([across * e.e[0], across * e.e[1], height + e.anchor], axis=1), tension
 
     @property
-    def own(self) -> np.ndarray:
+    def line_pieces(self) -> np.ndarray:
         """Its pieces alone."""
         return self.pieces[self.constants["first"] : self.constants["last"]]
 
 
-def lines_now(
-    parts: Parts, scene: Scene, t: float, y: np.ndarray, modes: np.ndarray, bodies: Any, motion: Any
-) -> Iterator[LineNow]:
+def line_shapes(
+    parts: KindConstants,
+    scene: Scene,
+    t: float,
+    y: np.ndarray,
+    modes: np.ndarray,
+    bodies: Any,
+    motion: Any,
+) -> Iterator[LineShape]:
     """The lines that act at a state ``y`` with its ``modes``; ``motion`` must be filled."""
-    p = KIND.of(parts)
-    for i, name in enumerate(KIND.unit_names(scene)):
-        if modes[p.mode + i, MODE] != GONE:
+    p = CATENARY_KIND.constants_in(parts)
+    for i, name in enumerate(CATENARY_KIND.unit_names(scene)):
+        if modes[p.mode + i, MODE] != INACTIVE:
             line = p.lines[i]
-            ends = find_ends(line, bodies, motion)
+            ends = end_kinematics(line, bodies, motion)
             pieces = p.pieces.copy()
-            if line["paying"] != STEADY:
+            if line["paying"] != NO_INDEX:
                 paid = value(t, line["paid"], p.signals)
                 pieces["length"][line["first"] + line["paying"]] = paid
-            guess = y[p.state + STATES * i :][:2]
+            guess = y[p.state + CATENARY_STATES * i :][:2]
             own = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
-            pull = Pull(*find_pull(*own, float(line["friction"]), *guess, pieces))
-            yield LineNow(name, line, pieces, ends, pull)
+            pull = LinePull(*pull_entries(*own, float(line["friction"]), *guess, pieces))
+            yield LineShape(name, line, pieces, ends, pull)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.forces.line.hang import find_touch
+from hydrosim.forces.line.hang import find_touchdown
 from hydrosim.forces.line.rates import is_on_bed
-from hydrosim.forces.line.search import frame
-from hydrosim.forces.line.shape import Pull
+from hydrosim.forces.line.search import line_frame
+from hydrosim.forces.line.shape import LinePull
 
 
-def find_points(
+def line_points(
     pieces: np.ndarray,
     first: int,
     last: int,
@@ -18,18 +18,18 @@ def find_points(
     z: float,
     bed: float,
     friction: float,
-    pull: Pull,
+    pull: LinePull,
     n: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 2) [m] of a line with its ``pull``, from the fairlead to the anchor: horizontal
     distance from the fairlead, and height above the anchor; and the tension (n,) [N] there. They
     divide the unstretched length evenly. The slack of a line without pull is spread evenly."""
-    f = frame(pieces, first, last, x, z)
+    f = line_frame(pieces, first, last, x, z)
     own = pieces[first:last]
     ends = np.concatenate([[0.0], np.cumsum(own["length"])])
     lift = ends[-1]
     if pull.touch < lift and not is_on_bed(f, bed):
-        lift -= find_touch(pieces, last - 1, first - 1, -1, -pull.anchor_V).arc
+        lift -= find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V).arc
     s = np.linspace(0.0, ends[-1], n)
     cuts = np.unique(np.concatenate([s, ends, [pull.touch, lift, ends[-1] - pull.dead]]))
     cuts = cuts[(cuts >= 0.0) & (cuts <= ends[-1])]
@@ -66,7 +66,7 @@ def _pieces_of(ends: np.ndarray, cuts: np.ndarray) -> np.ndarray:
 
 
 def _vertical_pull(
-    own: np.ndarray, ends: np.ndarray, cuts: np.ndarray, pull: Pull, lift: float
+    own: np.ndarray, ends: np.ndarray, cuts: np.ndarray, pull: LinePull, lift: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """V at the upper and at the lower end of each interval between ``cuts``; where the line lies,
     what it would be if the bed carried nothing."""

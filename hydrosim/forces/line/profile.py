@@ -15,33 +15,33 @@ from __future__ import annotations
 
 from math import inf, isfinite, sqrt
 
-from hydrosim.forces.line.hang import find_touch, hung_after
+from hydrosim.forces.line.hang import find_touchdown, weight_after_piece
 from hydrosim.forces.line.rates import is_on_bed, is_slack
-from hydrosim.forces.line.search import balance, frame
-from hydrosim.forces.line.stretch import span
+from hydrosim.forces.line.search import balance_at_pull, line_frame
+from hydrosim.forces.line.stretch import stretch_span
 from hydrosim.jit.kernels import kernel, root_giving
 
 HANGS, LIES, RESTS = range(3)
-SLACK = 4
-DEAD = 8
-PLACE = 16
-PLACES = 256
-TIGHT = 0.02  # of the weight: a larger H is far from none
+SLACK_CODE = 4
+DEAD_CODE = 8
+PLACE_CODE = 16
+PLACE_CODES = 256
+MAX_SLACK_PULL = 0.02  # of the weight: a larger H is far from none
 
 
 @kernel
 def find_profile(pieces, first, last, x, z, bed, friction, pull):
     """Number of the smooth profile of a line with its ``pull``."""
-    f = frame(pieces, first, last, x, z)
-    slack = SLACK if is_slack(f, pull) else 0
+    f = line_frame(pieces, first, last, x, z)
+    slack = SLACK_CODE if is_slack(f, pull) else 0
     if pull.touch >= f.length:
         return HANGS + slack
-    touch = find_touch(pieces, first, last, 1, pull.V)
-    place = PLACE * place_of(pieces, first, touch, 1)
+    touch = find_touchdown(pieces, first, last, 1, pull.V)
+    place = PLACE_CODE * place_of(pieces, first, touch, 1)
     if is_on_bed(f, bed):
-        return LIES + slack + (DEAD if pull.dead > 0.0 else 0) + place
-    touch = find_touch(pieces, last - 1, first - 1, -1, -pull.anchor_V)
-    return RESTS + slack + place + PLACE * PLACES * place_of(pieces, first, touch, -1)
+        return LIES + slack + (DEAD_CODE if pull.dead > 0.0 else 0) + place
+    touch = find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V)
+    return RESTS + slack + place + PLACE_CODE * PLACE_CODES * place_of(pieces, first, touch, -1)
 
 
 @kernel
@@ -52,27 +52,27 @@ def place_of(pieces, first, touch, step):
 
 
 @kernel
-def room(pieces, first, last, x, z, bed, friction, pull, profile):
+def kink_room(pieces, first, last, x, z, bed, friction, pull, profile):
     """Least margin of a line to the kinks of a ``profile``, in parts of its length or weight.
     It is positive inside and falls through zero at a kink."""
-    f = frame(pieces, first, last, x, z)
+    f = line_frame(pieces, first, last, x, z)
     load = f.load if f.load > 0.0 else pieces[first].stiffness
-    kind = profile % SLACK
-    place = profile // PLACE % PLACES
+    kind = profile % SLACK_CODE
+    place = profile // PLACE_CODE % PLACE_CODES
     if kind == HANGS:
         return hanging_room(pieces, first, last, f, bed, pull, load)
     least = place_room(pieces, first, first, 1, pull.V, place) / load
     if kind == RESTS:
-        other = profile // (PLACE * PLACES)
+        other = profile // (PLACE_CODE * PLACE_CODES)
         least = min(least, place_room(pieces, first, last - 1, -1, -pull.anchor_V, other) / load)
         least = min(least, resting_room(pieces, first, last, f, bed, pull))
     elif friction > 0.0:
         left = pull.H / friction + pull.V - f.weight
-        least = min(least, (-left if profile & DEAD else left) / load)
+        least = min(least, (-left if profile & DEAD_CODE else left) / load)
     more = 1.0  # far from slack, whose room costs a search
-    if pull.H / load < TIGHT:
+    if pull.H / load < MAX_SLACK_PULL:
         more = slack_room(pieces, first, last, f, bed, kind == RESTS, pull)
-    return min(least, -more if profile & SLACK else more)
+    return min(least, -more if profile & SLACK_CODE else more)
 
 
 @kernel
@@ -91,7 +91,7 @@ def resting_room(pieces, first, last, f, bed, pull):
     the sag above the bed, in parts of the length."""
     if pull.touch < f.length:
         return (f.weight - pull.V + pull.anchor_V) / f.weight
-    low = lowest(pieces, first, last, f.z, max(pull.H, f.least), pull.V)
+    low = lowest_height(pieces, first, last, f.z, max(pull.H, f.least), pull.V)
     return (bed - low) / f.length
 
 
@@ -105,12 +105,12 @@ def place_room(pieces, first, start, step, V, place):
         piece = first + (place + 1) // 2
     i = start
     while i != piece:
-        V -= pieces[i].weight * pieces[i].length + hung_after(pieces, i, step)
+        V -= pieces[i].weight * pieces[i].length + weight_after_piece(pieces, i, step)
         i += step
     low = V - pieces[piece].weight * pieces[piece].length
     if place % 2 == 0:
         return min(V, -low)
-    return min(low, hung_after(pieces, piece, step) - low)
+    return min(low, weight_after_piece(pieces, piece, step) - low)
 
 
 @kernel
@@ -137,12 +137,12 @@ def hanging_down(piece, depth):
 def reach_of_slack(pieces, first, last, f, bed, rests, V):
     """The distance that a line reaches without pull, less x [m]."""
     lies = not rests
-    off, _, _, _ = balance(pieces, first, last, f, bed, lies, rests, 0.0, f.least, V, 0.0)
+    off, _, _, _ = balance_at_pull(pieces, first, last, f, bed, lies, rests, 0.0, f.least, V, 0.0)
     return off
 
 
 @kernel
-def lowest(pieces, first, last, z, H, V):
+def lowest_height(pieces, first, last, z, H, V):
     """Height above the anchor of the lowest place between the ends of a line that hangs; inf if
     there is none lower than its neighbours."""
     height = z
@@ -152,9 +152,9 @@ def lowest(pieces, first, last, z, H, V):
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
             part = V / piece.weight
-            s = span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
+            s = stretch_span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
             least = min(least, height - s.across)
-        s = span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        s = stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
         height -= s.across
         V = low
         if i + 1 < last:

@@ -12,16 +12,16 @@ from __future__ import annotations
 from math import sqrt
 
 from hydrosim.forces.line.hang import (
-    Touch,
-    all_hanging,
-    at_touch,
-    find_touch,
-    hang,
-    hung_after,
-    lie,
+    Touchdown,
+    find_touchdown,
+    hanging_reach,
+    hanging_touchdown,
+    lying_part,
+    pull_at_touchdown,
+    weight_after_piece,
 )
-from hydrosim.forces.line.search import ON_BED, frame, reach, resting_ends
-from hydrosim.forces.line.stretch import rest_energy, span
+from hydrosim.forces.line.search import ON_BED, line_frame, line_reach, resting_ends
+from hydrosim.forces.line.stretch import rest_energy, stretch_span
 from hydrosim.jit.kernels import kernel
 
 
@@ -43,7 +43,7 @@ def flexibility(pieces, first, last, f, bed, friction, pull):
     H = max(pull.H, f.least)
     lies = is_on_bed(f, bed)
     if lies or pull.touch >= f.length:
-        r = reach(pieces, first, last, H, pull.V, lies, friction, 1.0, 0.0)
+        r = line_reach(pieces, first, last, H, pull.V, lies, friction, 1.0, 0.0)
         return r.xH, r.xV, r.zH, r.zV
     a, b = resting_ends(pieces, first, last, H, pull.V, -pull.anchor_V)
     xH = a.xH + b.xH + f.soft - a.soft - b.soft
@@ -55,12 +55,14 @@ def flexibility(pieces, first, last, f, bed, friction, pull):
 @kernel
 def stiffness(pieces, first, last, x, z, bed, friction, pull):
     """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line with its ``pull``."""
-    f = frame(pieces, first, last, x, z)
-    return invert(is_slack(f, pull), *flexibility(pieces, first, last, f, bed, friction, pull))
+    f = line_frame(pieces, first, last, x, z)
+    return stiffness_from_flexibility(
+        is_slack(f, pull), *flexibility(pieces, first, last, f, bed, friction, pull)
+    )
 
 
 @kernel
-def invert(slack, xH, xV, zH, zV):
+def stiffness_from_flexibility(slack, xH, xV, zH, zV):
     """The stiffness of a flexibility. A slack line resists vertical motion alone."""
     if slack:
         return 0.0, 0.0, 0.0, 1.0 / zV if zV > 0.0 else 0.0
@@ -73,13 +75,13 @@ def invert(slack, xH, xV, zH, zV):
 @kernel
 def length_rates(pieces, first, last, x, z, bed, friction, pull, k):
     """dH/dL, dV/dL [N/m] by the unstretched length of piece ``k`` of ``pieces``."""
-    f = frame(pieces, first, last, x, z)
+    f = line_frame(pieces, first, last, x, z)
     H = max(pull.H, f.least)
     lies = is_on_bed(f, bed)
     flexible = flexibility(pieces, first, last, f, bed, friction, pull)
-    Hx, Hz, Vx, Vz = invert(is_slack(f, pull), *flexible)
+    Hx, Hz, Vx, Vz = stiffness_from_flexibility(is_slack(f, pull), *flexible)
     if lies or pull.touch >= f.length:
-        dx, dz = lengthen(pieces, first, last, H, pull.V, lies, friction, k)
+        dx, dz = shift_by_length(pieces, first, last, H, pull.V, lies, friction, k)
     else:
         dx, dz = lengthen_resting(pieces, first, last, H, pull, k)
     return -(Hx * dx + Hz * dz), -(Vx * dx + Vz * dz)
@@ -105,7 +107,7 @@ def lengthen_hanging(pieces, start, step, H, V, touch, k):
         piece = pieces[i]
         length = touch.part if i == touch.piece else piece.length
         if below:
-            s = span(H, V, piece.weight, length, piece.stiffness, 1.0, 0.0)
+            s = stretch_span(H, V, piece.weight, length, piece.stiffness, 1.0, 0.0)
             dx -= pieces[k].weight * s.zH
             dz -= pieces[k].weight * s.zV
         V -= piece.weight * length
@@ -115,24 +117,24 @@ def lengthen_hanging(pieces, start, step, H, V, touch, k):
             dz += V / T + V / piece.stiffness
             below = True
         if i != touch.piece:
-            V -= hung_after(pieces, i, step)
+            V -= weight_after_piece(pieces, i, step)
         i += step
     return dx, dz
 
 
 @kernel
-def lengthen(pieces, first, last, H, V, lies, friction, k):
+def shift_by_length(pieces, first, last, H, V, lies, friction, k):
     """dx/dL, dz/dL at constant H and V of a line that hangs or lies up to its anchor."""
     if lies:
-        touch = find_touch(pieces, first, last, 1, V)
+        touch = find_touchdown(pieces, first, last, 1, V)
     else:
-        touch = all_hanging(pieces, first, last, 1, V)
+        touch = hanging_touchdown(pieces, first, last, 1, V)
     dx = dz = 0.0
     if hangs_whole(pieces, touch, 1, k):
         dx, dz = lengthen_hanging(pieces, first, 1, H, V, touch, k)
         if not touch.hangs:
-            behind = at_touch(pieces, first, V, touch)
-            _, _, _, live, _, _ = lie(pieces, last, H, behind, touch, friction)
+            behind = pull_at_touchdown(pieces, first, V, touch)
+            _, _, _, live, _, _ = lying_part(pieces, last, H, behind, touch, friction)
             dx -= pieces[k].weight * friction * live
         return dx, dz
     low = V
@@ -141,8 +143,8 @@ def lengthen(pieces, first, last, H, V, lies, friction, k):
     low -= pieces[k].weight * pieces[k].length
     dx = 1.0 + max(H + friction * low, 0.0) / pieces[k].stiffness
     if k + 1 < last:
-        rest = Touch(k + 1, 0.0, 0.0, 0.0, False)
-        _, _, _, live, _, _ = lie(pieces, last, H, low - pieces[k].hung, rest, friction)
+        rest = Touchdown(k + 1, 0.0, 0.0, 0.0, False)
+        _, _, _, live, _, _ = lying_part(pieces, last, H, low - pieces[k].hung, rest, friction)
         dx -= pieces[k].weight * friction * live
     return dx, dz
 
@@ -150,21 +152,21 @@ def lengthen(pieces, first, last, H, V, lies, friction, k):
 @kernel
 def lengthen_resting(pieces, first, last, H, pull, k):
     """The same of a line that rests on the bed between two hanging parts."""
-    touch = find_touch(pieces, first, last, 1, pull.V)
+    touch = find_touchdown(pieces, first, last, 1, pull.V)
     if hangs_whole(pieces, touch, 1, k):
         return lengthen_hanging(pieces, first, 1, H, pull.V, touch, k)
-    touch = find_touch(pieces, last - 1, first - 1, -1, -pull.anchor_V)
+    touch = find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V)
     if not hangs_whole(pieces, touch, -1, k):
         return 1.0 + H / pieces[k].stiffness, 0.0
     dx, dz = lengthen_hanging(pieces, last - 1, -1, H, -pull.anchor_V, touch, k)
-    b = hang(pieces, last - 1, -1, H, -pull.anchor_V, touch, 1.0, 0.0)
+    b = hanging_reach(pieces, last - 1, -1, H, -pull.anchor_V, touch, 1.0, 0.0)
     return dx - b.zH * dz / b.zV, 0.0
 
 
 @kernel
 def hanging_energy(pieces, start, step, H, V, touch, depth):
     """Elastic energy and gravity of a hanging part [J], from its lower end up by ``depth``."""
-    r = hang(pieces, start, step, H, V, touch, 1.0, 0.0)
+    r = hanging_reach(pieces, start, step, H, V, touch, 1.0, 0.0)
     energy = H * (r.along + touch.arc) + V * depth
     end = touch.piece + step
     i = start
@@ -174,7 +176,7 @@ def hanging_energy(pieces, start, step, H, V, touch, depth):
         energy -= rest_energy(H, V, piece.weight, length, piece.stiffness)
         V -= piece.weight * length
         if i != touch.piece:
-            V -= hung_after(pieces, i, step)
+            V -= weight_after_piece(pieces, i, step)
         i += step
     return energy
 
@@ -183,23 +185,23 @@ def hanging_energy(pieces, start, step, H, V, touch, depth):
 def stored_energy(pieces, first, last, x, z, bed, friction, pull):
     """Elastic energy and gravity [J] above the height of the anchor. Without friction its gradient
     by (x, z) is (H, V)."""
-    f = frame(pieces, first, last, x, z)
+    f = line_frame(pieces, first, last, x, z)
     H = max(pull.H, f.least)
     V = pull.V
     lies = is_on_bed(f, bed)
     if not lies and pull.touch >= f.length:
-        touch = all_hanging(pieces, first, last, 1, V)
+        touch = hanging_touchdown(pieces, first, last, 1, V)
         return hanging_energy(pieces, first, 1, H, V, touch, z)
-    touch = find_touch(pieces, first, last, 1, V)
+    touch = find_touchdown(pieces, first, last, 1, V)
     if lies:
         energy = hanging_energy(pieces, first, 1, H, V, touch, z)
         if touch.hangs:
             return energy
-        behind = at_touch(pieces, first, V, touch)
-        _, _, elastic, _, _, _ = lie(pieces, last, H, behind, touch, friction)
+        behind = pull_at_touchdown(pieces, first, V, touch)
+        _, _, elastic, _, _, _ = lying_part(pieces, last, H, behind, touch, friction)
         return energy + elastic
     energy = f.weight * bed + hanging_energy(pieces, first, 1, H, V, touch, z - bed)
     a, b = resting_ends(pieces, first, last, H, V, -pull.anchor_V)
-    touch = find_touch(pieces, last - 1, first - 1, -1, -pull.anchor_V)
+    touch = find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V)
     energy += hanging_energy(pieces, last - 1, -1, H, -pull.anchor_V, touch, -bed)
     return energy + 0.5 * H * H * (f.soft - a.soft - b.soft)

@@ -1,9 +1,9 @@
 """Search for the pull of a line from nothing: bracketed, so that it always ends.
 
 For a given H the depth that a line reaches rises with V, and with V found, the distance rises with
-H, if nothing floats where the line lies. So V is found inside (`steer`), H outside (`search`), each
-by Newton's method within a bracket. A line that ``rests`` on the bed between two hanging parts has
-two depths: V at the fairlead and Va at the anchor are found each by itself.
+H, if nothing floats where the line lies. So V is found inside (`newton_step`), H outside
+(`search`), each by Newton's method within a bracket. A line that ``rests`` on the bed between two
+hanging parts has two depths: V at the fairlead and Va at the anchor are found each by itself.
 """
 
 from __future__ import annotations
@@ -11,19 +11,26 @@ from __future__ import annotations
 from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
-from hydrosim.forces.line.hang import Reach, all_hanging, at_touch, find_touch, hang, lie
+from hydrosim.forces.line.hang import (
+    LineReach,
+    find_touchdown,
+    hanging_reach,
+    hanging_touchdown,
+    lying_part,
+    pull_at_touchdown,
+)
 from hydrosim.jit.kernels import kernel, root_giving
 
 ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
 NO_PULL = 1e-18  # of the weight, or of EA where nothing has weight: H that is none
 LEAST_SLOPE = 1e-12  # the same where a piece without weight has its direction from H and V alone
-STEPS = 200
-CLOSE = 1e-9  # of the length: distance of a line from its anchor that is none
+MAX_SEARCH_STEPS = 200
+ZERO_DISTANCE = 1e-9  # of the length: distance of a line from its anchor that is none
 STRAIGHT_DOWN = 1e-12  # of the length: distance to which the pull ``least`` brings a hanging line
 SPLIT = 134217729.0  # 2^27 + 1
 
 
-class Frame(NamedTuple):
+class LineFrame(NamedTuple):
     """A line between its ends: distance ``x`` and height ``z`` [m], the unit vector (``ex``,
     ``ez``) along its chord, ``length`` [m] in all, by how much the chord is ``short`` of it,
     ``weight`` [N], ``load`` [N] the sum of all weights without sign, ``soft`` [m/N] the sum of
@@ -76,8 +83,8 @@ def chord_short_of(x, z, length):
 
 
 @kernel
-def frame(pieces, first, last, x, z):
-    """The `Frame` of a line."""
+def line_frame(pieces, first, last, x, z):
+    """The `LineFrame` of a line."""
     length = weight = load = soft = 0.0
     heavy = True
     share = NO_PULL
@@ -98,50 +105,50 @@ def frame(pieces, first, last, x, z):
     ez = z / chord if chord > 0.0 else 0.0
     short = chord_short_of(x, z, length)
     least = share * load if load > 0.0 else NO_PULL * stiffest
-    return Frame(x, z, ex, ez, length, short, weight, load, soft, least, heavy)
+    return LineFrame(x, z, ex, ez, length, short, weight, load, soft, least, heavy)
 
 
 @kernel
-def reach(pieces, first, last, H, V, lies, friction, ex, ez):
+def line_reach(pieces, first, last, H, V, lies, friction, ex, ez):
     """Where the line leads from the fairlead: to its other end or, if it ``lies``, to the bed and
     along it."""
     if lies:
-        touch = find_touch(pieces, first, last, 1, V)
+        touch = find_touchdown(pieces, first, last, 1, V)
     else:
-        touch = all_hanging(pieces, first, last, 1, V)
-    r = hang(pieces, first, 1, H, V, touch, ex, ez)
+        touch = hanging_touchdown(pieces, first, last, 1, V)
+    r = hanging_reach(pieces, first, 1, H, V, touch, ex, ez)
     if touch.hangs:
         return r
-    behind = at_touch(pieces, first, V, touch)
-    length, stretch, _, live, _, _ = lie(pieces, last, H, behind, touch, friction)
+    behind = pull_at_touchdown(pieces, first, V, touch)
+    length, stretch, _, live, _, _ = lying_part(pieces, last, H, behind, touch, friction)
     along = r.along - length * ez * ez / (1.0 + ex) + stretch * ex
     across = r.across - (length + stretch) * ez
     xV = r.xV + friction * live
-    return Reach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
+    return LineReach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
 
 
 @kernel
-def excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
+def end_excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
     """By how much a line leads deeper than wanted, and the slope of that by V: a ``whole`` line, or
     the part that hangs from one end down to ``depth``."""
     if whole:
-        r = reach(pieces, start, stop, H, V, lies, friction, f.ex, f.ez)
+        r = line_reach(pieces, start, stop, H, V, lies, friction, f.ex, f.ez)
         return f.ez * (r.along + f.short) + f.ex * r.across, r.zV
-    touch = find_touch(pieces, start, stop, step, V)
-    r = hang(pieces, start, step, H, V, touch, 1.0, 0.0)
+    touch = find_touchdown(pieces, start, stop, step, V)
+    r = hanging_reach(pieces, start, step, H, V, touch, 1.0, 0.0)
     return r.across - depth, r.zV
 
 
 @kernel
-def steer(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
-    """V at the end ``start`` with which the line leads to its depth (see `excess`), for a given
+def newton_step(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
+    """V at the end ``start`` with which the line leads to its depth (see `end_excess`), for a given
     H."""
     low = -inf
     high = inf
     stride = H + abs(V)
     before = inf
-    for _ in range(STEPS):
-        off, slope = excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction)
+    for _ in range(MAX_SEARCH_STEPS):
+        off, slope = end_excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction)
         if off > 0.0:
             high = V
         else:
@@ -163,19 +170,19 @@ def steer(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
 
 @kernel
 def resting_ends(pieces, first, last, H, V, Va):
-    """The `Reach` of both hanging parts of a line that rests on the bed between them."""
-    a = hang(pieces, first, 1, H, V, find_touch(pieces, first, last, 1, V), 1.0, 0.0)
-    touch = find_touch(pieces, last - 1, first - 1, -1, Va)
-    return a, hang(pieces, last - 1, -1, H, Va, touch, 1.0, 0.0)
+    """The `LineReach` of both hanging parts of a line that rests on the bed between them."""
+    a = hanging_reach(pieces, first, 1, H, V, find_touchdown(pieces, first, last, 1, V), 1.0, 0.0)
+    touch = find_touchdown(pieces, last - 1, first - 1, -1, Va)
+    return a, hanging_reach(pieces, last - 1, -1, H, Va, touch, 1.0, 0.0)
 
 
 @kernel
-def balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
+def balance_at_pull(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     """For a given H: the distance reached less x, its slope by H, and V at both ends, from a guess
     of those."""
     if rests:
-        V = steer(pieces, first, last, 1, H, V, f, f.z - bed, False, True, 0.0)
-        Va = steer(pieces, last - 1, first - 1, -1, H, Va, f, -bed, False, True, 0.0)
+        V = newton_step(pieces, first, last, 1, H, V, f, f.z - bed, False, True, 0.0)
+        Va = newton_step(pieces, last - 1, first - 1, -1, H, Va, f, -bed, False, True, 0.0)
         a, b = resting_ends(pieces, first, last, H, V, Va)
         flat = f.soft - a.soft - b.soft
         off = (f.length - f.x) + a.along + b.along + flat * H
@@ -185,8 +192,8 @@ def balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
         if b.zV > 0.0:
             slope -= b.zH * b.zH / b.zV
         return off, slope, V, Va
-    V = steer(pieces, first, last, 1, H, V, f, f.z, True, lies, friction)
-    r = reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
+    V = newton_step(pieces, first, last, 1, H, V, f, f.z, True, lies, friction)
+    r = line_reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
     off = f.ex * (r.along + f.short) - f.ez * r.across
     slope = r.xH - r.xV * r.zH / r.zV if r.zV > 0.0 else r.xH
     return off, slope, V, 0.0
@@ -200,8 +207,10 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     high = inf
     before = inf
     H = max(H, f.least)
-    for _ in range(STEPS):
-        off, slope, V, Va = balance(pieces, first, last, f, bed, lies, rests, friction, H, V, Va)
+    for _ in range(MAX_SEARCH_STEPS):
+        off, slope, V, Va = balance_at_pull(
+            pieces, first, last, f, bed, lies, rests, friction, H, V, Va
+        )
         if off >= 0.0 and f.least >= H:
             return slack_pull(f, rests, off), V, Va, True
         if off > 0.0:
@@ -212,11 +221,11 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
         good = low < new < high and abs(off) <= 0.5 * before
         before = abs(off)
         if not good:
-            new = between(f, low, high)
+            new = next_trial(f, low, high)
         if off == 0.0 or abs(new - H) <= 4e-16 * H:
             break
         H = new
-    return H, V, Va, abs(off) <= CLOSE * f.length
+    return H, V, Va, abs(off) <= ZERO_DISTANCE * f.length
 
 
 @kernel
@@ -229,7 +238,7 @@ def slack_pull(f, rests, off):
 
 
 @kernel
-def between(f, low, high):
+def next_trial(f, low, high):
     """A pull within a bracket, in which ``low`` 0 and ``high`` infinite are unknown."""
     if low == 0.0:
         return f.least

@@ -25,11 +25,11 @@ from typing import NamedTuple
 from hydrosim.jit.kernels import kernel
 
 STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
-ROUNDING = 4e-16
+UNIT_ROUNDING = 4e-16
 BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
 
 
-class Span(NamedTuple):
+class StretchSpan(NamedTuple):
     """Where a stretch leads [m], in axes along and across a unit vector e = (ex, ez): ``along`` is
     the distance less the unstretched length, ``across`` the distance along (-ez, ex). ``xH``,
     ``zH``, ``zV`` are the derivatives of x and z by H and V at the upper end [m/N]; x by V is
@@ -43,16 +43,16 @@ class Span(NamedTuple):
 
 
 @kernel
-def rise(H, V, T):
+def tension_less_pull(H, V, T):
     """T - V without cancellation."""
     return H * H / (T + V) if V > 0.0 else T - V
 
 
 @kernel
-def remaining(Va, D):
+def remaining_pull(Va, D):
     """Va - D, which is 0 if it is no more than rounding: a slack line has no H beside it."""
     V = Va - D
-    return 0.0 if abs(V) <= ROUNDING * abs(Va) else V
+    return 0.0 if abs(V) <= UNIT_ROUNDING * abs(Va) else V
 
 
 @kernel
@@ -67,17 +67,17 @@ def curvature(H, Va, Vb, Ta, Tb):
     if abs(q) < BENT:
         return 0.5 * log1p(2.0 * q / (1.0 - q)) / q - 1.0
     if q > 0.0:
-        gap = rise(H, Va, Ta) + rise(H, -Vb, Tb)
+        gap = tension_less_pull(H, Va, Ta) + tension_less_pull(H, -Vb, Tb)
     else:
-        gap = rise(H, Vb, Tb) + rise(H, -Va, Ta)
+        gap = tension_less_pull(H, Vb, Tb) + tension_less_pull(H, -Va, Ta)
     return 0.5 * log((S + abs(Va - Vb)) / gap) / abs(q) - 1.0
 
 
 @kernel
-def span(H, Va, w, L, EA, ex, ez):
-    """The `Span` of a stretch, for H > 0."""
+def stretch_span(H, Va, w, L, EA, ex, ez):
+    """The `StretchSpan` of a stretch, for H > 0."""
     D = w * L
-    Vb = remaining(Va, D)
+    Vb = remaining_pull(Va, D)
     HH = H * H
     VV = Va * Vb
     squares = Va * Va + Vb * Vb
@@ -105,14 +105,14 @@ def span(H, Va, w, L, EA, ex, ez):
     zV = L * (open_ + HH) / (S * TT)
     zH = -H * scale * M / TT
     xH = L / S * (2.0 * g + ((HH * squares + VV * VV) / (TT + HH) + VV) / TT)
-    return Span(along, across, xH + soft, zH, zV + soft)
+    return StretchSpan(along, across, xH + soft, zH, zV + soft)
 
 
 @kernel
 def rest_energy(H, Va, w, L, EA):
     """Integral of T + T^2/(2 EA) over a stretch [N m], for H > 0."""
     D = w * L
-    Vb = remaining(Va, D)
+    Vb = remaining_pull(Va, D)
     Ta = sqrt(H * H + Va * Va)
     Tb = sqrt(H * H + Vb * Vb)
     S = Ta + Tb

@@ -37,13 +37,13 @@ from hydrosim.forces.line.controls import Compensation, Control, SpeedControl, T
 from hydrosim.forces.line.drum import (
     COMPENSATION,
     DRUM,
-    GONE,
+    DRUM_INACTIVE,
     LENGTH_CONTROL,
     SPEED_CONTROL,
     TENSION_CONTROL,
-    Pull,
+    DrumLoad,
 )
-from hydrosim.forces.pair import Tie, line_between, pull_together
+from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -60,6 +60,7 @@ from hydrosim.modes import (
     FRICTION_MARGIN,
     MARGINS,
     MODE,
+    NO_INDEX,
     RISING_MARGIN,
     SEGMENT,
     SEGMENT_MARGIN,
@@ -68,18 +69,19 @@ from hydrosim.rigid.kinematics import attachment, point_velocity
 from hydrosim.rigid.vectors import vector
 from hydrosim.scene import ForceElement
 
-SLACK, TAUT, CUT = range(3)  # of the wire; it is cut where damping alone would push
-LENGTH, SPEED, WORK, FRICTION, SNAP, LARGEST, STATES = range(7)
-STATE_NAMES = (
+WIRE_SLACK, WIRE_TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
+WIRE_LENGTH, DRUM_SPEED, DRIVE_WORK, DRUM_FRICTION, SNAP_SPEED, LARGEST_TENSION, WINCH_STATES = (
+    range(7)
+)
+WINCH_STATE_NAMES = (
     *("length off the drum", "speed of the drum", "work of the drive", "friction loss"),
     *("speed of the last snap", "largest tension"),
 )
-TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, OBSERVED = range(5)  # see `observe`
-NOWHERE = -1
+WIRE_TENSION, LENGTH_OFF, PAY_OUT, DISTANCE, WINCH_OUTPUTS = range(5)  # see `write_outputs`
 
 
 @dataclass(frozen=True)
-class Winch(Tie):
+class Winch(TwoPointElement):
     """A wire of ``stiffness`` EA [N] and ``damping`` c [s] from ``point`` of the body to ``anchor``
     on the earth or in the frame of ``anchor_body``. Its ``length`` off the drum without load is a
     signal over time [m]. Or it is a number at the start [m], None for that at which the set tension
@@ -129,19 +131,19 @@ WINCH = np.dtype(
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
         *(("stiffness", float), ("damping", float), ("start", float), ("pinned", float)),
-        ("stands", bool),
+        ("drum_locked", bool),
         *(("drum", DRUM), ("signal", SIGNAL)),
         *(("followed", int), ("eye", float, 3), ("rest", float), ("gain", float)),
         *(("delay", int), ("factors", float, (delay.FACTORS, 2))),
     ]
 )
 """Constants of a winch: its ends, EA, c, l0 at the start, and l0 if it is ``pinned`` (else 0);
-whether its drum always ``stands``; its drum and signal; the ``followed`` body, the place of its
-point and the height of that at rest, the gain, and the first state of its delay among those of all
-(`NOWHERE` if it has none)."""
+whether its drum always stands (``drum_locked``); its drum and signal; the ``followed`` body, the
+place of its point and the height of that at rest, the gain, and the first state of its delay among
+those of all (`NO_INDEX` if it has none)."""
 
 
-class Params(NamedTuple):
+class WinchConstants(NamedTuple):
     """The winches ``each`` (n,) of `WINCH`, the ``pieces`` of their signals, the number ``delays``
     of those with a delay, the first of their states and of their rows of modes."""
 
@@ -152,7 +154,7 @@ class Params(NamedTuple):
     mode: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> WinchConstants:
     """Constants of the winches among ``elements``, in their order."""
     winches = {name: e for name, e in elements.items() if isinstance(e, Winch)}
     own = {name: next((s for _, s in e.signals()), None) for name, e in winches.items()}
@@ -165,10 +167,10 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
         signal = NOTHING if own[name] is None else next(compiled)
         wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
-        follows = _followed(name, e.control, layout, delays)
-        rows.append((*ends, *wire, _drum(e), signal, *follows))
-        delays += follows[-2] != NOWHERE
-    return Params(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
+        follows = _compensation_fields(name, e.control, layout, delays)
+        rows.append((*ends, *wire, _drum_fields(e), signal, *follows))
+        delays += follows[-2] != NO_INDEX
+    return WinchConstants(np.array(rows, dtype=WINCH), pieces, delays, 0, 0)
 
 
 def _first_length(e: Winch, layout: Layout) -> float:
@@ -183,7 +185,7 @@ def _first_length(e: Winch, layout: Layout) -> float:
     return float(np.linalg.norm(there - here)) / (1.0 + e.control.tension / e.stiffness)
 
 
-def _drum(e: Winch) -> tuple[Any, ...]:
+def _drum_fields(e: Winch) -> tuple[Any, ...]:
     """Values of `DRUM`."""
     shortest, longest = e.drum
     c = e.control
@@ -200,12 +202,12 @@ def _drum(e: Winch) -> tuple[Any, ...]:
     return kind, 0.0, 0.0, 0.0, 0.0, 0.0, fastest, 0.0, shortest, longest
 
 
-def _followed(
+def _compensation_fields(
     name: str, control: Control | None, layout: Layout, delays: int
 ) -> tuple[int, tuple[float, ...], float, float, int, np.ndarray]:
     """Values of `WINCH` for a compensation."""
     if not isinstance(control, Compensation):
-        return NOWHERE, (0.0, 0.0, 0.0), 0.0, 0.0, NOWHERE, delay.factors(0.0)
+        return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, delay.delay_factors(0.0)
     if control.point not in layout.points:
         known = ", ".join(layout.points) or "none in this scene; name points of bodies by points"
         raise InputError(
@@ -215,25 +217,25 @@ def _followed(
     body, place = layout.points[control.point]
     of = next(key for key, number in layout.body.items() if number == body)
     rest = float(layout.place_at_rest(of, place)[2])
-    first = NOWHERE if control.delay == 0.0 else delay.STATES * delays
-    return body, place, rest, control.gain, first, delay.factors(control.delay)
+    first = NO_INDEX if control.delay == 0.0 else delay.DELAY_STATES * delays
+    return body, place, rest, control.gain, first, delay.delay_factors(control.delay)
 
 
-def lasting_lengths(p: Params) -> np.ndarray:
+def lasting_lengths(p: WinchConstants) -> np.ndarray:
     """Entries (m,) of y with the lengths off drums that do not follow from the place of bodies."""
     own = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
-    return np.asarray(p.state + STATES * own + LENGTH)
+    return np.asarray(p.state + WINCH_STATES * own + WIRE_LENGTH)
 
 
-def standing(p: Params) -> Params:
+def drums_locked(p: WinchConstants) -> WinchConstants:
     """The same winches with drums that stand, for a scene at rest; those of compensation keep to
     their targets."""
     each = p.each.copy()
-    each["stands"] = each["drum"]["control"] != COMPENSATION
+    each["drum_locked"] = each["drum"]["control"] != COMPENSATION
     return p._replace(each=each)
 
 
-class Wire(NamedTuple):
+class WireKinematics(NamedTuple):
     """State of one winch: lever arms of both ends, the direction, the distance l and its rate; l0,
     its speed s, the target of l0 and the demanded speed; T, T where it is not cut, EA e."""
 
@@ -249,34 +251,39 @@ class Wire(NamedTuple):
     tension: float
     uncut: float
     elastic: float
-    pull: Pull
+    pull: DrumLoad
 
 
 @kernel
-def stretch(i, t, y, modes, motion, bodies, p):
-    """State of winch ``i``, as a `Wire`."""
-    one = p.each[i]
+def kinematics(i, t, y, modes, motion, bodies, p):
+    """State of winch ``i``, as a `WireKinematics`."""
+    winch = p.each[i]
     mode = modes[p.mode + i]
-    k = p.state + STATES * i
+    k = p.state + WINCH_STATES * i
     line = line_between(
-        one.body, vector(one.point, 0), one.anchor_body, vector(one.anchor, 0), bodies, motion
+        winch.body,
+        vector(winch.point, 0),
+        winch.anchor_body,
+        vector(winch.anchor, 0),
+        bodies,
+        motion,
     )
-    target, demand = wanted(i, t, y, motion, bodies, p)
-    l0 = target if one.drum.control == LENGTH_CONTROL else y[k + LENGTH]
-    if one.pinned > 0.0:
-        l0 = one.pinned
-    EA = one.stiffness
+    target, demand = setpoint(i, t, y, motion, bodies, p)
+    l0 = target if winch.drum.control == LENGTH_CONTROL else y[k + WIRE_LENGTH]
+    if winch.pinned > 0.0:
+        l0 = winch.pinned
+    EA = winch.stiffness
     e = line.length / l0 - 1.0
-    damping = EA * one.damping
+    damping = EA * winch.damping
     still = EA * e + damping * line.rate / l0
     by_length = -EA * line.length / (l0 * l0)
-    by_speed = one.damping * by_length
-    pull = Pull(still, EA * line.rate / l0, by_length, by_speed)
-    s = drum.pay_out(one.drum, mode[MODE], y[k + SPEED], demand, pull)
-    uncut = drum.tension_at(one.drum, mode[MODE], s, pull)
-    T = uncut if mode[SEGMENT] == TAUT and mode[MODE] != GONE else 0.0
-    elastic = EA * max(e, 0.0) if mode[SEGMENT] != SLACK else 0.0
-    return Wire(
+    by_speed = winch.damping * by_length
+    pull = DrumLoad(still, EA * line.rate / l0, by_length, by_speed)
+    s = drum.payout_speed(winch.drum, mode[MODE], y[k + DRUM_SPEED], demand, pull)
+    uncut = drum.tension_at(winch.drum, mode[MODE], s, pull)
+    T = uncut if mode[SEGMENT] == WIRE_TAUT and mode[MODE] != DRUM_INACTIVE else 0.0
+    elastic = EA * max(e, 0.0) if mode[SEGMENT] != WIRE_SLACK else 0.0
+    return WireKinematics(
         line.arm,
         line.other_arm,
         line.direction,
@@ -294,33 +301,33 @@ def stretch(i, t, y, modes, motion, bodies, p):
 
 
 @kernel
-def wanted(i, t, y, motion, bodies, p):
+def setpoint(i, t, y, motion, bodies, p):
     """Target of l0 and demanded speed of pay-out of winch ``i``; 0 where it has none."""
-    one = p.each[i]
-    if one.drum.control == LENGTH_CONTROL:
-        return value(t, one.signal, p.pieces), rate(t, one.signal, p.pieces)
-    if one.drum.control == SPEED_CONTROL:
-        return 0.0, value(t, one.signal, p.pieces)
-    if one.drum.control == COMPENSATION:
-        rise, speed = _rise(one, motion, bodies)
-        if one.delay != NOWHERE:
-            k = _delay_state(one, p)
-            rise, speed = delay.delayed(rise, speed, one.factors, y, k)
-        return one.start + one.gain * rise, one.gain * speed
+    winch = p.each[i]
+    if winch.drum.control == LENGTH_CONTROL:
+        return value(t, winch.signal, p.pieces), rate(t, winch.signal, p.pieces)
+    if winch.drum.control == SPEED_CONTROL:
+        return 0.0, value(t, winch.signal, p.pieces)
+    if winch.drum.control == COMPENSATION:
+        rise, speed = _rise_of_point(winch, motion, bodies)
+        if winch.delay != NO_INDEX:
+            k = _delay_state(winch, p)
+            rise, speed = delay.delayed_signal(rise, speed, winch.factors, y, k)
+        return winch.start + winch.gain * rise, winch.gain * speed
     return 0.0, 0.0
 
 
 @kernel
-def _rise(one, motion, bodies):
+def _rise_of_point(winch, motion, bodies):
     """Rise of the followed point from rest, and its rate."""
-    place, arm = attachment(one.followed, vector(one.eye, 0), bodies, motion)
-    return place[2] - one.rest, point_velocity(one.followed, arm, motion)[2]
+    place, arm = attachment(winch.followed, vector(winch.eye, 0), bodies, motion)
+    return place[2] - winch.rest, point_velocity(winch.followed, arm, motion)[2]
 
 
 @kernel
-def _delay_state(one, p):
+def _delay_state(winch, p):
     """First state in y of the delay of a winch."""
-    return p.state + STATES * p.each.size + one.delay
+    return p.state + WINCH_STATES * p.each.size + winch.delay
 
 
 @root
@@ -328,44 +335,44 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Add the force [N, N m] of every winch to its row of ``wrench``, and the power [W] that it
     takes to ``rate``; the rates of its states into ``dy``, in place."""
     for i in range(p.each.size):
-        one = p.each[i]
+        winch = p.each[i]
         mode = modes[p.mode + i]
-        k = p.state + STATES * i
-        clear(dy[k : k + STATES])
-        if one.delay != NOWHERE:
-            rise, _ = _rise(one, motion, bodies)
-            delay.add_rates(rise, one.factors, y, _delay_state(one, p), dy)
-        w = stretch(i, t, y, modes, motion, bodies, p)
-        dy[k + LENGTH] = w.speed
-        if mode[MODE] == GONE:
+        k = p.state + WINCH_STATES * i
+        clear(dy[k : k + WINCH_STATES])
+        if winch.delay != NO_INDEX:
+            rise, _ = _rise_of_point(winch, motion, bodies)
+            delay.add_rates(rise, winch.factors, y, _delay_state(winch, p), dy)
+        w = kinematics(i, t, y, modes, motion, bodies, p)
+        dy[k + WIRE_LENGTH] = w.speed
+        if mode[MODE] == DRUM_INACTIVE:
             continue
-        lost = drum.friction_loss(one.drum, w.speed)
-        dy[k + SPEED] = drum.gather_speed(one.drum, mode[MODE])
-        dy[k + WORK] = w.tension * w.speed - lost
-        dy[k + FRICTION] = lost
-        strain = w.elastic / one.stiffness
-        rate[one.row] += (w.tension - w.elastic) * w.rate
-        rate[one.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
-        pull_together(one, w, w.tension, wrench[one.row])
+        lost = drum.friction_loss(winch.drum, w.speed)
+        dy[k + DRUM_SPEED] = drum.drum_acceleration(winch.drum, mode[MODE])
+        dy[k + DRIVE_WORK] = w.tension * w.speed - lost
+        dy[k + DRUM_FRICTION] = lost
+        strain = w.elastic / winch.stiffness
+        rate[winch.row] += (w.tension - w.elastic) * w.rate
+        rate[winch.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
+        apply_tension(winch, w, w.tension, wrench[winch.row])
 
 
 @root
 def add_energy(t, y, modes, motion, bodies, p, stored):
     """Add the energy stored in every wire to its row of ``stored``."""
     for i in range(p.each.size):
-        one = p.each[i]
-        if modes[p.mode + i, MODE] != GONE:
-            w = stretch(i, t, y, modes, motion, bodies, p)
-            stored[one.row] += 0.5 * w.elastic * w.elastic / one.stiffness * w.length
+        winch = p.each[i]
+        if modes[p.mode + i, MODE] != DRUM_INACTIVE:
+            w = kinematics(i, t, y, modes, motion, bodies, p)
+            stored[winch.row] += 0.5 * w.elastic * w.elastic / winch.stiffness * w.length
 
 
 @root
-def observe(t, y, modes, motion, bodies, p, out):
-    """Write rows of `OBSERVED` of all winches to ``out``: T, l0, s and l."""
+def write_outputs(t, y, modes, motion, bodies, p, out):
+    """Write rows of `WINCH_OUTPUTS` of all winches to ``out``: T, l0, s and l."""
     for i in range(p.each.size):
-        w = stretch(i, t, y, modes, motion, bodies, p)
-        row = out[OBSERVED * i : OBSERVED * (i + 1)]
-        row[TENSION] = w.tension
+        w = kinematics(i, t, y, modes, motion, bodies, p)
+        row = out[WINCH_OUTPUTS * i : WINCH_OUTPUTS * (i + 1)]
+        row[WIRE_TENSION] = w.tension
         row[LENGTH_OFF] = w.length
         row[PAY_OUT] = w.speed
         row[DISTANCE] = w.distance
@@ -375,155 +382,155 @@ def observe(t, y, modes, motion, bodies, p, out):
 def record_largest(t, y, modes, motion, bodies, p):
     """Keep the largest tension and, at single steps, what records would miss."""
     for i in range(p.each.size):
-        k = p.state + STATES * i + LARGEST
-        y[k] = max(y[k], stretch(i, t, y, modes, motion, bodies, p).tension)
+        k = p.state + WINCH_STATES * i + LARGEST_TENSION
+        y[k] = max(y[k], kinematics(i, t, y, modes, motion, bodies, p).tension)
 
 
 @root
-def margins(t, y, modes, motion, bodies, p, out):
+def find_margins(t, y, modes, motion, bodies, p, out):
     """Margins of all winches into ``out`` (4 to a row of modes): T, or its opposite where it is
     cut; the law of the drum; l - l0, or its opposite where it is slack; the ends of the drum."""
     for i in range(p.each.size):
-        one = p.each[i]
+        winch = p.each[i]
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
         for k in range(MARGINS):
             out[m + k] = 1.0
-        if mode[MODE] == GONE:
+        if mode[MODE] == DRUM_INACTIVE:
             continue
-        w = stretch(i, t, y, modes, motion, bodies, p)
+        w = kinematics(i, t, y, modes, motion, bodies, p)
         beyond = w.distance - w.length
-        out[m + SEGMENT_MARGIN] = -beyond if mode[SEGMENT] == SLACK else beyond
-        if one.damping > 0.0 and mode[SEGMENT] != SLACK:
-            out[m + CONTACT_MARGIN] = w.uncut if mode[SEGMENT] == TAUT else -w.uncut
+        out[m + SEGMENT_MARGIN] = -beyond if mode[SEGMENT] == WIRE_SLACK else beyond
+        if winch.damping > 0.0 and mode[SEGMENT] != WIRE_SLACK:
+            out[m + CONTACT_MARGIN] = w.uncut if mode[SEGMENT] == WIRE_TAUT else -w.uncut
         out[m + FRICTION_MARGIN] = drum.law_margin(
-            one.drum, mode[MODE], w.tension, w.speed, w.length, w.target, w.demand
+            winch.drum, mode[MODE], w.tension, w.speed, w.length, w.target, w.demand
         )
-        out[m + RISING_MARGIN] = drum.end_margin(one.drum, mode[MODE], w.length)
+        out[m + RISING_MARGIN] = drum.end_margin(winch.drum, mode[MODE], w.length)
 
 
 @kernel
-def felt(i, part, p):
+def guard_dependencies(i, part, p):
     """Ranges (from, to) of the states that the margins of winch ``i`` depend on; none if ``i`` is
     beyond all winches."""
     if i >= p.each.size:
         return 0, 0
     if part == 0:
-        k = p.state + STATES * i
-        return k, k + WORK
-    if p.each[i].delay == NOWHERE:
+        k = p.state + WINCH_STATES * i
+        return k, k + DRIVE_WORK
+    if p.each[i].delay == NO_INDEX:
         return 0, 0
     k = _delay_state(p.each[i], p)
-    return k, k + delay.STATES
+    return k, k + delay.DELAY_STATES
 
 
 @root
-def switch(i, which, t, y, modes, motion, bodies, p):
+def transition(i, which, t, y, modes, motion, bodies, p):
     """Switch winch ``i`` to its next mode, after margin ``which`` has reached zero."""
-    one = p.each[i]
+    winch = p.each[i]
     mode = modes[p.mode + i]
-    k = p.state + STATES * i
-    w = stretch(i, t, y, modes, motion, bodies, p)
-    if which == SEGMENT_MARGIN and mode[SEGMENT] == SLACK:
-        mode[SEGMENT] = TAUT
-        y[k + SNAP] = w.rate - w.speed
+    k = p.state + WINCH_STATES * i
+    w = kinematics(i, t, y, modes, motion, bodies, p)
+    if which == SEGMENT_MARGIN and mode[SEGMENT] == WIRE_SLACK:
+        mode[SEGMENT] = WIRE_TAUT
+        y[k + SNAP_SPEED] = w.rate - w.speed
     elif which == SEGMENT_MARGIN:
-        mode[SEGMENT] = SLACK
+        mode[SEGMENT] = WIRE_SLACK
     elif which == CONTACT_MARGIN:
-        mode[SEGMENT] = CUT if mode[SEGMENT] == TAUT else TAUT
+        mode[SEGMENT] = WIRE_CUT if mode[SEGMENT] == WIRE_TAUT else WIRE_TAUT
     else:
         before = mode[MODE]
-        _place_drum(one, before, w, y, k)
-        w = stretch(i, t, y, modes, motion, bodies, p)
+        _place_drum(winch, before, w, y, k)
+        w = kinematics(i, t, y, modes, motion, bodies, p)
         if which == RISING_MARGIN:
-            mode[MODE] = drum.stop_at_end(one.drum, before, w.length)
+            mode[MODE] = drum.stop_at_end(winch.drum, before, w.length)
         else:
-            taut = mode[SEGMENT] == TAUT
+            taut = mode[SEGMENT] == WIRE_TAUT
             mode[MODE] = drum.next_mode(
-                one.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
+                winch.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
             )
-            _place_drum(one, mode[MODE], w, y, k)
-        _keep_speed(one.drum, mode[MODE], y, k)
+            _place_drum(winch, mode[MODE], w, y, k)
+        _keep_speed(winch.drum, mode[MODE], y, k)
 
 
 @kernel
-def _place_drum(one, mode, w, y, k):
+def _place_drum(winch, mode, w, y, k):
     """Set l0 to what a drum follows in a ``mode`` that ends or begins: a bound of the tension, or
     its target. The integral of the speed has an error, by which the next mode could end at once."""
-    own = one.drum
+    own = winch.drum
     slipping = mode in (drum.SLIPPING_OUT, drum.SLIPPING_IN)
-    if slipping and one.damping == 0.0:
+    if slipping and winch.damping == 0.0:
         bound = own.high if mode == drum.SLIPPING_OUT else own.low
-        y[k + LENGTH] = w.distance / (1.0 + bound / one.stiffness)
-    elif own.control == COMPENSATION and mode == drum.DRIVEN:
-        y[k + LENGTH] = min(max(w.target, own.shortest), own.longest)
+        y[k + WIRE_LENGTH] = w.distance / (1.0 + bound / winch.stiffness)
+    elif own.control == COMPENSATION and mode == drum.PRESCRIBED:
+        y[k + WIRE_LENGTH] = min(max(w.target, own.shortest), own.longest)
 
 
 @kernel
 def _keep_speed(own, mode, y, k):
     """Set the speed of a drum with an acceleration to that of its new mode."""
     if mode == drum.FAST_OUT:
-        y[k + SPEED] = own.fastest
+        y[k + DRUM_SPEED] = own.fastest
     elif mode == drum.FAST_IN:
-        y[k + SPEED] = -own.fastest
+        y[k + DRUM_SPEED] = -own.fastest
     elif not drum.SPEEDING_OUT <= mode <= drum.BRAKING_IN:
-        y[k + SPEED] = 0.0
+        y[k + DRUM_SPEED] = 0.0
 
 
 @root
-def settle(t, y, modes, motion, bodies, p):
+def set_initial_modes(t, y, modes, motion, bodies, p):
     """Modes of all winches for a start, and l0 where ``y`` has none yet."""
     for i in range(p.each.size):
-        if y[p.state + STATES * i + LENGTH] <= 0.0:
-            reel(i, t, y, motion, bodies, p)
+        if y[p.state + WINCH_STATES * i + WIRE_LENGTH] <= 0.0:
+            set_initial_length(i, t, y, motion, bodies, p)
         activate(i, t, y, modes, motion, bodies, p)
 
 
 @kernel
-def reel(i, t, y, motion, bodies, p):
+def set_initial_length(i, t, y, motion, bodies, p):
     """Set l0 of winch ``i`` to that of its start or of its target."""
-    one = p.each[i]
-    k = p.state + STATES * i
-    if one.delay != NOWHERE:
-        rise, _ = _rise(one, motion, bodies)
-        delay.start_delay(rise, one.factors, y, _delay_state(one, p))
-    l0 = one.start
-    if one.drum.control in (LENGTH_CONTROL, COMPENSATION):
-        l0, _ = wanted(i, t, y, motion, bodies, p)
-    y[k + LENGTH] = min(max(l0, one.drum.shortest), one.drum.longest)
+    winch = p.each[i]
+    k = p.state + WINCH_STATES * i
+    if winch.delay != NO_INDEX:
+        rise, _ = _rise_of_point(winch, motion, bodies)
+        delay.start_delay(rise, winch.factors, y, _delay_state(winch, p))
+    l0 = winch.start
+    if winch.drum.control in (LENGTH_CONTROL, COMPENSATION):
+        l0, _ = setpoint(i, t, y, motion, bodies, p)
+    y[k + WIRE_LENGTH] = min(max(l0, winch.drum.shortest), winch.drum.longest)
 
 
 @kernel
 def activate(i, t, y, modes, motion, bodies, p):
     """Mode of winch ``i`` when it becomes active."""
-    one = p.each[i]
+    winch = p.each[i]
     mode = modes[p.mode + i]
     mode[MODE] = drum.STUCK
-    mode[SEGMENT] = TAUT
-    w = stretch(i, t, y, modes, motion, bodies, p)
+    mode[SEGMENT] = WIRE_TAUT
+    w = kinematics(i, t, y, modes, motion, bodies, p)
     if w.distance < w.length or (w.distance == w.length and w.rate <= 0.0):
-        mode[SEGMENT] = SLACK
+        mode[SEGMENT] = WIRE_SLACK
     elif w.pull.still < 0.0:
-        mode[SEGMENT] = CUT
-    taut = mode[SEGMENT] == TAUT
-    if not one.stands:
-        mode[MODE] = drum.settle_drum(one.drum, w.pull, taut, w.length, w.target, w.demand)
-    _keep_speed(one.drum, mode[MODE], y, p.state + STATES * i)
+        mode[SEGMENT] = WIRE_CUT
+    taut = mode[SEGMENT] == WIRE_TAUT
+    if not winch.drum_locked:
+        mode[MODE] = drum.initial_mode(winch.drum, w.pull, taut, w.length, w.target, w.demand)
+    _keep_speed(winch.drum, mode[MODE], y, p.state + WINCH_STATES * i)
 
 
 @kernel
-def take_up(i, t, y, modes, motion, bodies, p):
+def activate_in_run(i, t, y, modes, motion, bodies, p):
     """Activate winch ``i`` in a run; a drum with a target begins there."""
     own = p.each[i].drum
     if own.control in (LENGTH_CONTROL, COMPENSATION):
-        l0, _ = wanted(i, t, y, motion, bodies, p)
-        y[p.state + STATES * i + LENGTH] = min(max(l0, own.shortest), own.longest)
+        l0, _ = setpoint(i, t, y, motion, bodies, p)
+        y[p.state + WINCH_STATES * i + WIRE_LENGTH] = min(max(l0, own.shortest), own.longest)
     activate(i, t, y, modes, motion, bodies, p)
 
 
 @kernel
 def deactivate(i, y, modes, p):
     """Deactivate winch ``i``: its drum stands."""
-    modes[p.mode + i, MODE] = GONE
-    modes[p.mode + i, SEGMENT] = SLACK
-    y[p.state + STATES * i + SPEED] = 0.0
+    modes[p.mode + i, MODE] = DRUM_INACTIVE
+    modes[p.mode + i, SEGMENT] = WIRE_SLACK
+    y[p.state + WINCH_STATES * i + DRUM_SPEED] = 0.0

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.contact.fender import pressure
-from hydrosim.forces.contact.geometry import EARTH, Touch, touch
+from hydrosim.forces.contact.fender import normal_load_of
+from hydrosim.forces.contact.geometry import EARTH, ContactKinematics, contact_kinematics
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS, friction
 from hydrosim.forces.contact.modes import STICK
 from hydrosim.linear.contacts import Contacts, find_rigid_tractions, pressed_points, with_contacts
@@ -25,10 +25,10 @@ LARGEST_OVER_STD = 3.7  # standard deviations: most probable largest value of a 
 
 
 class Grip(NamedTuple):
-    """A contact point at rest: the `Touch`, its normal force N [N], the friction limit mu_s N, and
-    the traction per displacement and per velocity along the plane."""
+    """A contact point at rest: the `ContactKinematics`, its normal force N [N], the friction limit
+    mu_s N, and the traction per displacement and per velocity along the plane."""
 
-    contact: Touch
+    contact: ContactKinematics
     normal: float
     holds: float
     stiffness: float
@@ -81,8 +81,8 @@ def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
     fenders = model.elements.fenders
     place_bodies(y[:n], np.zeros(n), model.bodies, motion)
     point = fenders.points[i]
-    contact = touch(point, model.bodies, motion)
-    load = pressure(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
+    contact = contact_kinematics(point, model.bodies, motion)
+    load = normal_load_of(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
     still = (0.0, 0.0)
     one = (1.0, 0.0)
     if point["law"] == FRICTIONLESS:

@@ -29,7 +29,7 @@ from hydrosim.linear.contacts import Contacts, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
-from hydrosim.rigid.free import coordinate_map, positions, slopes_at
+from hydrosim.rigid.free import coordinate_map, positions_at, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene
 from hydrosim.stepping.names import contact_names
 from hydrosim.streams.gusts import gust_components
@@ -187,7 +187,7 @@ def responder(
     at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))
     databases = compiled.facts.databases
     met = wave_bodies(at_rest, databases, met_by_waves(at_rest, databases))
-    place = positions(model.bodies, about.y[:n])
+    place = positions_at(model.bodies, about.y[:n])
     bodies = [body.moved_by(at) for body, at in zip(met, place, strict=True)]
     groups = compiled.wet if radiation == Radiation.DATABASE else ()
     S = slopes_at(model.bodies, about.y[:n])

@@ -1,8 +1,8 @@
 """Viscous roll damping in the frequency domain, by stochastic linearisation.
 
 The damping B2 |p| p + B3 p^3 of a Gaussian roll rate p of standard deviation s takes the same mean
-power as (sqrt(8/pi) s B2 + 3 s^2 B3) p (`hydrosim.forces.damping.viscous_roll.linearised`). The
-rate depends on the damping in turn, so both are iterated in the random waves of the scene. In a
+power as (sqrt(8/pi) s B2 + 3 s^2 B3) p (`hydrosim.forces.damping.viscous_roll.linearise_damping`).
+The rate depends on the damping in turn, so both are iterated in the random waves of the scene. In a
 scene without random waves, the linear part B1 alone is there, for motions that are small.
 """
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces.damping.viscous_roll import KIND
+from hydrosim.forces.damping.viscous_roll import VISCOUS_ROLL_KIND
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -33,7 +33,7 @@ def respond(
 ) -> tuple[Responder, np.ndarray | None]:
     """Linearise a scene by ``respond_at`` the roll rates [rad/s] in its ``seas``, one per element
     with viscous roll damping; the rates are None if they do not matter."""
-    rolling = KIND.of(compiled.model)
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
     about = respond_at(None)
     if not seas or not (rolling["quadratic"].any() or rolling["cubic"].any()):
         return about, None
@@ -58,7 +58,7 @@ def _roll_rates(about: Responder, seas: Sequence[WaveComponents], bodies: np.nda
 
 def rolling_remarks(compiled: Compiled, rates: np.ndarray | None) -> Iterator[str]:
     """Remarks on viscous roll damping that is linear for the sea, or left out."""
-    rolling = KIND.of(compiled.model)
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
     if rates is not None:
         values = ", ".join(f"{np.degrees(rate):.3g}" for rate in rates)
         yield (

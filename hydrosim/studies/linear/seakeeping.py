@@ -18,7 +18,7 @@ from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.questions import describe_doubts
 from hydrosim.compiling.questions.query import describe_start
 from hydrosim.dofs import DOFS
-from hydrosim.forces.line.kind import KIND as LINES
+from hydrosim.forces.line.kind import CATENARY_KIND as LINES
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
@@ -28,9 +28,9 @@ from hydrosim.rigid.free import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface, Question
 from hydrosim.statistics.excursions import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
-from hydrosim.streams.gusts import band
+from hydrosim.streams.gusts import gust_band
 from hydrosim.streams.spectra import variance
-from hydrosim.streams.wind import REFERENCE, mean_wind
+from hydrosim.streams.wind import REFERENCE_HEIGHT, mean_wind
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, responder
 from hydrosim.studies.linear.rest import at_rest
@@ -422,7 +422,7 @@ def _gust_dataset(scene: Scene, about: Responder) -> xr.Dataset:
 
 def _line_drag_remarks(compiled: Compiled) -> Iterator[str]:
     """Remark on the drag of lines, which is left out."""
-    if LINES.of(compiled.model).lines["width"].any():
+    if LINES.constants_in(compiled.model).lines["width"].any():
         yield (
             "drag of mooring lines is left out, because it depends on the sea. Slow motions near"
             " their resonance are too large: simulate them."
@@ -434,8 +434,8 @@ def _gust_remarks(scene: Scene) -> Iterator[str]:
     water = scene.environment
     if water.gusts is not None:
         wind = mean_wind(water)
-        lowest, highest = band(water.gusts)
-        _, square, _ = variance(water.gusts.spectrum, REFERENCE, wind, lowest, highest)
+        lowest, highest = gust_band(water.gusts)
+        _, square, _ = variance(water.gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
         yield (
             "the response to gusts is linear about the mean wind, and its variance adds to that in"
             " waves. The squares of the gusts are left out. They raise the mean wind load by about"

@@ -28,7 +28,7 @@ import xarray as xr
 
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.forces import externals_of
-from hydrosim.interrupts import raise_if_interrupted, undisturbed
+from hydrosim.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.outputs import as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
@@ -165,7 +165,11 @@ def simulate_many(
         journal.take_known(partial_folder / f"{KNOWN}.partial")
         path = write(partial_folder / RESULT, journal)
         all_ended = is_complete(path)
-        place = result.settled() if all_ended or not is_complete(result.path) else result.aside()
+        place = (
+            result.resolve_path()
+            if all_ended or not is_complete(result.path)
+            else result.fallback_path()
+        )
         place.take(path)
         if all_ended:
             journal.remove()
@@ -293,7 +297,7 @@ def _run_all(work: _RunSet, pool: Pool, progress: Progress | None) -> None:
         while not first.done():
             wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
             work.keep(pending)
-        with undisturbed():
+        with delay_interrupts():
             if not work.has_run(run):
                 work.keep(pending)
             work.write(run, first.result())
@@ -385,7 +389,7 @@ class _RunSet(NamedTuple):
                 continue
             if not future.exception() and (outcome := future.result()).found is not None:
                 kept = StoredRun(outcome.found, outcome.attributes, outcome.warnings)
-                with undisturbed():
+                with delay_interrupts():
                     self.journal.add(run, kept)
 
     def write(self, run: int, outcome: RunOutcome) -> None:

@@ -15,7 +15,7 @@ from threading import Event
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydrosim.errors import InputError
-from hydrosim.interrupts import ENDING
+from hydrosim.interrupts import ENDING_SIGNALS
 from hydrosim.studies.many.outcome import RunOutcome
 from hydrosim.studies.many.pools import QUEUE_FACTOR, Digest, outcome_of
 from hydrosim.studies.many.work import RunTask, pack, unpack
@@ -141,4 +141,4 @@ def _block_interrupts() -> None:
     """Keep Ctrl-C and hang-ups from the processes that this thread starts: `Processes.stop` ends
     their runs."""
     if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_BLOCK, {*ENDING} - {signal.SIGTERM})
+        signal.pthread_sigmask(signal.SIG_BLOCK, {*ENDING_SIGNALS} - {signal.SIGTERM})

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import HydrosimError
-from hydrosim.forces.layout import carried
+from hydrosim.forces.layout import carried_weights
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.runs_file import BY_RUN, DIFFER, IN_RUN, MISSING
 from hydrosim.results.stages import CONTACT_WEIGHT
@@ -138,7 +138,7 @@ def _layouts(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset | None]]
 
 def _layout(scene: Scene) -> xr.Dataset | None:
     """The names in the runs of a scene and the numbers beside them."""
-    weights = carried(scene)
+    weights = carried_weights(scene)
     names = {
         "name_of_force": list(force_names(scene)),
         "accelerations": scene.output_accelerations,

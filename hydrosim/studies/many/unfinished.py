@@ -39,7 +39,7 @@ def locked_folder(result: Output) -> Iterator[Path]:
     """The folder of a set, of this process alone. Raises InputError where another one writes the
     same."""
     folder = folder_of(result)
-    with result.held():
+    with result.hold_lock():
         check_folder(folder, is_part)
         yield folder
 

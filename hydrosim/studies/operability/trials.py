@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from hydrosim.interrupts import raise_if_interrupted, undisturbed
+from hydrosim.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.results.journal import Journal, StoredRun
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics.figures import RequestedStatistic
@@ -85,7 +85,7 @@ class Trials:
         """The outcome of a run, which is in the journal if it is complete."""
         journal = self._journal
         if journal is not None and run not in journal and outcome.found is not None:
-            with undisturbed():
+            with delay_interrupts():
                 journal.add(run, StoredRun(outcome.found, {}, ""))
         return outcome
 

@@ -16,8 +16,8 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.forces import losses
 from hydrosim.forces.layout import RADIATION
-from hydrosim.stepping.names import element_of, force_names, supplies
-from hydrosim.stepping.record import unpack
+from hydrosim.stepping.names import element_of, force_names, is_work_row
+from hydrosim.stepping.record import unpack_channels
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -33,9 +33,9 @@ def find_blow_up(scene: Scene, model: Model, record: Record, first: int, count: 
     times its supply."""
     if count <= first:
         return None
-    start = unpack(model, record, 1)
+    start = unpack_channels(model, record, 1)
     # only these records, because a run is tested many times
-    values = unpack(model, record, count, first)
+    values = unpack_channels(model, record, count, first)
     with np.errstate(over="ignore", invalid="ignore"):
         held = values["kinetic"] + values["stored"].sum(axis=1)
     works = slice(model.energy, model.energy + model.rows)
@@ -44,7 +44,7 @@ def find_blow_up(scene: Scene, model: Model, record: Record, first: int, count: 
     lost_before = losses(model, start)
     lost_besides = losses(model, values)
     for row in range(model.rows):
-        if supplies(scene, row):
+        if is_work_row(scene, row):
             given += np.maximum(since[:, row], 0.0)
         elif _can_add_energy(scene, row):
             lost = since[:, row]
@@ -60,7 +60,7 @@ def find_blow_up(scene: Scene, model: Model, record: Record, first: int, count: 
 def largest_energy_holder(scene: Scene, model: Model, record: Record, count: int) -> str:
     """Name of the part with most energy at the last record: an element that stores it, or a degree
     of freedom of a single body, such as "heave of body barge"."""
-    values = unpack(model, record, count)
+    values = unpack_channels(model, record, count)
     stored = values["stored"][-1]
     if not stored.max() < values["kinetic"][-1]:
         return force_names(scene)[int(np.argmax(stored))]

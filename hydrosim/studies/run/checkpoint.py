@@ -21,11 +21,11 @@ from hydrosim.errors import InputError, WritingError
 from hydrosim.forces import without_numbers
 from hydrosim.jit.kernels import sources_digest
 from hydrosim.jit.waiting import running_time
-from hydrosim.leftovers import is_marked
+from hydrosim.leftovers import has_mark
 from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions
 from hydrosim.results.validation import FUNCTION_STATES
-from hydrosim.stepping.state import POINT, RECORDS, RUNNING, STATUS, Run
+from hydrosim.stepping.state import GRID_POINT, IN_PROGRESS, RECORDS, STATUS, Run
 from hydrosim.studies.run.digest import digest
 from hydrosim.studies.run.functions import describe_functions, restore_functions, states_of
 
@@ -53,12 +53,12 @@ def checkpoint_of(result: Output) -> Output:
     """Output for the checkpoints of a run that is to be written to ``result``. Raises InputError if
     another kind of file stands there; that is never replaced."""
     path = result.path.with_name(f"{result.path.name}.checkpoint")
-    if os.path.lexists(path) and not is_marked(path, "checkpoint"):
+    if os.path.lexists(path) and not has_mark(path, "checkpoint"):
         raise InputError(
             f"{path}: is not a checkpoint of this program; expected a checkpoint or no file"
             " beside the result of a run. Move it away, or give the result another name."
         )
-    return result.at(path, "checkpoint").checked()
+    return result.output_at(path, "checkpoint").checked_output()
 
 
 def program_identity() -> str:
@@ -98,7 +98,7 @@ class CheckpointWriter:
             self._kept.say(f"{path} belongs to an unfinished run: --resume continues it")
         else:
             self._before = self._restore(*_read(self._kept.output))
-            done = self._run.counters[POINT] / self._run.clock.points
+            done = self._run.counters[GRID_POINT] / self._run.clock.points
             self._kept.say(f"the run continues from {path}, {done:.1%} complete")
 
     def save_if_due(self) -> None:
@@ -109,7 +109,7 @@ class CheckpointWriter:
     def save(self) -> None:
         """Save the run, unless it has failed. A failure to write is reported."""
         begun = perf_counter()
-        if self._run.counters[STATUS] != RUNNING:
+        if self._run.counters[STATUS] != IN_PROGRESS:
             return
         try:
             self.write()
@@ -127,7 +127,7 @@ class CheckpointWriter:
         texts = json.dumps(texts_by_name)
         arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
         arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
-        with output.written() as path, path.open("wb") as file:
+        with output.write_complete() as path, path.open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
 
     def _restore(self, texts: dict[str, Any], stored: dict[str, np.ndarray]) -> float:

@@ -19,25 +19,25 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import own_modes
+from hydrosim.forces import modes_of_kind
 from hydrosim.forces.contact.fender import NORMAL_FORCE
-from hydrosim.forces.contact.kind import KIND as CONTACTS
+from hydrosim.forces.contact.kind import CONTACT_KIND as CONTACTS
 from hydrosim.forces.contact.modes import OPEN
-from hydrosim.jit.refs import Held
+from hydrosim.jit.refs import StructReference
 from hydrosim.modes import MODE
 from hydrosim.radiation.history import LONGEST_REMEMBERED
 from hydrosim.stepping.clock import Clock
-from hydrosim.stepping.record import new_record, unpack
+from hydrosim.stepping.record import new_record, unpack_channels
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import (
+    ACCEPTED,
     ERROR_INTEGRAL,
     EVALUATIONS,
-    POINT,
-    REACHED,
+    GRID_POINT,
+    IN_PROGRESS,
+    REACHED_TIME,
     RECORDS,
-    RUNNING,
     STATUS,
-    STEPS,
     Run,
     new_run,
 )
@@ -100,7 +100,7 @@ class Companion:
         record = new_record(compiled.model, room)
         state = compiled.first_state()
         self._run = new_run(clock, compiled.model, compiled.method, state, record)
-        self._held = Held(self._run)
+        self._held = StructReference(self._run)
         self._seen = 0
 
     @property
@@ -111,7 +111,7 @@ class Companion:
     @property
     def has_failed(self) -> bool:
         """Whether the companion cannot continue."""
-        return bool(self._run.counters[STATUS] != RUNNING)
+        return bool(self._run.counters[STATUS] != IN_PROGRESS)
 
     @property
     def local_errors(self) -> float:
@@ -121,7 +121,7 @@ class Companion:
     def sample_motions(self, watch: Watch | None = None) -> Iterator[SampledMotion]:
         """Advance to the end; yields motions piece by piece, for all common output times."""
         run = self._run
-        while run.counters[POINT] < self.clock.points and run.counters[STATUS] == RUNNING:
+        while run.counters[GRID_POINT] < self.clock.points and run.counters[STATUS] == IN_PROGRESS:
             advance(EVALUATIONS_AT_ONCE, self._held)
             count = int(run.counters[RECORDS])
             if count > min(self._seen, 1):
@@ -129,7 +129,7 @@ class Companion:
             # the first record stays, because an empty record would begin the run anew
             run.counters[RECORDS] = min(count, 1)
             if watch is not None:
-                watch(float(run.scratch.pace[REACHED]))
+                watch(float(run.scratch.pace[REACHED_TIME]))
 
     def _take_samples(self, count: int) -> SampledMotion:
         begin = min(self._seen, 1)
@@ -142,7 +142,7 @@ class Companion:
 def sampled_channels(run: Run, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (nt, 6 nb) and normal forces of contacts (nt, nf) of records ``begin`` to
     ``end``, the latter not included. They are copies."""
-    values = unpack(run.model, run.record, end, begin)
+    values = unpack_channels(run.model, run.record, end, begin)
     return values["coordinates"].copy(), _normal_forces(run, values, begin, end)
 
 
@@ -150,7 +150,7 @@ def _normal_forces(run: Run, values: dict[str, np.ndarray], begin: int, end: int
     """Normal forces of all contact points (nt, nf) [N]."""
     if values[CONTACTS.unit].size == 0:
         return np.zeros((end - begin, 0))
-    modes = own_modes(CONTACTS, CONTACTS.of(run.model), run.record.modes[begin:end])
+    modes = modes_of_kind(CONTACTS, CONTACTS.constants_in(run.model), run.record.modes[begin:end])
     return np.where(modes[:, :, MODE] == OPEN, 0.0, values[CONTACTS.unit][:, :, NORMAL_FORCE])
 
 
@@ -170,7 +170,7 @@ def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companio
     for stride in map(Stride._make, WIDER_GRIDS):
         if _fits(stride, run):
             return _with_stride(compiled, run, stride, LOOSE_TOLERANCE_RATIO)
-    limited = run.counters[STEPS] < LIMITED_STEPS * clock.points
+    limited = run.counters[ACCEPTED] < LIMITED_STEPS * clock.points
     if limited:
         return _with_stride(compiled, run, Stride(1, 2), 1.0)
     return _with_stride(compiled, run, Stride(1, 1), LOOSE_TOLERANCE_RATIO)

@@ -13,25 +13,25 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.derived import solution
 from hydrosim.errors import SimulationError
 from hydrosim.forces import function_errors
-from hydrosim.jit.refs import Held, forget
+from hydrosim.jit.refs import StructReference, clear_references
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.results.error_figures import ErrorEstimate, add_error_estimate
 from hydrosim.results.ledger import append_warnings
 from hydrosim.results.output import to_dataset
-from hydrosim.stepping.record import SPACING, new_record, unpack
+from hydrosim.stepping.record import MEMORY_SPACING, new_record, unpack_channels
 from hydrosim.stepping.run import advance_until, count_evaluations
 from hydrosim.stepping.state import (
+    ACCEPTED,
     BLOWN_UP,
     EVALUATIONS,
     EVENTS,
+    GRID_POINT,
+    IN_PROGRESS,
     NO_SAMPLE,
-    POINT,
-    REACHED,
+    REACHED_TIME,
     RECORDS,
     REJECTED,
-    RUNNING,
     STATUS,
-    STEPS,
     Run,
     new_run,
 )
@@ -69,11 +69,11 @@ class RunInProgress:
         scene = compiled.scene
         model = compiled.model
         clock = compile_clock(compiled)
-        spacing = 1 if scene.output_states else SPACING
+        spacing = 1 if scene.output_states else MEMORY_SPACING
         record = new_record(model, clock, scene.output_accelerations, spacing)
         self.compiled = compiled
         self.run = new_run(clock, model, compiled.method, compiled.first_state(), record)
-        self._held = Held(self.run)
+        self._held = StructReference(self.run)
         self._evaluations = 1
         self._seen = 0
         self._status = "complete"
@@ -93,17 +93,17 @@ class RunInProgress:
     @property
     def steps(self) -> int:
         """Number of steps so far."""
-        return int(self.run.counters[STEPS])
+        return int(self.run.counters[ACCEPTED])
 
     @property
     def has_failed(self) -> bool:
         """Whether the run cannot continue."""
-        return bool(self.run.counters[STATUS] != RUNNING)
+        return bool(self.run.counters[STATUS] != IN_PROGRESS)
 
     @property
     def has_ended(self) -> bool:
         """Whether the run is at its end, or cannot continue."""
-        return self.has_failed or int(self.run.counters[POINT]) >= self.run.clock.points
+        return self.has_failed or int(self.run.counters[GRID_POINT]) >= self.run.clock.points
 
     def chunks(self, until: float = inf) -> Iterator[float]:
         """Advance to the end, or to the time ``until``, in chunks; yields the time reached. The
@@ -141,7 +141,7 @@ class RunInProgress:
         would shorten the next ones, each of which is followed by a test of its records.
         """
         counters = self.run.counters
-        while not self.has_ended and self.run.scratch.pace[REACHED] < until:
+        while not self.has_ended and self.run.scratch.pace[REACHED_TIME] < until:
             begin = thread_time()
             before = int(count_evaluations(counters))
             reached = self._advance(self._evaluations, until)
@@ -158,7 +158,7 @@ class RunInProgress:
         except Torn:
             raise
         except KeyboardInterrupt:
-            self.time = float(self.run.scratch.pace[REACHED])
+            self.time = float(self.run.scratch.pace[REACHED_TIME])
             raise
 
     def _raise_interrupts(self) -> None:
@@ -169,7 +169,7 @@ class RunInProgress:
         lost = not errors and self.run.counters[STATUS] == NO_SAMPLE
         interrupts = [error for error in errors if isinstance(error, KeyboardInterrupt)]
         if lost or interrupts:
-            self.run.counters[STATUS] = RUNNING
+            self.run.counters[STATUS] = IN_PROGRESS
             raise Torn from next(iter(interrupts), None)
 
     def _stop_at_blow_up(self) -> None:
@@ -182,7 +182,7 @@ class RunInProgress:
         if found is not None:
             counters[RECORDS] = found + 1
             counters[STATUS] = BLOWN_UP
-            self.time = float(unpack(run.model, run.record, found + 1, found)["time"][0])
+            self.time = float(unpack_channels(run.model, run.record, found + 1, found)["time"][0])
 
     @property
     def complete(self) -> bool:
@@ -204,7 +204,7 @@ class RunInProgress:
         compiled = _without_table(compiled)
         if last:
             del run, self.compiled, self.run, self._held, self._keeper, self._propagated
-            forget()  # with them the table of waves, if no caller holds it
+            clear_references()  # with them the table of waves, if no caller holds it
         layout = compiled.facts.layout
         sea = compiled.sea
         scene = compiled.scene
@@ -237,7 +237,7 @@ class RunInProgress:
             # functions are further than the last complete step of a torn run
             **function_attributes(compiled.scene, nan if self._torn else self.time),
             "solver_linear": solution(compiled.scene, compiled.facts),
-            "solver_steps": int(counters[STEPS]),
+            "solver_steps": int(counters[ACCEPTED]),
             "solver_rejected": int(counters[REJECTED]),
             "solver_events": int(counters[EVENTS]),
             "solver_evaluations": int(counters[EVALUATIONS]),

@@ -8,14 +8,14 @@ import numpy as np
 
 from hydrosim.compiling.joints.closed import driven_joints, singular_joints
 from hydrosim.compiling.joints.drives import drives_of, is_turn
-from hydrosim.forces import function_errors, lost_units, mode_row_names
+from hydrosim.forces import function_errors, mode_row_names, undefined_units
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Method
 from hydrosim.scene.trees import joined_with
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
-from hydrosim.stepping.record import unpack
-from hydrosim.stepping.run import PITCH
+from hydrosim.stepping.record import unpack_channels
+from hydrosim.stepping.run import PITCH_DOF
 from hydrosim.stepping.state import (
     BLOWN_UP,
     CAPSIZED,
@@ -102,7 +102,7 @@ def failure(compiled: Compiled, run: Run, time: float) -> str:
     if status == CAPSIZED:
         what += _driven_text(scene, where)
     remedy = REMEDIES.get(status) or choose_remedy(status, scene.solver.method)
-    for name, reason in lost_units(model, scene, run.state.modes):
+    for name, reason in undefined_units(model, scene, run.state.modes):
         what = f"the force of {name} is lost: {reason}"
         remedy = (
             "No step helps there: change the arrangement of that element, or end the run before."
@@ -157,7 +157,7 @@ def _failed_part(compiled: Compiled, state: State) -> str:
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
         return scene.bodies[_steepest_body(model, y)].name
-    kind, entry = compiled.facts.layout.at(first)
+    kind, entry = compiled.facts.layout.entry_at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
     if kind in STATE_DESCRIPTIONS:
@@ -170,7 +170,7 @@ def _steepest_body(model: Model, y: np.ndarray) -> int:
     bodies = model.bodies
     n = bodies.active.size
     own = bodies.active[: n - bodies.tree.coordinates]
-    judged = [*own[own % 6 == PITCH] // 6, *model.hulls.body, *model.liquids.each["body"]]
+    judged = [*own[own % 6 == PITCH_DOF] // 6, *model.hulls.body, *model.liquids.each["body"]]
     motion = new_work(model).motion
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     return int(min(judged, key=lambda b: motion.rotation[b, 2, 2], default=0))
@@ -178,6 +178,6 @@ def _steepest_body(model: Model, y: np.ndarray) -> int:
 
 def _largest_force(scene: Scene, model: Model, record: Record, count: int) -> tuple[str, float]:
     """Name and size of the largest force at the last record."""
-    wrench = unpack(model, record, count)["wrench"][-1].reshape(model.rows, -1, 6)
+    wrench = unpack_channels(model, record, count)["wrench"][-1].reshape(model.rows, -1, 6)
     size = np.abs(wrench[:, :, :3]).max(axis=(1, 2))
     return force_names(scene)[int(size.argmax())], float(size.max())

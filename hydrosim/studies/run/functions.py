@@ -16,13 +16,13 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, functions_at_stages
-from hydrosim.forces.given.external import KIND as EXTERNALS
-from hydrosim.forces.given.external import overshoots
+from hydrosim.forces.given.external import EXTERNAL_KIND as EXTERNALS
+from hydrosim.forces.given.external import extrapolation_overshoots
 from hydrosim.results.validation import FUNCTION_STATES
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import force_names
-from hydrosim.stepping.record import unpack
+from hydrosim.stepping.record import unpack_channels
 from hydrosim.stepping.state import RECORDS
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def repeatability_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
     stages = [e for e in externals_of(scene.forces).values() if not e.delayed]
     if not stages or run.counters[RECORDS] == 0:
         return
-    start = unpack(model, run.record, 1)
+    start = unpack_channels(model, run.record, 1)
     n = model.bodies.active.size
     q, u = np.split(start["y"][: 2 * n][0], 2)
     motion = new_work(model).motion
@@ -143,7 +143,7 @@ def repeatability_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
     time = float(start["time"][0])
     again = functions_at_stages(time, motion, model.bodies, model.elements, model.rows)
     for e in stages:
-        e.forgive()  # an error here is no error of the run
+        e.clear_error()  # an error here is no error of the run
     for row, wrench in again.items():
         then = start["wrench"][0, row]
         if not np.allclose(wrench, then, rtol=WRENCH_RTOL, atol=WRENCH_RTOL * np.abs(then).max()):
@@ -158,7 +158,7 @@ def repeatability_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
 def delay_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
     """Warnings about external forces that were continued far beyond what their functions had
     returned."""
-    for row, overshoot in overshoots(EXTERNALS.of(run.model), run.state.y):
+    for row, overshoot in extrapolation_overshoots(EXTERNALS.constants_in(run.model), run.state.y):
         if overshoot > MAX_OVERSHOOT:
             yield (
                 f"the force of {force_names(compiled.scene)[row]} was continued to"

@@ -11,9 +11,9 @@ import numpy as np
 from hydrosim.linear.accuracy import WRONG, Vibration, vibrations
 from hydrosim.linear.stability import Combination, Watch, combinations, without_progress
 from hydrosim.radiation.threads import one_thread
-from hydrosim.rigid.free import groups
+from hydrosim.rigid.free import coordinate_groups
 from hydrosim.scene.solver import fitting_step
-from hydrosim.stepping.record import unpack
+from hydrosim.stepping.record import unpack_channels
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -108,13 +108,13 @@ def describe_vibration(vibration: Vibration, compiled: Compiled) -> str:
 def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]:
     if count < 2 or not compiled.vibrations:
         return
-    values = unpack(compiled.model, record, count)
+    values = unpack_channels(compiled.model, record, count)
     scene = compiled.scene
     bodies = compiled.model.bodies
     n = bodies.active.size
     method = compiled.method
     place, rate = values["y"][:n], values["y"][n : 2 * n]
-    ranges = _ranges(place, groups(bodies))
+    ranges = _ranges(place, coordinate_groups(bodies))
     for vibration in compiled.vibrations:
         fading = vibration.fading(method, scene.solver.step)
         seen = values["time"], rate, record.modes[:count]

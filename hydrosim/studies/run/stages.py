@@ -73,7 +73,7 @@ def complete_stages(
         if reason:
             result = _result(stage)
             announce(f"{reason}: simulating {stage.case.path}")
-            with result.held():
+            with result.hold_lock():
                 dataset = run(stage.case, result)
                 if dataset.attrs["status"] == "interrupted":
                     raise KeyboardInterrupt
@@ -97,4 +97,4 @@ def _result(stage: Stage) -> Output:
     made = Output(
         stage.file, "run", stage.case.path, inputs, option=key, settings=stage.case.settings()
     )
-    return made.checked()
+    return made.checked_output()

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.leftovers import check_folder, is_folder, is_marked, remove_folder
+from hydrosim.leftovers import check_folder, has_mark, is_folder, remove_folder
 from hydrosim.locks import is_lock
 from hydrosim.results.journal import is_part, remove_journal
 from hydrosim.results.netcdf import write_run
@@ -53,7 +53,7 @@ def run_until(
     part = study
     folder = Path(f"{output.path}.rounds")
     shared = SceneCache()
-    with output.held(), _remove_if_empty(folder):
+    with output.hold_lock(), _remove_if_empty(folder):
         _begin_rounds(folder, resume, output)
         rounds: list[xr.Dataset] = []
         while True:
@@ -115,7 +115,7 @@ def _is_round(path: Path) -> bool:
     """Whether a path is that of a round, of one on its way with all that is in it, or of the lock
     of one that was killed."""
     if re.fullmatch(ROUND_NAME_PATTERN, path.name):
-        return is_marked(path, "sweep")
+        return has_mark(path, "sweep")
     if re.fullmatch(rf"{ROUND_NAME_PATTERN}\.partial", path.name):
         return is_folder(path) and all(map(is_part, path.iterdir()))
     return bool(re.fullmatch(rf"\.hydrosim-{ROUND_NAME_PATTERN}\.lock", path.name)) and is_lock(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import pi, radians
 from typing import TYPE_CHECKING
 
-from hydrosim.forces.damping.viscous_roll import EDDIES, KIND, ViscousRoll
+from hydrosim.forces.damping.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
@@ -18,7 +18,7 @@ def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
     """A line for each roll damping: its coefficients, the damping by waves that is taken off, and
     the damping ratio without waves at an amplitude of 5 deg."""
     elements = [(n, e) for n, e in compiled.scene.forces.items() if isinstance(e, ViscousRoll)]
-    rolling = KIND.of(compiled.model)
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
     for (name, element), found in zip(elements, rolling, strict=True):
         B1, B2, B3, mass, omega = (
             float(found[x]) for x in ("linear", "quadratic", "cubic", "mass", "frequency")

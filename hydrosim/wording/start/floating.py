@@ -16,7 +16,7 @@ from hydrosim.compiling.questions.extents import extents
 from hydrosim.compiling.questions.query import describe_start
 from hydrosim.database.database import require_array
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.pair import Tie
+from hydrosim.forces.pair import TwoPointElement
 from hydrosim.presentation.document import Cell, List, Node, Table, Value
 from hydrosim.stepping.start_loads import start_loads
 from hydrosim.waves.sea_state import sea_state
@@ -130,7 +130,7 @@ def _axis_text(heading: float) -> str:
 def describe_lines(own: Compiled) -> Iterator[Table]:
     """Tensions of lines and forces of struts at the start, beside what they may carry, and the
     heights of the ends of mooring lines."""
-    lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, Tie)}
+    lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, TwoPointElement)}
     if not lines:
         return
     loads = start_loads(own.scene, own.model, own.state, own.facts.rows, own.begin)
@@ -149,7 +149,7 @@ def describe_lines(own: Compiled) -> Iterator[Table]:
     yield Table(head, rows, "Loads of lines")
 
 
-def _line_heights(about: SceneContext, line: Tie) -> list[Cell]:
+def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
     """Heights of the fairlead of a mooring line above the water, and of its anchor above the bed;
     empty for other lines."""
     if not isinstance(line, Catenary) or line.anchor_body is not None:

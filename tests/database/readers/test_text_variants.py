@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +49,20 @@ REFUSED = {("MARIN", "tabs")}
 """Columns of fixed width, which tabs break."""
 
 
+def with_few_frequencies(db: HydroDatabase) -> HydroDatabase:
+    """A fourth of the frequencies: formats are tried here, not loads."""
+    names = ("frequency", "added_mass", "radiation_damping", "excitation", "froude_krylov")
+    drifts = ("mean_drift", "mean_drift_held", "drift_imbalance")
+    series = [name for name in (*names, *drifts) if getattr(db, name) is not None]
+    fewer = {name: getattr(db, name)[::4] for name in series}
+    assert db.qtf_frequency is not None
+    assert db.qtf_difference is not None
+    qtf = db.qtf_difference[:, ::3, ::3]
+    return replace(db, **fewer, qtf_frequency=db.qtf_frequency[::3], qtf_difference=qtf)
+
+
 def wamit_set(db: HydroDatabase, folder: Path) -> Path:
-    wamit.write(db, folder / "hull")
+    wamit.write(with_few_frequencies(db), folder / "hull")
     return folder / "hull.1"
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from dry_scenes import block, moving, on_floor, scene, steady
+from scenes import block, moving, on_floor, scene, steady
 from scipy.integrate import solve_ivp
 
 from hydrosim.forces import LinearMooring, StickSlip

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from dry_scenes import FLOOR, block, moving, table
+from scenes import FLOOR, block, moving, table
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 

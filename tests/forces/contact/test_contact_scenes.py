@@ -8,7 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import (
+from in_plane import HEAVY, Driven
+from in_plane import integrate as integrate_in_plane
+from markers import few
+from numpy.testing import assert_allclose
+from one_axis import Block, integrate
+from scenes import (
     FLOOR,
     INERTIA,
     Law,
@@ -24,11 +29,6 @@ from dry_scenes import (
     table,
     with_step,
 )
-from in_plane import HEAVY, Driven
-from in_plane import integrate as integrate_in_plane
-from markers import few
-from numpy.testing import assert_allclose
-from one_axis import Block, integrate
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from dry_scenes import (
+from scenes import (
     FLOOR,
     INERTIA,
     block,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
+from scenes import FLOOR, block, moving, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.forces import (

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady, with_step
+from scenes import block, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Frictionless, Landing, LinearMooring, NormalCurve, Wall
-from hydrosim.forces.contact.guide import AWAY, BESIDE, FREE, INACTIVE, PRESSED
+from hydrosim.forces.contact.guide import AWAY, FREE, INACTIVE, PIN_BESIDE, PIN_PRESSED
 from hydrosim.scene import Active, Scene, Start, When
 
 MASS, K, G = 1e3, 2e5, 9.81
@@ -58,7 +58,7 @@ def test_a_pin_in_a_cylinder_and_in_a_cone_is_that_of_dop853(slope, validated):
     claim = "pin in a cylinder and in a cone [m]"
     validated(Kind.INDEPENDENT, claim, "DOP853", errors[-1], 1e-6, Feature.GUIDES)
     assert runs[-1].attrs["energy_residual_relative"] < 1e-6
-    assert {FREE, PRESSED} <= {*np.unique(runs[-1].guide_mode.values)}
+    assert {FREE, PIN_PRESSED} <= {*np.unique(runs[-1].guide_mode.values)}
     assert runs[-1].guide_clearance.values.min() < -1e-3
 
 
@@ -91,7 +91,7 @@ def test_a_pin_that_comes_down_beside_the_mouth_is_not_taken_in():
     wall = Wall(GAP, *TABLE, 0.0, 0.2)
     beside = pin(wall, {"surge": 0.3, "heave": 0.4}, {})
     run = hs.simulate(replace(beside, duration=0.5))
-    assert run.guide_mode.values[-1, 0] == BESIDE
+    assert run.guide_mode.values[-1, 0] == PIN_BESIDE
     assert not run.guide_force.values.any()
 
 
@@ -99,7 +99,7 @@ def test_a_restart_while_a_pin_is_pressed_is_the_run_to_the_bit():
     start = {"surge": 0.02, "heave": 0.3}, {"surge": 0.9, "sway": 0.5}
     whole = replace(pin(Wall(GAP, *TABLE, 0.4), *start), output_states=True)
     run = hs.simulate(whole)
-    times = run.time.values[np.flatnonzero(run.guide_mode.values[:, 0] == PRESSED)]
+    times = run.time.values[np.flatnonzero(run.guide_mode.values[:, 0] == PIN_PRESSED)]
     for time in times[[0, len(times) // 2]]:
         rest = replace(whole, initial=Start(run, float(time)), duration=2.0 - float(time))
         again = hs.simulate(rest)
@@ -150,7 +150,7 @@ def test_a_wall_that_comes_while_the_pin_is_outside_catches_it_as_it_comes_in() 
     time, x, mode = run.time.values, run.position.values[:, 0, 0], run.guide_mode.values[:, 0]
     outside = (time > 1.0) & (time < 0.45 * period)
     assert np.all(mode[time < 1.0] == INACTIVE)
-    assert np.all(mode[outside] == BESIDE)
+    assert np.all(mode[outside] == PIN_BESIDE)
     assert not run.guide_force.values[outside].any()
     assert x[outside].min() > GAP
     assert np.abs(x[time > 0.5 * period]).max() < 2.0 * GAP

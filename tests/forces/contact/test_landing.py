@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from dry_scenes import block, heave, moving, observed_orders, scene, steady, with_step
+from scenes import block, heave, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
@@ -30,7 +30,7 @@ from hydrosim.forces import (
     StickSlip,
 )
 from hydrosim.forces.contact import fender
-from hydrosim.forces.contact.loop import SET, ends, lost_on, start_of_line
+from hydrosim.forces.contact.loop import BRANCH_START, branch_loss, reload_ends, reload_start
 from hydrosim.forces.contact.modes import OPEN
 from hydrosim.forces.curve import curve_force, find_segment
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, Symmetry, When
@@ -172,9 +172,9 @@ def test_a_quasi_static_loop_loses_its_area(top):
     f, line, back = (0, 1), point.line, (point.last + 1, point.back)
     at = find_segment(*f, segments, top)
     N = curve_force(segments[at], top)
-    start = start_of_line(N, top, point, segments)
-    lost = lost_on(at, top, point, segments) - lost_on(0, 0.0, point, segments)
-    low, high = ends(start, point, segments)
+    start = reload_start(N, top, point, segments)
+    lost = branch_loss(at, top, point, segments) - branch_loss(0, 0.0, point, segments)
+    low, high = reload_ends(start, point, segments)
     assert high == pytest.approx(top, rel=1e-14)
     assert segments[line].slope * (low - start) == pytest.approx(
         curve_force(segments[find_segment(*back, segments, low)], low), rel=1e-12
@@ -183,7 +183,7 @@ def test_a_quasi_static_loop_loses_its_area(top):
     # a second loop inside the first: back on the line, to f again, on to another top
     higher = top + 0.03
     k = find_segment(*f, segments, higher)
-    again = lost_on(k, higher, point, segments) - lost_on(at, top, point, segments)
+    again = branch_loss(k, higher, point, segments) - branch_loss(at, top, point, segments)
     assert lost + again == pytest.approx(area(higher), rel=1e-12)
 
 
@@ -385,7 +385,7 @@ def test_symmetry_sees_legs_and_what_they_remember():
     model, state = hs.compile_scene(two_legs((2.0, -2.0), heave=-0.05))
     fenders = model.elements.fenders
     assert fender.is_mirrored(fenders, state.y, state.modes)
-    fender.memories(fenders, state.y)[0, SET] += 1e-3
+    fender.memory_states(fenders, state.y)[0, BRANCH_START] += 1e-3
     assert not fender.is_mirrored(fenders, state.y, state.modes)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from dry_scenes import FLOOR, block, moving, observed_orders, scene, surge, with_step
+from scenes import FLOOR, block, moving, observed_orders, scene, surge, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs

@@ -9,9 +9,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
 from markers import few
 from one_axis import OPEN, SLIP, STICK, Block, Exact, integrate
+from scenes import FLOOR, block, moving, on_floor, scene, steady
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dry_scenes import FLOOR, block, moving, scene, surge
 from markers import few
+from scenes import FLOOR, block, moving, scene, surge
 
 import hydrosim as hs
 from hydrosim.forces import (

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene, table
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import block, scene, table
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS

@@ -8,9 +8,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, scene, with_step
 from in_plane import Driven, Exact, integrate
 from markers import few
+from scenes import block, scene, with_step
 
 import hydrosim as hs
 from hydrosim.forces import Fender, NormalCurve, Plane, StickSlip, WindLoad

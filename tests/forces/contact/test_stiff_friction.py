@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import FLOOR, block, heave, moving, on_floor, scene, steady, surge
+from scenes import FLOOR, block, heave, moving, on_floor, scene, steady, surge
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs

@@ -17,18 +17,18 @@ import numpy as np
 
 from hydrosim.forces import spring
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, Kept, Modes, States, Variable
+from hydrosim.forces.kind import Columns, ModeRows, StateBlocks, UnitRecord, Variable
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import pull_together
-from hydrosim.forces.postures import PosingKind, Posture, rest_at_first
-from hydrosim.forces.signal import NOTHING, PIECE
+from hydrosim.forces.pair import apply_tension
+from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
+from hydrosim.forces.signal import NOTHING, SIGNAL_PIECE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, BROKEN = range(3)
-TENSION, CREEP, OBSERVED = range(3)
-ROPE = np.dtype([*spring.LINE.descr, ("k", float), ("eta", float), ("breaks_at", float)])
+TENSION, CREEP, ROPE_OUTPUTS = range(3)
+ROPE = np.dtype([*spring.SPRING.descr, ("k", float), ("eta", float), ("breaks_at", float)])
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Rope(ForceElement):
         return [name]
 
 
-class Params(NamedTuple):
+class RopeConstants(NamedTuple):
     """``lines`` (n,) of `ROPE`, without signals, which have ``pieces``; the first of their states,
     modes and integrals of losses."""
 
@@ -60,7 +60,7 @@ class Params(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Params:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> RopeConstants:
     """Constants of the ropes among ``elements``."""
     rows = []
     for name, e in elements.items():
@@ -69,13 +69,13 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Pa
             length = (e.length, False, NOTHING)
             law = (0.0, 0, 0, 0.0, e.stiffness, e.creep, e.breaks_at)
             rows.append((*ends, *length, *law))
-    return Params(np.array(rows, dtype=ROPE), np.zeros(0, dtype=PIECE), 0, 0, 0)
+    return RopeConstants(np.array(rows, dtype=ROPE), np.zeros(0, dtype=SIGNAL_PIECE), 0, 0, 0)
 
 
 @kernel
 def pull_of(i, y, modes, motion, bodies, p):
     """T of rope ``i`` if it were taut, and where its ends are."""
-    s = spring.stretch(p.lines[i], 0.0, bodies, motion, p)
+    s = spring.kinematics(p.lines[i], 0.0, bodies, motion, p)
     return p.lines[i].k * (s.extension - y[p.state + i]), s
 
 
@@ -89,7 +89,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             T, s = pull_of(i, y, modes, motion, bodies, p)
             dy[p.state + i] = T / line.eta
             rate[line.row] += T * T / line.eta
-            pull_together(line, s, T, wrench[line.row])
+            apply_tension(line, s, T, wrench[line.row])
 
 
 @kernel
@@ -102,16 +102,16 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
 
 
 @kernel
-def observe(y, modes, motion, bodies, p, out):
+def write_outputs(y, modes, motion, bodies, p, out):
     """Tension and creep of all ropes."""
     for i in range(p.lines.size):
         T, _ = pull_of(i, y, modes, motion, bodies, p)
-        out[OBSERVED * i + TENSION] = T if modes[p.mode + i, MODE] == TAUT else 0.0
-        out[OBSERVED * i + CREEP] = y[p.state + i]
+        out[ROPE_OUTPUTS * i + TENSION] = T if modes[p.mode + i, MODE] == TAUT else 0.0
+        out[ROPE_OUTPUTS * i + CREEP] = y[p.state + i]
 
 
 @kernel
-def margins(y, modes, motion, bodies, p, out):
+def find_margins(y, modes, motion, bodies, p, out):
     """Of a taut rope T, and what is left to the load at which it breaks; of a slack one -T."""
     for i in range(p.lines.size):
         m = MARGINS * (p.mode + i)
@@ -126,7 +126,7 @@ def margins(y, modes, motion, bodies, p, out):
 
 
 @root
-def switch(i, which, y, modes, motion, bodies, p):
+def transition(i, which, y, modes, motion, bodies, p):
     """Slack, taut, or broken for good."""
     mode = modes[p.mode + i]
     if which == FRICTION_MARGIN:
@@ -138,14 +138,14 @@ def switch(i, which, y, modes, motion, bodies, p):
 
 
 @root
-def settle(y, modes, motion, bodies, p):
+def set_initial_modes(y, modes, motion, bodies, p):
     """Slack or taut at a start."""
     for i in range(p.lines.size):
         T, _ = pull_of(i, y, modes, motion, bodies, p)
         modes[p.mode + i, MODE] = TAUT if T > 0.0 else SLACK
 
 
-class _Kind(PosingKind):
+class RopeKind(KindWithModeSets):
     unit = "rope"
     variables: ClassVar = {
         "rope_tension": Variable("tension", "N", "from the point to the anchor"),
@@ -153,21 +153,21 @@ class _Kind(PosingKind):
         "rope_mode": Variable("slack, taut or broken", "1", flags="slack taut broken"),
     }
 
-    def modes(self, p: Params) -> Modes:
-        return Modes(p.lines.size)
+    def modes(self, p: RopeConstants) -> ModeRows:
+        return ModeRows(p.lines.size)
 
-    def states(self, p: Params, scene: Scene) -> Iterator[States]:
-        yield States("rope", self.unit_names(scene), ("creep",))
+    def states(self, p: RopeConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("rope", self.unit_names(scene), ("creep",))
 
-    def felt_states(self, p: Params) -> np.ndarray:
+    def coupled_states(self, p: RopeConstants) -> np.ndarray:
         return p.state + np.arange(p.lines.size)
 
-    def postures(self, p: Params) -> Sequence[Posture]:
+    def mode_sets(self, p: RopeConstants) -> Sequence[ModeSet]:
         rest = np.zeros(p.lines.size, dtype=np.int64)
         every = [("slack", SLACK), ("taut", TAUT)] if p.lines.size else []
-        return [Posture(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
+        return [ModeSet(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
 
-    def record(self, p: Params, bodies: Any, kept: Kept) -> Columns:
+    def record(self, p: RopeConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "rope")
         return {
             "rope_tension": (each, kept.observed[:, :, TENSION]),
@@ -176,4 +176,4 @@ class _Kind(PosingKind):
         }
 
 
-KIND = _Kind("ropes", (Rope,), compile_elements)
+ROPE_KIND = RopeKind("ropes", (Rope,), compile_elements)

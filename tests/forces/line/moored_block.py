@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from dry_scenes import block, moving, scene
+from scenes import block, moving, scene
 
 from hydrosim.forces import Catenary, LinearMooring
 from hydrosim.scene import Environment, Method, Scene

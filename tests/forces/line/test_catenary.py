@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, with_step
 from moored_block import AFLOAT, DEPTH, line, lines, moored
+from scenes import block, moving, observed_orders, scene, with_step
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
@@ -19,7 +19,7 @@ import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Drive, Harmonic, LinearMooring, Table
-from hydrosim.forces.line.drag import linearise_random, places_along
+from hydrosim.forces.line.drag import drag_points, linearise_random
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import Active, Environment, Kinematics, Method, Scene, Start, When
@@ -420,6 +420,6 @@ def test_linearised_drag_in_closed_form() -> None:
     drag = linearise_random(two, flow)
     assert drag.damping == pytest.approx((size * (w * g).sum(axis=0)).mean() / 0.98, rel=5e-3)
     assert drag.drift == pytest.approx((size * (flow[1:] @ w)).mean() / 0.25, rel=5e-3)
-    places = places_along(np.array([30.0, 70.0, 20.0]), 100.0)
+    places = drag_points(np.array([30.0, 70.0, 20.0]), 100.0)
     moments = [float(places.phi**k @ places.length) for k in range(4)]
     assert moments == pytest.approx([100.0, 50.0, 100.0 / 3.0, 25.0])

@@ -8,15 +8,15 @@ from math import pi
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady
 from modes_apart import Event, integrate
+from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Compensation, Compensator, Harmonic, Winch
-from hydrosim.forces.line.compensator import GAS, LOWER, SLACK, UPPER
-from hydrosim.forces.line.delay import factors
-from hydrosim.forces.line.drum import DRIVEN, EMPTY, FAST_IN, FAST_OUT, FULL
+from hydrosim.forces.line.compensator import GAS, LOWER, SLACK_PIECE, UPPER
+from hydrosim.forces.line.delay import delay_factors
+from hydrosim.forces.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED
 from hydrosim.scene import Scene, Start
 
 Figure = Callable[[str, float], None]
@@ -69,7 +69,9 @@ def rates(t: float, y: np.ndarray, mode: str) -> list[float]:
     return [y[1], force(y, mode) / MASS - 9.81]
 
 
-@pytest.mark.parametrize(("speed", "seen"), [(0.0, {GAS}), (-6.0, {SLACK, LOWER, GAS, UPPER})])
+@pytest.mark.parametrize(
+    ("speed", "seen"), [(0.0, {GAS}), (-6.0, {SLACK_PIECE, LOWER, GAS, UPPER})]
+)
 def test_a_gas_spring_is_that_of_an_independent_integration(
     speed: float, seen: set[int], figure: Figure, validated: Callable[..., None]
 ) -> None:
@@ -153,7 +155,7 @@ def test_the_delay_turns_phases_alone() -> None:
     """Its transfer function is 1 in size and exp(-i w tau) in phase, to the stated errors."""
     for turn, near in ((1.0, 1e-12), (2.0, 1.5e-9), (pi, 4.3e-7)):
         s = 1j * turn / 0.7
-        H = np.prod([(s**2 - a * s + b) / (s**2 + a * s + b) for a, b in factors(0.7)])
+        H = np.prod([(s**2 - a * s + b) / (s**2 + a * s + b) for a, b in delay_factors(0.7)])
         assert abs(abs(H) - 1.0) <= 1e-13
         assert abs(np.angle(H * np.exp(1j * turn))) <= near
 
@@ -188,7 +190,7 @@ def test_limits_of_speed_and_stroke_are_kept_as_events() -> None:
     whole = replace(on_a_vessel(2.0, control, duration=16.0, drum=ends), output_states=True)
     run = hs.simulate(whole)
     mode = run.winch_mode.values[:, 0]
-    assert {*np.unique(mode)} == {DRIVEN, FAST_OUT, FAST_IN, EMPTY, FULL}
+    assert {*np.unique(mode)} == {PRESCRIBED, FAST_OUT, FAST_IN, EMPTY, FULL}
     assert np.abs(run.winch_speed.values).max() <= 1.0 + 1e-9
     assert np.abs(run.winch_length.values - SLACK_LENGTH).max() <= 1.2 + 1e-9
     assert run.energy_residual_relative <= 1e-5

@@ -1,4 +1,4 @@
-"""Random moored scenes, a few of those that `benchmarks.scene_trials` runs."""
+"""Random moored scenes, a few of those that `tests.generators.scene_trials` runs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from markers import few
 
-from benchmarks.moored_cases import moored_case
-from benchmarks.moored_lines import LINES
-from benchmarks.random_cases import text_of
-from benchmarks.scene_trials import offences, scene_of, tried
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.forces import Catenary, Compensation, SpeedControl, Spring, TensionControl, Winch
+from tests.generators.moored_cases import moored_case
+from tests.generators.moored_lines import LINES
+from tests.generators.random_cases import text_of
+from tests.generators.scene_trials import offences, scene_of, tried
 
 FIRST = 1_000_000
 

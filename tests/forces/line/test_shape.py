@@ -13,22 +13,22 @@ import pytest
 from validation_data import unpacked
 
 from hydrosim.evidence import Feature, Kind
-from hydrosim.forces.line.points import find_points
+from hydrosim.forces.line.points import line_points
+from hydrosim.forces.line.profile import kink_room
 from hydrosim.forces.line.shape import (
     BELOW,
     BURIED,
     FLOATS,
-    PIECE,
     SOLVED,
     TWICE,
-    Pull,
+    LinePull,
     find_profile,
     length_rates,
-    room,
     solve,
     stiffness,
     stored_energy,
 )
+from hydrosim.rigid.kinematics import LINE_PIECE
 
 Line = tuple[np.ndarray, float, float, float, float]
 """Pieces, x, z, bed, friction."""
@@ -38,12 +38,12 @@ MIXED = ((100.0, 500.0, 1e8, 0.0), (200.0, 100.0, 2e7, 5e4), (400.0, 800.0, 1e8,
 
 def line(*rows: tuple[float, ...], x: float, z: float, bed: float = 0.0, CB: float = 0.0) -> Line:
     """A line of rows of length, weight, EA and hung."""
-    return np.array(list(rows), dtype=PIECE), float(x), float(z), float(bed), float(CB)
+    return np.array(list(rows), dtype=LINE_PIECE), float(x), float(z), float(bed), float(CB)
 
 
-def pull(case: Line, H: float = nan, V: float = nan) -> Pull:
+def pull(case: Line, H: float = nan, V: float = nan) -> LinePull:
     """Its solution from a guess."""
-    return Pull(*solve(case[0], 0, case[0].size, *case[1:], H, V))
+    return LinePull(*solve(case[0], 0, case[0].size, *case[1:], H, V))
 
 
 def of(function: Any, case: Line, *more: object) -> Any:
@@ -76,7 +76,7 @@ def table(name: str) -> list[dict[str, float]]:
 
 
 def exact_lines() -> Iterator[tuple[Line, dict[str, float]]]:
-    """Lines whose pull and stiffness are known to 50 digits (benchmarks/catenaries.py)."""
+    """Lines whose pull and stiffness are known to 50 digits (tests/data/README.md)."""
     for row in table("exact"):
         rows = [
             tuple(row[f"{c}{i}"] for c in ("length", "weight", "stiffness", "hung"))
@@ -86,7 +86,7 @@ def exact_lines() -> Iterator[tuple[Line, dict[str, float]]]:
         yield line(*rows, x=row["x"], z=row["z"], bed=row["bed"], CB=row["friction"]), row
 
 
-def error_of(p: Pull, row: dict[str, float]) -> float:
+def error_of(p: LinePull, row: dict[str, float]) -> float:
     """Error of both forces in parts of the tension."""
     tension = np.hypot(row["H"], row["V"])
     error = max(abs(p.H - row["H"]), abs(p.V - row["V"]))
@@ -254,7 +254,7 @@ def test_points(name: str) -> None:
     pieces, x, _, bed, _ = case
     p = pull(case)
     n = 42001  # joints of pieces are among the points
-    places, T = find_points(pieces, 0, pieces.size, *case[1:], p, n)
+    places, T = line_points(pieces, 0, pieces.size, *case[1:], p, n)
     np.testing.assert_allclose(places[-1], (x, 0.0), atol=1e-9 * x)
     assert places[:, 1].min() >= bed - 1e-9 * x
     assert T[0] == pytest.approx(np.hypot(p.H, p.V))
@@ -290,7 +290,7 @@ def test_kinks(name: str, start: float, end: float, profiles: int) -> None:
         return pieces, x, z, bed, CB
 
     def roomy(x: float, profile: int) -> float:
-        return of(room, at(x), profile)
+        return of(kink_room, at(x), profile)
 
     xs = np.linspace(start, end, 120)
     seen = [of(find_profile, at(x)) for x in xs]
@@ -317,7 +317,7 @@ def test_floating_pieces() -> None:
     for seed in range(300):
         rng = np.random.default_rng([7, seed])
         n = int(rng.integers(2, 6))
-        pieces = np.zeros(n, dtype=PIECE)
+        pieces = np.zeros(n, dtype=LINE_PIECE)
         pieces["length"] = 10 ** rng.uniform(1.3, 3, n)
         pieces["weight"] = 10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n)
         pieces["stiffness"] = 10 ** rng.uniform(5, 9.5, n)
@@ -331,7 +331,7 @@ def test_floating_pieces() -> None:
         if not p.converged:
             continue
         solved += 1
-        places, _ = find_points(pieces, 0, n, *case[1:], p, 501)
+        places, _ = line_points(pieces, 0, n, *case[1:], p, 501)
         np.testing.assert_allclose(places[-1], (case[1], 0.0), atol=1e-8 * length)
         assert places[:, 1].min() >= -1e-9 * length
         lies = np.cumsum(pieces["length"]) > p.touch * (1 + 1e-12)

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, observed_orders, scene, steady, surge
 from modes_apart import Event, integrate
+from scenes import block, moving, observed_orders, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -19,11 +19,11 @@ import hydrosim as hs
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Harmonic, Spring, Table, TensionControl, Winch
 from hydrosim.forces.line.drum import (
+    DRUM_INACTIVE,
     EMPTY,
     FAST_IN,
     FAST_OUT,
     FULL,
-    GONE,
     SLIPPING_IN,
     SLIPPING_OUT,
     STUCK,
@@ -294,7 +294,7 @@ def test_the_wire_of_a_winch_breaks_at_its_tension() -> None:
     run = hs.simulate(scene(body, {"winch": wire}, 1.0, 0.1, step=0.002))
     found = np.arccos(float(run.velocity[-1, 0, 0]) / v) / w
     assert found == pytest.approx(np.arcsin(0.6) / w, abs=1e-10)
-    assert int(run.winch_mode[-1, 0]) == GONE
+    assert int(run.winch_mode[-1, 0]) == DRUM_INACTIVE
     assert run.energy_residual_relative <= 1e-9
 
 

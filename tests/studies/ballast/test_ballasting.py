@@ -8,9 +8,8 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
-from dry_scenes import steady
-from moored_barge import scene_of, with_body
 from numpy.testing import assert_allclose
+from scenes import scene_of, steady, with_body
 from scipy.optimize import root
 
 import hydrosim as hs

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, on_floor, steady
-from dry_scenes import scene as dry_scene
 from numpy.testing import assert_allclose
+from scenes import block, moving, on_floor, steady
+from scenes import scene as dry_scene
 
 import hydrosim as hs
 from hydrosim.database.build.barge import box

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from moored_barge import SEA, in_waves, motion, scene_of, with_body
+from scenes import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compiling.compile import Radiation

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, on_floor, steady
-from moored_barge import in_waves, motion, scene_of
+from scenes import block, in_waves, motion, moving, on_floor, scene_of, steady
 
 import hydrosim as hs
 from hydrosim.errors import InputError

@@ -8,9 +8,20 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from dry_scenes import block, moving, on_floor, scene, steady
 from markers import few
-from moored_barge import SEA, hull, in_waves, motion, scene_of, with_body
+from scenes import (
+    SEA,
+    block,
+    hull,
+    in_waves,
+    motion,
+    moving,
+    on_floor,
+    scene,
+    scene_of,
+    steady,
+    with_body,
+)
 
 import hydrosim as hs
 from hydrosim.compiling.compile import Radiation, compile_for_linear

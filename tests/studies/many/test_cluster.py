@@ -11,13 +11,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from threading import Thread
 from typing import Any, cast
 
 import pytest
-from command_line import Command, command
-from moored_barge import CASES, SEA, in_contact, in_waves
+from command_line import Command
+from scenes import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
@@ -86,14 +87,11 @@ def kill_when(kept: Path, size: int, process: int) -> None:
 
 
 @pytest.fixture
-def sweep(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
-    monkeypatch.chdir(tmp_path)
+def sweep(hydrosim: Command) -> Command:
     text = f"case: {CASES}/base.yaml\nduration: 20 s\nseeds: 1-24\noutput: {{step: 1 s}}\n"
     figures = "figures: {end: {channel: position.barge.surge, statistic: end}}\n"
     Path("study.yaml").write_text(text + figures)
-    return command(monkeypatch, capsys, "sweep")
+    return partial(hydrosim, "sweep")
 
 
 def test_workers_over_tcp_come_to_the_same_file(

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, on_floor, steady
-from dry_scenes import scene as dry
+from scenes import block, on_floor, steady
+from scenes import scene as dry
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

@@ -9,8 +9,7 @@ import sys
 import numpy as np
 import pytest
 from command_line import heed_signals
-from dry_scenes import FLOOR, block, moving, on_floor, scene, steady
-from moored_barge import ROOT
+from scenes import FLOOR, ROOT, block, moving, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.compiling.clock import compile_clock
@@ -30,7 +29,7 @@ from hydrosim.forces import (
 from hydrosim.scene import Method, Scene
 from hydrosim.stepping.record import new_record
 from hydrosim.stepping.run import advance, count_evaluations
-from hydrosim.stepping.state import EVALUATIONS, EVENTS, LOOKS, POINT, Run, new_run
+from hydrosim.stepping.state import EVALUATIONS, EVENTS, GRID_POINT, GUARD_EVALUATIONS, Run, new_run
 
 SLOW = """
 import hydrosim as hs
@@ -111,7 +110,7 @@ def test_kernels_return_after_a_piece(method: Method) -> None:
     whole, cut = (_new(compiled) for _ in range(2))
     advance(10**9, whole)
     advance(0, cut)
-    while cut.counters[POINT] < cut.clock.points:
+    while cut.counters[GRID_POINT] < cut.clock.points:
         before = int(count_evaluations(cut.counters))
         advance(1, cut)
         assert count_evaluations(cut.counters) - before < 20_000
@@ -133,16 +132,16 @@ def test_searches_for_events_are_part_of_what_a_call_may_cost() -> None:
     )
     may = 50
     steps = np.array(_calls(compiled, 1))
-    assert steps[:, LOOKS].max() > may  # of one step
+    assert steps[:, GUARD_EVALUATIONS].max() > may  # of one step
     calls = np.array(_calls(compiled, may))
     assert calls[:, EVENTS].sum() > 5
     ends = [0]
-    count_evaluations = steps[:, EVALUATIONS] + steps[:, LOOKS]
+    count_evaluations = steps[:, EVALUATIONS] + steps[:, GUARD_EVALUATIONS]
     while ends[-1] < len(count_evaluations):
         enough = np.cumsum(count_evaluations[ends[-1] :]) >= may
         ends.append(ends[-1] + (int(enough.argmax()) + 1 if enough.any() else enough.size))
     expected = np.add.reduceat(count_evaluations, ends[:-1])
-    np.testing.assert_array_equal(calls[:, EVALUATIONS] + calls[:, LOOKS], expected)
+    np.testing.assert_array_equal(calls[:, EVALUATIONS] + calls[:, GUARD_EVALUATIONS], expected)
 
 
 def _calls(compiled: Compiled, may: int) -> list[np.ndarray]:
@@ -150,7 +149,7 @@ def _calls(compiled: Compiled, may: int) -> list[np.ndarray]:
     run = _new(compiled)
     advance(0, run)
     each = []
-    while run.counters[POINT] < run.clock.points:
+    while run.counters[GRID_POINT] < run.clock.points:
         before = run.counters.copy()
         advance(may, run)
         each.append(run.counters - before)

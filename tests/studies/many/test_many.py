@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import steady
-from moored_barge import CASES, SEA, in_contact, in_waves, scene_of, with_body
+from scenes import CASES, SEA, in_contact, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

@@ -7,14 +7,15 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from threading import Thread
 
 import psutil
 import pytest
 import xarray as xr
-from command_line import Command, command
-from moored_barge import CASES, SEA, in_contact, in_waves
+from command_line import Command
+from scenes import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
@@ -27,13 +28,10 @@ FATAL, REFUSED = 3, 5  # seeds
 
 
 @pytest.fixture
-def sweep(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Command:
-    monkeypatch.chdir(tmp_path)
+def sweep(hydrosim: Command) -> Command:
     text = f"case: {CASES}/base.yaml\nduration: 20 s\nseeds: 1-24\noutput: {{step: 1 s}}\n"
     Path("study.yaml").write_text(text)
-    return command(monkeypatch, capsys, "sweep", "study.yaml", "--workers", "2")
+    return partial(hydrosim, "sweep", "study.yaml", "--workers", "2")
 
 
 def look_and_kill(kept: Path, listening: list[object]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from damaged import message
-from moored_barge import SEA, in_contact, in_waves, with_body
+from scenes import SEA, in_contact, in_waves, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

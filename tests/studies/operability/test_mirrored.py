@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from moored_barge import CASES
+from scenes import CASES
 
 from hydrosim.plot.operability import _panel
 from hydrosim.scene import Scene

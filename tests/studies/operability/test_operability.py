@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import command
-from moored_barge import CASES
+from scenes import CASES
 
 from hydrosim.compare.exact import differences
 from hydrosim.evidence import Feature, Kind

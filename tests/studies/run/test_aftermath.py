@@ -8,8 +8,7 @@ from math import radians
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, scene
-from moored_barge import ROOT, SEA, in_waves, scene_of, with_body
+from scenes import ROOT, SEA, block, in_waves, moving, scene, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.forces import CurrentLoad, LinearMooring

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from moored_barge import SEA, in_waves, scene_of
+from scenes import SEA, in_waves, scene_of
 
 import hydrosim as hs
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK

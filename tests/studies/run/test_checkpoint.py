@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import steady
 from markers import few
-from moored_barge import SEA, in_contact, in_waves, scene_of, with_body
+from scenes import SEA, in_contact, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import block, moving, on_floor, scene, steady, table
 from numpy.typing import ArrayLike
+from scenes import block, moving, on_floor, scene, steady, table
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from moored_barge import in_contact
+from scenes import in_contact
 
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring

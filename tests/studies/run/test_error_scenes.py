@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks import error_report
-from benchmarks.error_cases import KINDS, drawn_scene
-from benchmarks.motion_errors import motion_errors
-from benchmarks.random_cases import text_of
+from benchmarks import error_scenes
+from tests.generators.error_cases import KINDS, drawn_scene
+from tests.generators.random_cases import text_of
+from tests.generators.references import motion_errors
 
 FIRST = 3_000_000
 
@@ -64,7 +64,7 @@ def record(**values: object) -> dict[str, object]:
 def test_what_is_said_over_what_is_true(
     said: float | None, true: float, apart: float, ratio: float | None
 ) -> None:
-    found = error_report.ratio_of(record(said=said, true=true, apart=apart))
+    found = error_scenes.ratio_of(record(said=said, true=true, apart=apart))
     assert found == (ratio if ratio is None else pytest.approx(ratio))
 
 
@@ -77,9 +77,9 @@ def test_what_is_silent_and_what_cries_wolf() -> None:
         record(number=3, true=1e-5, said=2e-3, warnings=[told]),
         record(number=4, true=2e-3, said=2e-3, warnings=["waves act on it at its heading"]),
     ]
-    (silent,) = error_report.unwarned_table(records)
+    (silent,) = error_scenes.unwarned_table(records)
     assert (silent["complete and unwarned"], silent["wrong"]) == (2, 2)
-    (false,) = error_report.false_alarm_table(records)
+    (false,) = error_scenes.false_alarm_table(records)
     assert (false["judged"], false["warned though right"]) == (4, 1)
     assert false["warned of the model alone"] == 1
-    assert "joints 1 (2.0e-03), joints 4 (2.0e-03)" in error_report.report(records)
+    assert "joints 1 (2.0e-03), joints 4 (2.0e-03)" in error_scenes.report(records)

@@ -7,8 +7,8 @@ from math import inf
 
 import numpy as np
 import pytest
-from dry_scenes import table
 from numpy.testing import assert_allclose
+from scenes import table
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS

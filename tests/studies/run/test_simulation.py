@@ -8,8 +8,7 @@ from math import pi
 import numpy as np
 import pytest
 import xarray as xr
-from dry_scenes import steady
-from moored_barge import CASES, SEA, hull, in_contact, in_waves, motion, scene_of, with_body
+from scenes import CASES, SEA, hull, in_contact, in_waves, motion, scene_of, steady, with_body
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 

@@ -4,29 +4,19 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from moored_barge import ROOT
+from command_line import Command
+from scenes import ROOT, SWINGING_BLOCK
 
 import hydrosim as hs
-from hydrosim.__main__ import main
 from hydrosim.studies.run.stages import outdated_reason
 
-FIRST = """\
-title: Swinging block
-duration: 20 s
-bodies:
-  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
-forces:
-  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
-solver: {step: 0.02 s}
-output: {step: 0.1 s}
-"""
+FIRST = SWINGING_BLOCK.replace(", linear: step", "")
 SECOND = """\
 title: Driven block
 duration: 20 s
@@ -42,7 +32,6 @@ output: {step: 0.1 s}
 """
 THIRD = SECOND.replace("first", "second").replace("force_spring", "force_push")
 RUNS = shutil.ignore_patterns("no_friction.nc")
-Command = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
@@ -51,20 +40,6 @@ def cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / f"{name}.yaml").write_text(text)
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-@pytest.fixture
-def hydrosim(
-    cases: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Command:
-    def hydrosim(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["hydrosim", *map(str, arguments)])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        out, err = (" ".join(text.split()) for text in capsys.readouterr())
-        return int(caught.value.code or 0), out, err
-
-    return hydrosim
 
 
 def age(path: Path) -> int:

@@ -21,11 +21,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from moored_barge import in_contact
+from scenes import in_contact
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.interrupts import ENDING, install_signal_handlers
+from hydrosim.interrupts import ENDING_SIGNALS, install_signal_handlers
 from hydrosim.jit import linking, outside
 from hydrosim.outputs import Output
 from hydrosim.studies.run.checkpoint import Checkpoint
@@ -42,9 +42,9 @@ LATEST = 0.4  # s
 @pytest.fixture(autouse=True)
 def heeded() -> Iterator[None]:
     """Signals as the command takes them, from their defaults on."""
-    before = {number: signal.getsignal(number) for number in ENDING}
+    before = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
     try:
-        for number in ENDING:
+        for number in ENDING_SIGNALS:
             default = number == signal.SIGINT
             signal.signal(number, signal.default_int_handler if default else signal.SIG_DFL)
         install_signal_handlers()
@@ -158,7 +158,7 @@ def test_an_exception_that_is_lost_at_a_door_tears_the_step(
 @pytest.mark.parametrize("number", few([1, 7, 50, 200], 2))
 def test_a_signal_where_a_function_is_called_waits(number: int, tmp_path: Path) -> None:
     """A function of Python that is called at stages, and before the run."""
-    run, count = stopped_at(outside._ask.__code__, number, tmp_path, PUSHED)
+    run, count = stopped_at(outside._call_registered.__code__, number, tmp_path, PUSHED)
     assert count >= number
     assert run is None or run.attrs["status"] == "interrupted"
     install_signal_handlers()
@@ -180,7 +180,7 @@ def test_a_signal_at_any_moment(number: int, whole: xr.Dataset, tmp_path: Path) 
 
         def kill(after: float, ended: threading.Event) -> None:
             if not ended.wait(after):
-                os.kill(os.getpid(), int(rng.choice(ENDING)))
+                os.kill(os.getpid(), int(rng.choice(ENDING_SIGNALS)))
 
         killer = threading.Thread(target=kill, args=(LATEST * float(rng.random()), ended))
         killer.start()

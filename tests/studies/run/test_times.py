@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dry_scenes import block, scene
-from moored_barge import CASES
 from numpy.testing import assert_allclose
 from reading import number, rows, tables
+from scenes import CASES, block, scene
 
 import hydrosim as hs
 from hydrosim.errors import InputError

@@ -10,8 +10,8 @@ import pytest
 from markers import few
 
 from benchmarks import work_precision
-from benchmarks.precision_scenes import HARD, scene_names, shipped_cases
 from hydrosim.evidence import Feature, Kind
+from tests.generators.precision_scenes import HARD, scene_names, shipped_cases
 
 ASKED = (1e-3, 1e-5)
 QUICK = ("friction_block/exact", "sphere/decay")

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 import yaml
 from command_line import command
-from moored_barge import CASES
+from scenes import CASES
 
 from hydrosim.studies.operability.study import load_limits
 from hydrosim.studies.sweep.study import load_study

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import files
-from moored_barge import CASES
+from scenes import CASES
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, as_output

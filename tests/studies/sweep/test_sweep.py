@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from command_line import Command, command
-from moored_barge import CASES
+from scenes import CASES
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.interrupts import ENDING
+from hydrosim.interrupts import ENDING_SIGNALS
 from hydrosim.presentation.units import Units
 from hydrosim.statistics.effects import PlanRuns
 from hydrosim.studies.many import many
@@ -273,7 +273,7 @@ def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
     monkeypatch.chdir(tmp_path)
     asked = "figures: {a: {channel: position.barge.surge, statistic: end}}"
     path = study(tmp_path, f"seeds: 1\nuntil: {{figure: a, wide: 1e-9 m, most: 4}}\n{asked}")
-    before = {number: signal.getsignal(number) for number in ENDING}
+    before = {number: signal.getsignal(number) for number in ENDING_SIGNALS}
     signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
     with monkeypatch.context() as patch:
         patch.setattr(many, "_collect_garbage", lambda: signal.raise_signal(signal.SIGINT))

@@ -1,0 +1,187 @@
+"""Scenes by name: dry blocks that fly, bounce, stick and slide, and the H-851 of the thesis' cases,
+moored, free floating or pressed against the topside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+import hydrosim as hs
+from hydrosim import load_case
+from hydrosim.database import HydroDatabase, load
+from hydrosim.dofs import DOFS
+from hydrosim.forces import (
+    AppliedForce,
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    NormalCurve,
+    Plane,
+    Signal,
+    StickSlip,
+    Table,
+    constant,
+)
+from hydrosim.scene import Body, ForceElement, Jonswap, LinearScenes, Scene, Solver, WaveTrain
+
+INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])  # per unit of mass [m^2]
+ROOT = Path(__file__).parents[1]
+CASES = ROOT / "cases" / "reverse_float_over"
+SEA = Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3)
+SWINGING_BLOCK = """\
+title: Swinging block
+duration: 20 s
+bodies:
+  block: {mass: 2 kg, dofs: [surge], initial: {position: [0.3 m, 0, 0, 0, 0, 0]}}
+forces:
+  spring: {type: linear_mooring, body: block, stiffness: {surge: 5 N/m}}
+solver: {step: 0.02 s, linear: step}
+output: {step: 0.1 s}
+"""
+FLOOR = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+Law = StickSlip | FrictionSlope | Frictionless
+
+
+def block(mass: float, dofs: Sequence[str] = DOFS, name: str = "block", **changes: Any) -> Body:
+    """A dry body without symmetry."""
+    return replace(Body(name, mass, mass * INERTIA, dofs=tuple(dofs)), **changes)
+
+
+def moving(**values: float) -> tuple[float, ...]:
+    """Six coordinates or velocities by name."""
+    return tuple(values.get(dof, 0.0) for dof in DOFS)
+
+
+def table(time: ArrayLike, force: ArrayLike) -> dict[str, Signal]:
+    """Forces and moments (n, 6) at ``time`` (n,), by the names of the DOFs."""
+    time, force = np.asarray(time, float), np.asarray(force, float)
+    return {dof: Table(time, column) for dof, column in zip(DOFS, force.T, strict=True)}
+
+
+def steady(body: str = "block", **force: float) -> AppliedForce:
+    """A constant force on the centre of gravity."""
+    signals = {dof: constant(size) for dof, size in force.items()}
+    return AppliedForce(body, (0.0, 0.0, 0.0), signals)
+
+
+def on_floor(
+    stiffness: float,
+    friction: Law,
+    points: Sequence[Sequence[float]] = ((0.0, 0.0, 0.0),),
+    plane: Plane = FLOOR,
+    body: str = "block",
+) -> Fender:
+    """Points with a straight normal curve."""
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]))
+    return Fender(body, np.array(points, dtype=float), plane, curve, friction)
+
+
+def scene(
+    bodies: Body | Sequence[Body],
+    forces: Mapping[str, ForceElement],
+    duration: float,
+    output_step: float,
+    **solver: Any,
+) -> Scene:
+    """A scene without water."""
+    bodies = (bodies,) if isinstance(bodies, Body) else tuple(bodies)
+    settings = Solver(**{"step": output_step, "linear": LinearScenes.STEP, **solver})
+    return Scene("dry", duration, bodies, forces=forces, solver=settings, output_step=output_step)
+
+
+def with_step(scene: Scene, step: float, **changes: Any) -> Scene:
+    """The same scene at another step, and other changes of the solver."""
+    return replace(scene, solver=replace(scene.solver, step=step, **changes))
+
+
+def surge(run: xr.Dataset) -> np.ndarray:
+    """Surge of the first body (nt,)."""
+    return run.position.values[:, 0, 0]
+
+
+def heave(run: xr.Dataset) -> np.ndarray:
+    """Heave of the first body (nt,)."""
+    return run.position.values[:, 0, 2]
+
+
+def errors(scene: Scene, steps: Sequence[float], exact: np.ndarray, dof: int = 0, **solver: Any):
+    """Largest error of a coordinate of the first body at the output times, for every step."""
+    runs = [hs.simulate(with_step(scene, step, **solver)) for step in steps]
+    return np.array([np.abs(run.position.values[:, 0, dof] - exact).max() for run in runs])
+
+
+def observed_orders(steps: Sequence[float], errors: np.ndarray) -> np.ndarray:
+    """log(e1 / e2) / log(h1 / h2) of neighbours."""
+    return np.diff(np.log(errors)) / np.diff(np.log(steps))
+
+
+@lru_cache
+def hull() -> HydroDatabase:
+    """The barge's database, about the centre of gravity of the cases."""
+    return load(ROOT / "hydro_db" / "h851.nc")
+
+
+@lru_cache
+def scene_of(case: str) -> Scene:
+    """The scene of one of the reverse float-over cases, with the database read once for all."""
+    return with_body(load_case(CASES / f"{case}.yaml").scene(), hydrodynamics=hull())
+
+
+def with_body(scene: Scene, **changes: Any) -> Scene:
+    """The scene with its one body changed."""
+    (body,) = scene.bodies
+    return replace(scene, bodies=(replace(body, **changes),))
+
+
+def in_waves(scene: Scene, *trains: WaveTrain) -> Scene:
+    """The scene in other waves; in calm water if there are none."""
+    return replace(scene, environment=replace(scene.environment, waves=trains))
+
+
+def in_contact(duration: float, step: float = 0.1, points: np.ndarray | None = None) -> Scene:
+    """The base case lifted at once until the barge knocks against the topside in every wave.
+
+    The fenders are those of the base case or others at ``points`` (n, 3) with the same totals.
+    """
+    base = scene_of("base")
+    fender = base.forces["interface"]
+    assert isinstance(fender, Fender)
+    lift = steady("barge", heave=160e6)
+    interface = fender if points is None else _shared(fender, np.asarray(points, dtype=float))
+    scene = with_body(in_waves(base, WaveTrain(SEA)), position=(0.0, 0.0, 1.05, 0.0, 0.0, 0.0))
+    return replace(
+        scene,
+        duration=duration,
+        forces={"mooring": base.forces["mooring"], "lift": lift, "interface": interface},
+        solver=Solver(step=step),
+    )
+
+
+def _shared(fender: Fender, points: np.ndarray) -> Fender:
+    """The fender with its total stiffness, damping and friction on other points."""
+    share = len(fender.points) / len(points)
+    curve, law = fender.normal, fender.friction
+    assert isinstance(law, StickSlip)
+    return replace(
+        fender,
+        points=points,
+        normal=NormalCurve(curve.compression, share * curve.force, share * curve.damping),
+        friction=replace(
+            law,
+            stiffness=share * law.stiffness,
+            damping=share * law.damping,
+            slip_damping=share * law.slip_damping,
+        ),
+    )
+
+
+def motion(run: xr.Dataset, body: int = 0) -> np.ndarray:
+    """Position (nt, 6) of a body."""
+    return run.position.values[:, body]
