@@ -26,7 +26,7 @@ from hydrosim.forces.layout import RollMode
 from hydrosim.scene import Body
 
 ROLL_COORDINATE = DOFS.index("roll")
-MAX_ITERATIONS = 50  # iterations
+MAX_ROLL_ITERATIONS = 50  # iterations
 FREQUENCY_RTOL = 1e-10  # relative change of the frequency at which they end
 SLOPE_STEP_FRACTION = 1e-3  # of the frequency: step of the slope S'
 
@@ -61,7 +61,7 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     omega, mass = _undamped_roll(K, M, coefficients, own, at)
     if omega == 0.0:
         return RollMode(0.0, mass, 0.0)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(MAX_ROLL_ITERATIONS):
         step = SLOPE_STEP_FRACTION * omega
         mass = -(schur(omega + step) - schur(omega - step)).real / (4.0 * step * omega)
         change = schur(omega).real / (2.0 * omega * mass)
@@ -76,7 +76,7 @@ def _undamped_roll(
 ) -> tuple[float, float]:
     """Frequency and mass per roll of the undamped mode."""
     omega = 0.0
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(MAX_ROLL_ITERATIONS):
         H = M + coefficients(omega)[0][own]
         values, shapes = eigh(K, H)
         k = int(np.argmax(shapes[at] * (H @ shapes)[at]))
