@@ -127,13 +127,16 @@ def test_a_wheel_is_not_built_with_a_folder_that_has_no_kernels(
 ) -> None:
     pytest.importorskip("hatchling", reason="hatchling is not installed (pip install .[dev])")
     monkeypatch.setenv("HYDROSIM_SHIPPED", str(tmp_path))
-    hook = run_path(str(ROOT / "hatch_build.py"))["ShippedKernels"]
+    hook = run_path(str(ROOT / "hatch_build.py"))["Included"]
     built: dict[str, Any] = {"force_include": {}}
     with pytest.raises(SystemExit, match=r"found no manifest\.json"):
         hook.initialize(None, "standard", built)
     (tmp_path / MANIFEST).touch()
     hook.initialize(None, "standard", built)
-    assert built["force_include"] == {str(tmp_path): "hydrosim/jit/shipped"}
+    assert built["force_include"][str(tmp_path)] == "hydrosim/jit/shipped"
+    cases = [target for source, target in built["force_include"].items() if source != str(tmp_path)]
+    assert "hydrosim/examples/cases/reverse_float_over/base.yaml" in cases
+    assert not [target for target in cases if "thesis" in target or target.endswith(".py")]
 
 
 def motions(
