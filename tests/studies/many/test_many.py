@@ -96,14 +96,14 @@ def test_databases_and_all_but_the_waves_are_compiled_once(monkeypatch: pytest.M
 
         monkeypatch.setattr(shared, name, call)
 
-    counted("open_start")
+    counted("open_database")
     counted("compile_calm")
     cases = [
         hs.load_case(CASES / "base.yaml", {"duration": 5.0, "environment.waves.seed": seed})
         for seed in (1, 2, 3)
     ]
     runs = hs.simulate_many(cases)
-    assert sorted(calls) == ["compile_calm", "open_start"]
+    assert sorted(calls) == ["compile_calm", "open_database"]
     assert same(runs.isel(run=1), hs.simulate(cases[1])[["position"]])
     assert "seed: 2" in str(runs.case[1].values)  # the texts differ, so each run has its own
     assert "case" not in runs.attrs
