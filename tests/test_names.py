@@ -15,20 +15,19 @@ TREES = {
     path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text("utf-8"))
     for path in sorted(PACKAGE.rglob("*.py"))
 }
-VAGUE_WORDS = frozenset(
-    """
-    at of on in by to from with without above below behind before after beside between
-    within under over across along around near off out up down away apart together alone
-    alike same other others own each every all any some most least few fewest many more less
-    one two both either neither none nothing anything everything such this that these those
-    what which who whose where when why how here there now then again always still already
-    only also too so thus else otherwise anew first last next late early it its they them he
-    we you is are was were be been has have had does did may might can could must shall
-    should will would lost found said told kept held met lent meant given taken made done
-    gone come seen left sent let got hit begun known shown drawn built spent dealt led
-    spread due free calm wet whole half empty
-    """.split()
-)
+VAGUE = """
+at of on in by to from with without above below behind before after beside between
+within under over across along around near off out up down away apart together alone
+alike same other others own each every all any some most least few fewest many more less
+one two both either neither none nothing anything everything such this that these those
+what which who whose where when why how here there now then again always still already
+only also too so thus else otherwise anew first last next late early it its they them he
+we you is are was were be been has have had does did may might can could must shall
+should will would lost found said told kept held met lent meant given taken made done
+gone come seen left sent let got hit begun known shown drawn built spent dealt led
+spread due free calm wet whole half empty
+"""
+"""Participles, prepositions, pronouns and adverbs of one word."""
 NOUNS_AND_VERBS = {"speed", "seed", "need", "feed", "embed"}
 """Words that end as participles do."""
 STORED = "its sources are part of the names of stored results: a rename makes all of them anew"
@@ -55,7 +54,7 @@ def is_vague(name: str) -> bool:
     if not word or "_" in word or not word.islower():
         return False
     is_participle = len(word) > 4 and word.endswith("ed") and word not in NOUNS_AND_VERBS
-    return word in VAGUE_WORDS or is_participle
+    return word in VAGUE.split() or is_participle
 
 
 def functions() -> Iterator[tuple[str, str]]:
