@@ -44,7 +44,7 @@ def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], l
     loads = np.tile(frequency[:, None, None] ** power + 0j, (1, 8, 6))
     database = Loads(frequency, loads)
     seas = sea(Environment(waves=(NOISE,)))
-    about = SimpleNamespace(wet=lambda: [(0, body, database)], sea=seas)
+    about = SimpleNamespace(floating_bodies=lambda: [(0, body, database)], sea=seas)
     return list(range_warnings(seas, body, database)), [doubt.found for doubt in ranges(about)]
 
 
