@@ -57,6 +57,7 @@ def test_a_mutant_is_refused_or_checked(folder: Path, count: int) -> None:
         assert outcome.message or outcome.status == "complete"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paper", mutant_papers.papers())
 def test_a_paper_is_right_before_it_is_changed(paper: str, papers_folder: Path) -> None:
     kind = mutant_papers.papers()[paper]

@@ -66,6 +66,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
     assert {*asked.values()} == {MODELS}, asked
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BEFORE)
 def test_facts_are_asked_in_one_place(name: str) -> None:
     asking = {

@@ -306,6 +306,7 @@ for module in sys.argv[2:]:
 """
 
 
+@pytest.mark.slow
 def test_an_edit_recompiles_few_kernels_of_the_base_case(
     figure: Callable[[str, float], None],
 ) -> None:

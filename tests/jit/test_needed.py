@@ -29,12 +29,14 @@ EVERY_STAGE = {
 }
 
 
+@pytest.mark.slow
 def test_a_dry_block_with_friction_needs_nothing_of_the_water() -> None:
     dry, wet = roots("friction_block/exact"), roots("reverse_float_over/base")
     assert wet >= WATER
     assert not WATER & dry
 
 
+@pytest.mark.slow
 def test_what_every_stage_calls_is_no_root() -> None:
     """The door of one costs some percent of a step."""
     assert not EVERY_STAGE & roots("reverse_float_over/base")

@@ -34,6 +34,7 @@ UNKNOWN = "import numba; numba.version_info = numba.version_info._replace(short=
 CHANGED = "import numba.core.codegen; del numba.core.codegen.JITCodeLibrary\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "duration"), [("friction_block/slope_1e6.yaml", 4.0), ("sphere/irregular.yaml", 20.0)]
 )

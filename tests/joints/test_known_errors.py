@@ -42,6 +42,7 @@ def true_error(name: str, run: xr.Dataset) -> float:
     return float(motion_errors(exact, run.position.values).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALL)
 def test_known_motions_begin_as_their_scenes(name: str) -> None:
     """The exact motion is that of the scene: a fine run agrees at first."""

@@ -46,6 +46,7 @@ def test_no_fit_of_a_shipped_case_is_made(fits_made: list[np.ndarray]) -> None:
     assert not fits_made
 
 
+@pytest.mark.slow
 def test_fits_made_anew_are_those_that_were_shipped(
     fits_made: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:

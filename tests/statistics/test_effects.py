@@ -149,6 +149,7 @@ LAWS = {
 """Largest values of runs, from waves and from impacts, and their means."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("count", [3, 6, 20])
 def test_intervals_of_magnitudes_stay_above_zero_and_hold(law: str, count: int) -> None:

@@ -91,6 +91,7 @@ def test_intervals_are_as_narrow_as_can_be(name: str, figure: Figure) -> None:
     assert np.nanmean(another) <= 1.3 * (true[2] - true[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -152,6 +153,7 @@ def test_crossings_of_white_noise_are_counted() -> None:
         assert rate == pytest.approx(expected, abs=5.0 * np.sqrt(expected) + 0.02 * expected)
 
 
+@pytest.mark.slow
 def test_stationary_records_are_not_said_to_change(figure: Figure) -> None:
     """None of the kinds, slow drift with little damping the hardest; 1 % is asked for in all."""
     told = []
@@ -336,6 +338,7 @@ def test_one_value_far_beyond_all_others_has_no_law() -> None:
     assert extremes(x, 0.5)[1].basis == ExtremeModel.ALONE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "quantiles"),
     [

@@ -65,6 +65,7 @@ def test_maxima_of_two_kinds_do_not_follow_gumbels_law() -> None:
     assert np.mean([not follows_gumbel(x, fit_maxima(x)) for x in drawn]) > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [VALUES_FOR_INTERVAL, 50])
 @pytest.mark.parametrize("draw", [with_and_without_impact, held])
 def test_runs_of_an_operation(draw: Draw, count: int) -> None:

@@ -355,6 +355,7 @@ def test_folders_that_are_not_whole_are_refused(tmp_path):
         read(path)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*rad/s apart")
 @pytest.mark.parametrize("name", ["AddedMass_11.dat", "fxf1st.rao", "DriftFx.rao", "QTFFx.rao"])
 def test_damaged_tables_of_a_folder_are_refused(tmp_path, name):

@@ -294,6 +294,7 @@ def test_messages_name_the_key(model, tmp_path):
         read(path)
 
 
+@pytest.mark.slow
 def test_damaged_files_are_refused(model, tmp_path):
     path = write(tmp_path / "barge.yml", model)
     assert 50 < damaged.refused(orcaflex.read, path, path.read_bytes(), "barge.yml")

@@ -640,6 +640,7 @@ def test_turned_bodies_are_refused(volturnus_set):
         read(volturnus_set)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".1", ".3", ".8", ".12d", ".hst", ".mmx", ".out"])
 def test_damaged_files_are_refused_or_read(made_up, tmp_path, suffix, damaged):
     """350 files: a message with the name of a file of the set, or a database."""

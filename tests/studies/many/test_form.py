@@ -158,6 +158,7 @@ def test_runs_that_differ_in_what_is_not_kept_have_no_form_of_their_own() -> Non
     assert float(runs.end_position[1, 0, 0]) < float(runs.end_position[0, 0, 0])
 
 
+@pytest.mark.slow
 def test_a_padded_set_that_is_interrupted_goes_on_to_the_same(tmp_path: Path) -> None:
     """Its folder can be read meanwhile, with the coordinates of runs."""
     scenes = [sliding(points=2), *[sliding(0.15)] * 6, without(sliding(), "floor")]

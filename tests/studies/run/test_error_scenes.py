@@ -16,6 +16,7 @@ from tests.generators.references import motion_errors
 FIRST = 3_000_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_case_is_one_that_a_case_file_may_hold(kind: str) -> None:
     lasting = Counter[bool]()

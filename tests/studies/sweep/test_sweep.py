@@ -266,6 +266,7 @@ def test_results_that_there_are_not_are_refused_with_the_names_of_others(
     assert all(word in str(caught.value) for word in ("study.yaml:3", *words)), caught.value
 
 
+@pytest.mark.slow
 def test_a_study_until_that_is_interrupted_as_a_round_ends_is_not_gone_on_with(
     tmp_path: Path, sweep: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
