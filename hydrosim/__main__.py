@@ -148,7 +148,7 @@ def _run_command() -> None:
     warnings.showwarning = lambda message, *_, **__: print_status(f"warning   {message}")
     try:
         try:
-            _require_memory()
+            _require_memory_limit()
             _require_text([*sys.argv[1:], os.getcwd()])
             app(prog_name="hydrosim")
         finally:
@@ -181,7 +181,7 @@ def _require_text(arguments: Sequence[str]) -> None:
             ) from None
 
 
-def _require_memory() -> None:
+def _require_memory_limit() -> None:
     """Refuse a limit of memory below which OpenBLAS and LLVM end the process, or hang, without a
     message."""
     if sys.platform != "win32":

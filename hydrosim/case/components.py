@@ -31,7 +31,7 @@ def read_components(source: Source) -> tuple[Component, ...]:
     table = parse(source, first="a component")
     columns = dict(_columns(source, table))
     return tuple(
-        _component(source, dict(zip(columns, map(float, row), strict=True)), line)
+        _wave_component(source, dict(zip(columns, map(float, row), strict=True)), line)
         for line, row in zip(table.lines, np.transpose([*columns.values()]), strict=True)
     )
 
@@ -57,11 +57,11 @@ def _columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray
 def _scale(source: Source, name: str, unit: str) -> float:
     """What a number in a unit is multiplied with to be in SI."""
     others = {"amplitude": 1.0} | ({} if name == "frequency" else {"period": 1.0})
-    one = _component(source, {**others, name: f"1 {unit}"})
+    one = _wave_component(source, {**others, name: f"1 {unit}"})
     return float(getattr(one, name))
 
 
-def _component(source: Source, values: dict[str, Any], line: int | None = None) -> Component:
+def _wave_component(source: Source, values: dict[str, Any], line: int | None = None) -> Component:
     """A component with these values, which are checked as those in a case file are."""
     readers: dict[int, Any] = {}
     try:

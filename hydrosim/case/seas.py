@@ -16,7 +16,7 @@ from hydrosim.case.records import read_record
 from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source
 
-KEYS = ("heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading")
+COPIED_TRAIN_FIELDS = ("heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading")
 
 
 def wave_trains(water: schema.Environment, path: Path) -> tuple[scene.WaveTrain, ...]:
@@ -31,7 +31,9 @@ def _trains(water: schema.Environment, path: Path) -> Iterator[scene.WaveTrain]:
     for i, train in enumerate(water.waves):
         key = "environment.waves" if len(water.waves) == 1 else f"environment.waves.{i}"
         if not isinstance(train, waves.NoWaves):
-            given = {name: value for name, value in dict(train).items() if name in KEYS}
+            given = {
+                name: value for name, value in dict(train).items() if name in COPIED_TRAIN_FIELDS
+            }
             yield scene.WaveTrain(_spectrum(train, water, BuildContext(key, path)), **given)
 
 

@@ -58,7 +58,7 @@ def case_tables(data: Mapping[str, Any]) -> Iterator[Table]:
         yield Table(("environment", ""), [*_environment(data.get("environment"))])
         yield Table(("body", ""), [*_bodies(data.get("bodies"))])
         if forces := data.get("forces"):
-            yield Table(("force element", "type", "on"), [*_forces(forces)])
+            yield Table(("force element", "type", "on"), [*_force_rows(forces)])
         if joints := data.get("joints"):
             yield Table(("joint", "type", "between"), [*_joints(joints)])
 
@@ -83,7 +83,7 @@ def plain(text: str) -> dict[str, Any]:
     return data if ok else {}
 
 
-def file_name(text: str) -> str:
+def shorten_path(text: str) -> str:
     """Of a path the last two parts: folders of a machine mean nothing elsewhere. Other texts stay
     as they are."""
     path = PurePath(text)
@@ -127,7 +127,7 @@ def _bodies(bodies: Any) -> Iterator[tuple[str, Sentence]]:
                 yield f"{name}, {key.replace('_', ' ')}", _value_text(body[key], unit)
 
 
-def _forces(forces: Any) -> Iterator[tuple[str, str, str]]:
+def _force_rows(forces: Any) -> Iterator[tuple[str, str, str]]:
     for name, element in forces.items():
         kind = str(element.get("type", "")).replace("_", " ")
         yield str(name), kind, str(element.get("body", ""))
@@ -147,7 +147,7 @@ def _value_text(value: Any, unit: str) -> Sentence:
 
 def _value(value: Any, unit: str) -> Value | str:
     if isinstance(value, str):
-        return file_name(value)
+        return shorten_path(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
     return str(value) if isinstance(value, int) and not unit else Value(value, unit, CELL_DIGITS)

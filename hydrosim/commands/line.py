@@ -89,12 +89,12 @@ class LinesToShow(NamedTuple):
 
 def _of_file(file: Path) -> LinesToShow:
     """The lines of a file of another program."""
-    from hydrosim.case.lines.chains import read_system
+    from hydrosim.case.lines.chains import read_mooring_system
     from hydrosim.documents.text import Source
     from hydrosim.presentation.units import DEFAULT
     from hydrosim.studies.line import lines_of_system
 
-    system = read_system(Source(file))
+    system = read_mooring_system(Source(file))
     left_out = [each.message for each in system.left_out]
     return LinesToShow(file.name, lines_of_system(system), DEFAULT, left_out)
 

@@ -22,7 +22,7 @@ from hydrosim.documents.units import factor
 EQUAL_RMS_RATIO = 1e-3  # rms over std: smaller differences count as equal
 MIN_NAMED_CORRELATION = 0.8  # correlation: below it no gain, lag or offset is named
 MIN_WAVE_CORRELATION = 0.5  # correlation in the wave band: below it the waves are others
-MAX_STD_RATIO = 1.5  # ratio of std in the wave band: above it the spectrum is another
+MAX_SAME_SPECTRUM_STD_RATIO = 1.5  # ratio of std in the wave band: above it the spectrum is another
 MIN_WAVE_STD = 0.05  # of the std: smaller motion in the wave band counts as none
 MIN_EFFECT_FRACTION = 0.3  # of the rms: an effect that is named
 DOMINANT_FRACTION = 0.7  # of the mean square
@@ -89,7 +89,7 @@ def _other_waves(
     sizes = float(np.std(a)), float(np.std(r))
     if min(sizes) < MIN_WAVE_STD * min(np.std(pair.ours), np.std(pair.recorded)):
         return False
-    if not 1.0 / MAX_STD_RATIO < sizes[0] / sizes[1] < MAX_STD_RATIO:
+    if not 1.0 / MAX_SAME_SPECTRUM_STD_RATIO < sizes[0] / sizes[1] < MAX_SAME_SPECTRUM_STD_RATIO:
         return False
     even = np.linspace(time[0], time[-1], time.size)
     return abs(fit(even, a, r, most).correlation) < MIN_WAVE_CORRELATION

@@ -60,7 +60,7 @@ OF_ESDIRK4 = 10.0
 # change
 SMOOTH = 1e-3
 ROUGH = 1e-5
-ROUGH_IMPLICIT = 1e-6
+MAX_IMPLICIT_CONTACT_TOLERANCE = 1e-6
 MIN_TOLERANCE = 1e-12  # of a step, per second: rounding is larger than smaller ones
 ARM = 100.0  # m, for angles
 # cost of a step in evaluations, and factor of the length of an implicit step
@@ -116,7 +116,7 @@ def _ratio(method: Method) -> float:
 
 def _rate(method: Method, accuracy: float, changing: bool) -> float:
     """Tolerance of each step [1/s]; ``changing`` says that contacts or springs change."""
-    rough = ROUGH_IMPLICIT if method == Method.ESDIRK4 else ROUGH
+    rough = MAX_IMPLICIT_CONTACT_TOLERANCE if method == Method.ESDIRK4 else ROUGH
     return max(min(accuracy / _ratio(method), rough if changing else SMOOTH), MIN_TOLERANCE)
 
 

@@ -41,7 +41,7 @@ def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
     more = {CHANGED_ATTRIBUTE: "; ".join(said)} if said else {}
     if changes.accept:
         more[ACCEPTED_ATTRIBUTE] = ", ".join(
-            [*accepted_findings(db), *map(_finding_name, changes.accept)]
+            [*accepted_findings(db), *map(_check_finding_name, changes.accept)]
         )
     return replace(db, attributes={**db.attributes, **more})
 
@@ -57,7 +57,7 @@ def _change_words(changes: Changes) -> Iterator[str]:
         yield "symmetrised"
 
 
-def _finding_name(name: str) -> str:
+def _check_finding_name(name: str) -> str:
     """The name of a finding."""
     if wrong := unknown_name_message(name):
         raise InputError(f"hydrodynamics.accept: {wrong}.")

@@ -29,7 +29,7 @@ DASHES = ("-", "--", ":")  # number of those headings
 NEGLIGIBLE_LINE_FRACTION = 1e-3  # of a panel's largest value: lines below it are not drawn
 MIN_PHASE_AMPLITUDE = 0.1  # of a line's largest value: below it the phase means little
 DOF_RANGES = (range(3), range(3, 6))  # translations and rotations
-DECADES = 1e4  # of a logarithmic panel
+LOG_PANEL_RANGE = 1e4  # of a logarithmic panel
 
 COEFFICIENT_UNITS = Units({"rad": "rad"})
 """Coefficients are read per radian, as in all programs that compute them."""
@@ -179,9 +179,12 @@ def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> No
 def _logarithmic(axis: Axes, lines: Lines) -> None:
     """Whether a logarithmic axis would hide only noise of every line."""
     largest = max(values.max() for values, *_ in lines.values())
-    if largest > 0.0 and min(values.min() for values, *_ in lines.values()) > -largest / DECADES:
+    if (
+        largest > 0.0
+        and min(values.min() for values, *_ in lines.values()) > -largest / LOG_PANEL_RANGE
+    ):
         axis.set_yscale("log", nonpositive="mask")
-        axis.set_ylim(bottom=max(axis.get_ylim()[0], axis.get_ylim()[1] / DECADES))
+        axis.set_ylim(bottom=max(axis.get_ylim()[0], axis.get_ylim()[1] / LOG_PANEL_RANGE))
 
 
 def _times(power: int) -> str:

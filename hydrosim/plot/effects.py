@@ -142,7 +142,7 @@ def _chart(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueName
     return _heat if len(plan.parameters) == 2 else _band
 
 
-def _label(plan: PlanRuns, figure: str) -> str:
+def _quantity_label(plan: PlanRuns, figure: str) -> str:
     return axis_label(_words(figure), _display_unit(plan, figure).unit)
 
 
@@ -188,7 +188,7 @@ def _by_seed(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueName
     axis.plot(seed_numbers, _read(plan, figure, plan.runs[figure].values), ".", color="0.4")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("seed")
-    axis.set_ylabel(_label(plan, figure))
+    axis.set_ylabel(_quantity_label(plan, figure))
 
 
 def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
@@ -226,7 +226,7 @@ def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
     if not numbers:
         axis.set_xticks(place, names.names_of(combinations))
         axis.set_xlim(-0.6, len(rows) - 0.4)
-    axis.set_ylabel(_label(plan, figure))
+    axis.set_ylabel(_quantity_label(plan, figure))
     each = list(plan.parameters) if len(parameters) > 1 else list(plan.parameters)[:1]
     axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in each))
 
@@ -264,7 +264,7 @@ def _heat(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
     one, other = plan.parameters
     axis.set_xlabel(_parameter_label(plan, one))
     axis.set_ylabel(_parameter_label(plan, other))
-    axis.figure.colorbar(image, ax=axis, label=f"mean {_label(plan, figure)}")
+    axis.figure.colorbar(image, ax=axis, label=f"mean {_quantity_label(plan, figure)}")
 
 
 def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
@@ -294,7 +294,7 @@ def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueName
     axis.use_sticky_edges = False
     axis.margins(x=0.2)
     axis.set_yticks(range(len(bars)), [_parameter_label(plan, bar[3]) for bar in bars])
-    axis.set_xlabel(f"mean {_label(plan, figure)}, line: the case")
+    axis.set_xlabel(f"mean {_quantity_label(plan, figure)}, line: the case")
 
 
 def _points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
@@ -304,7 +304,7 @@ def _points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames
         y = _read(plan, figure, plan.runs[figure].values)
         axis.plot(x, y, ".", color=COLOURS[0])
         axis.set_xlabel(_parameter_label(plan, parameter))
-    axes[0].set_ylabel(_label(plan, figure))
+    axes[0].set_ylabel(_quantity_label(plan, figure))
 
 
 def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:

@@ -8,7 +8,7 @@ from textwrap import fill, shorten
 from hydrosim.documents.value_text import letter_of, value_text
 
 MAX_LETTERS_OF_NAME = 12
-MAX_LETTERS_OF_AXIS = 54
+MAX_LETTERS_OF_ALL_NAMES = 54
 MAX_LETTERS_OF_MEANING = 240
 LETTERS_OF_KEY_LINE = 42
 
@@ -23,7 +23,7 @@ class ValueNames:
     def names_of(self, values: Sequence[object]) -> list[str]:
         """A name for each of the ``values``, which stand beside one axis."""
         texts = [value_text(value) for value in values]
-        room = min(MAX_LETTERS_OF_NAME, max(4, MAX_LETTERS_OF_AXIS // max(len(texts), 1)))
+        room = min(MAX_LETTERS_OF_NAME, max(4, MAX_LETTERS_OF_ALL_NAMES // max(len(texts), 1)))
         if all(len(text) <= room for text in texts):
             return texts
         return [self._letters.setdefault(text, letter_of(len(self._letters))) for text in texts]

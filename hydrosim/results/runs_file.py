@@ -68,7 +68,7 @@ def is_of_runs(found: xr.Dataset) -> bool:
     return RUN in found.dims and "status" in found
 
 
-class RunsFile:
+class RunsWriter:
     """Writer for the datasets of ``count`` runs in a new file, along a dimension ``run``.
 
     The first run that is added defines variables, coordinates and sizes of all. Missing values of a

@@ -62,7 +62,7 @@ def read_unfinished(folder: Path) -> xr.Dataset:
     run are left out. The attribute ``gathered`` says how many runs are complete. Nothing in the
     folder is changed, and the study may continue meanwhile."""
     if not (folder / RUNS).is_file():
-        raise InputError(f"{folder}: has no runs of a sweep{_suggest_folder(folder)}.")
+        raise InputError(f"{folder}: has no runs of a sweep{_expected_folder_text(folder)}.")
     if not (folder / KNOWN).is_file():
         raise _earlier(folder, f"lacks {KNOWN}")
     try:
@@ -149,7 +149,7 @@ def _empty_rows(count: int, form: np.dtype[np.void]) -> np.ndarray:
     return np.full(count, row)
 
 
-def _suggest_folder(folder: Path) -> str:
+def _expected_folder_text(folder: Path) -> str:
     """Suggestion for a user who gave another folder."""
     meant = sorted(part.parent.name for part in folder.glob(f"*{PARTIAL}/{FIRST_RUN_FILE}"))
     example = f"{folder / meant[0]}" if meant else "RUNS.nc.partial"

@@ -206,7 +206,7 @@ def extremes(
     slow = share > SLOW_FRACTION and few < MIN_MEMORIES
     third, fourth = moments(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
     record = _RecordProperties(long, slow, third, ratio, contacts)
-    if fourth < MIN_SLOW_KURTOSIS and not _is_regular(z):
+    if fourth < MIN_SLOW_KURTOSIS and not _is_regular_series(z):
         return no_extremes(ExtremeModel.BOUNDED), no_extremes(ExtremeModel.BOUNDED)
     least = _of_largest(-z, record.negative_record()).rescale(-1.0).rescale(size, middle)
     if _is_magnitude(x):
@@ -266,7 +266,7 @@ def _holds_between_halves(x: np.ndarray, record: _RecordProperties) -> bool:
 
 
 def _by_law(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
-    if _is_regular(x):
+    if _is_regular_series(x):
         return _extremes_from([x.max()] * 5, ExtremeModel.REGULAR)
     if _stays_at(x, x.max()):
         return no_extremes(ExtremeModel.CLIPPED)
@@ -428,7 +428,7 @@ def _tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail:
     return tail
 
 
-def _is_regular(x: np.ndarray) -> bool:
+def _is_regular_series(x: np.ndarray) -> bool:
     """Whether the largest values and the periods of all waves are equal."""
     crossings = upcrossings(x - x.mean())
     periods, first = np.diff(crossings), np.ceil(crossings).astype(int)

@@ -1,7 +1,7 @@
 """Impacts on a Gaussian motion, and the law of their largest values.
 
 An impact is a rise that the earlier motion does not predict. A linear prediction of a Gaussian
-motion has normal errors (`prediction_errors`), and errors of `IMPACT_ERROR_RATIO` times their
+motion has normal errors (`prediction_errors`). Errors of `MIN_IMPACT_PREDICTION_ERROR` times their
 scatter do not happen. The largest values after impacts come at random. Above some level they are
 exponential (Davison and Smith 1990, Journal of the Royal Statistical Society B 52):
 
@@ -21,7 +21,7 @@ from hydrosim.statistics.gumbel import DRAWS, INTERVAL_ENDS
 from hydrosim.statistics.peaks import exponential_misfit, peaks
 from hydrosim.statistics.series import prediction_errors, upcrossings
 
-IMPACT_ERROR_RATIO = 6.0  # times the usual error of a prediction
+MIN_IMPACT_PREDICTION_ERROR = 6.0  # times the usual error of a prediction
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 # standard deviations: largest error of a quantile of a normal distribution
 MAX_QUANTILE_ERROR = 0.15
@@ -134,7 +134,7 @@ def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
     Rises within half a period belong to the same impact, also at its end."""
     errors, stride = prediction_errors(z)
     usual = np.median(np.abs(errors)) / ndtri(0.75)
-    found = np.flatnonzero(np.abs(errors) > IMPACT_ERROR_RATIO * usual)
+    found = np.flatnonzero(np.abs(errors) > MIN_IMPACT_PREDICTION_ERROR * usual)
     if found.size == 0:
         return []
     apart = np.flatnonzero(np.diff(found) > 0.5 * period / stride) + 1

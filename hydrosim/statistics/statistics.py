@@ -59,7 +59,7 @@ MIN_PHASE_FRACTION = 0.05  # of the record, in a phase
 PART_FRACTION = 0.2  # of a record: its first and its last part
 SPECTRUM_SEGMENTS = 8  # of a run, whose spectra are averaged
 STEP_TOLERANCE = 1e-6  # of a step
-MIN_RECORDS = 4  # values of a phase, records of a run
+MIN_SAMPLES = 4  # values of a phase, records of a run
 MOTION_DIMS = ("body", "dof")
 NAMED_CHANNELS = "named"  # of those that are asked for by name
 RECORDED_SUFFIX = "_recorded_mean"  # ends the name of a variable that not every run has
@@ -89,7 +89,7 @@ CHANNELS = {  # variables that a run may have: name, variable, its dimensions wi
 
 def enough_from(run: xr.Dataset, start: float) -> bool:
     """Whether a run has enough records for `statistics` from ``start`` [s] on."""
-    return int(np.count_nonzero(run.time.values >= start)) >= MIN_RECORDS
+    return int(np.count_nonzero(run.time.values >= start)) >= MIN_SAMPLES
 
 
 def statistics(
@@ -216,7 +216,7 @@ def _requested_channels(
 
 def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> Variables:
     """Statistics of channels in the phases of each group of contacts; NaN if a phase has fewer than
-    `MIN_RECORDS` values."""
+    `MIN_SAMPLES` values."""
     if "contact_group" not in run.dims:
         return {}
     phases = _phases(run, late)
@@ -224,7 +224,7 @@ def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> 
     found = [
         [
             [_figures(x[of == phase], step) for x in series]
-            if np.count_nonzero(of == phase) >= MIN_RECORDS
+            if np.count_nonzero(of == phase) >= MIN_SAMPLES
             else nothing
             for phase in Phase
         ]

@@ -68,7 +68,7 @@ WIDE = 3.0
 envelopes."""
 NO_LOAD = -1
 SPARE = 2  # nodes of heading that are kept beside those of one yaw; even, as others
-NO_SAMPLE = np.iinfo(np.int64).min
+NO_HEADING_NODE = np.iinfo(np.int64).min
 VALUE, SLOPE, LOW, LOW_DRIFT = range(4)
 """Factor of a band: the value or the slope of X and D at a frequency of the database. Below all of
 these, the first value of X alone, or of D alone, which fades to zero there."""
@@ -403,7 +403,7 @@ def new_band_sums(bodies: int, bands: Bands, gathered: FrequencyNodes) -> BandSu
 def _new_columns(points: int, entries: int, table: np.ndarray) -> Columns:
     """Columns for bands with this place (n,) in a table; none if no band has any."""
     shape = (points + SPARE, entries, table.size if np.any(table != NO_LOAD) else 0)
-    return Columns(np.zeros(shape), np.full((shape[0], shape[2]), NO_SAMPLE))
+    return Columns(np.zeros(shape), np.full((shape[0], shape[2]), NO_HEADING_NODE))
 
 
 @kernel

@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from hydrosim.case.tables import case_tables, file_name, plain
+from hydrosim.case.tables import case_tables, plain, shorten_path
 from hydrosim.presentation.document import Node, Sentence, Table, warnings
 from hydrosim.presentation.figures import Code
 from hydrosim.scene import Place
@@ -75,7 +75,7 @@ def _attribute_words(key: str, value: Any) -> str:
     """An attribute; of a file the end of its path, of the place in the waves both words of it."""
     if key == "waves_meet":
         return _place_in_waves(str(value))
-    return file_name(str(value)) if key in PATH_ATTRIBUTES else attribute_text(value)
+    return shorten_path(str(value)) if key in PATH_ATTRIBUTES else attribute_text(value)
 
 
 def _place_in_waves(stored: str) -> str:

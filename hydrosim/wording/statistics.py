@@ -29,7 +29,7 @@ from hydrosim.wording.channels import StatisticsChannel, channels_of
 from hydrosim.wording.sections import title_of
 from hydrosim.wording.stages import stage_nodes
 
-MIN_RECORDS = 16
+MIN_SAMPLES = 16
 """Records that figures are made of."""
 MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
 LAW_NAMES = {
@@ -187,7 +187,7 @@ def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
 
 def has_statistics(run: xr.Dataset) -> bool:
     """Whether a run has enough finite records for figures."""
-    return run.time.size >= MIN_RECORDS and bool(np.isfinite(run.position).all())
+    return run.time.size >= MIN_SAMPLES and bool(np.isfinite(run.position).all())
 
 
 def ramp_end(run: xr.Dataset) -> float:

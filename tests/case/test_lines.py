@@ -12,7 +12,7 @@ import pytest
 import yaml
 from validation_data import unpacked
 
-from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
+from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.keys import case_keys
 from hydrosim.case.lines.system import MooringLine
 from hydrosim.case.load import load_case
@@ -123,7 +123,7 @@ def written(folder: Path, text: str, name: str = "lines.txt") -> Path:
 def lines_of(path: Path) -> dict[str, MooringLine]:
     """Its lines, in water of 1025 kg/m^3."""
     source = Source(path)
-    system = read_system(source)
+    system = read_mooring_system(source)
     assert system.depth == 100.0
     return mooring_lines(system, water_of(system, (1000.0, 9.81)), source)
 
@@ -150,14 +150,15 @@ def test_formats(tmp_path: Path, text: str, name: str) -> None:
     assert rope.hung == pytest.approx((3000 - 1025 * 0.5) * 9.81)
     assert (chain.length, chain.stiffness, chain.hung) == (420.0, 1e9, 0.0)
     assert chain.weight == pytest.approx((100 - 1025 * pi / 4 * 0.1**2) * 9.81)
-    system = read_system(Source(tmp_path / name))
+    system = read_mooring_system(Source(tmp_path / name))
     assert system.friction == (0.0 if name.endswith("yaml") else 0.4)
 
 
 def test_equilibrium_of_moorpy(validated: Callable[..., None]) -> None:
     """Lines in series: MoorPy 1.3.0 finds the free points of its own file by iteration."""
     found = {
-        line.name: line.end_forces() for line in lines_of_system(read_system(Source(SEMI_TAUT)))
+        line.name: line.end_forces()
+        for line in lines_of_system(read_mooring_system(Source(SEMI_TAUT)))
     }
     error = max(
         max(abs(found[name].H / H - 1.0), abs(found[name].V / V - 1.0))
@@ -173,7 +174,7 @@ def test_equilibrium_of_moorpy(validated: Callable[..., None]) -> None:
 
 def test_chain_of_moordyn() -> None:
     """A chain in water 50 m deep: 991.6 kN at the fairlead by OrcaFlex, without friction."""
-    (line,) = lines_of_system(read_system(Source(unpacked("lines/chain_50m.txt"))))
+    (line,) = lines_of_system(read_mooring_system(Source(unpacked("lines/chain_50m.txt"))))
     assert line.friction == 0.5
     pull = replace(line, friction=0.0).end_forces()
     assert np.hypot(pull.H, pull.V) == pytest.approx(991.6e3, rel=0.015)

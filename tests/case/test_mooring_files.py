@@ -9,7 +9,7 @@ import mooring_files as files
 import numpy as np
 import pytest
 
-from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
+from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.keys import case_keys
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.case.load import load_case
@@ -37,7 +37,7 @@ def system_of(folder: Path, text: str, name: str = "lines.txt") -> System:
     """The mooring system in a text."""
     path = folder / name
     path.write_text(text)
-    return read_system(Source(path))
+    return read_mooring_system(Source(path))
 
 
 def only_line(system: System) -> MooringLine:

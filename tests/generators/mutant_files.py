@@ -23,7 +23,7 @@ import numpy as np
 import yaml
 
 from hydrosim.__main__ import app
-from hydrosim.case.lines.chains import is_mooring_file, mooring_lines, read_system, water_of
+from hydrosim.case.lines.chains import is_mooring_file, mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.keys import DEFAULT_WATER, case_keys
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
@@ -62,7 +62,7 @@ def read_mooring(path: Path) -> Reading:
     """Lines as `hydrosim line` shows them, and as keys of a case."""
     assert is_mooring_file(path) or path.suffix != ".txt"
     source = Source(path)
-    system = read_system(source)
+    system = read_mooring_system(source)
     lines = lines_of_system(system)
     for way in (False, True):
         response(lines[0], offsets_to(lines[0].usual_offset()), way)

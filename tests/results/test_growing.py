@@ -14,7 +14,7 @@ from damaged import message
 
 from hydrosim.errors import InputError
 from hydrosim.results.journal import FIRST_RUN_FILE, KNOWN, RUNS, Journal, StoredRun
-from hydrosim.results.runs_file import RUN, RunsFile
+from hydrosim.results.runs_file import RUN, RunsWriter
 from hydrosim.results.unfinished import read_unfinished, runs_at
 
 COUNT = 6
@@ -40,7 +40,7 @@ def folder(tmp_path: Path) -> Path:
         "seed": xr.Variable(RUN, np.array([1, 2, 3] * 2)),
         "height": xr.Variable(RUN, np.repeat([1.0, 2.0], 3), {"units": "m"}),
     }
-    RunsFile(made / KNOWN, COUNT, along, list(along), "", {"design": DESIGN}).close()
+    RunsWriter(made / KNOWN, COUNT, along, list(along), "", {"design": DESIGN}).close()
     book = Journal(made, {"the program": "x"})
     book.add(1, run(1))
     book.note(2, "failed", "it turned over")
@@ -163,7 +163,7 @@ def test_statistics_of_a_study_that_was_interrupted(tmp_path: Path, statistics: 
     """What came of its runs is said before figures of those that are complete."""
     height = xr.Variable(RUN, [1.0, 1.0, 2.0, 2.0], {"units": "m"})
     known = {"seed": xr.Variable(RUN, [1, 2, 1, 2]), "height": height}
-    file = RunsFile(tmp_path / "runs.nc", 4, known, list(known), "", {"design": DESIGN})
+    file = RunsWriter(tmp_path / "runs.nc", 4, known, list(known), "", {"design": DESIGN})
     file.add(0, run(0).found, {})
     file.mark(1, "failed", "it turned over")
     file.close()

@@ -13,7 +13,7 @@ from pydantic import StrictStr
 from hydrosim.case.elements.breaking import Breaking
 from hydrosim.case.elements.catenary import Catenary, LineDrag, Seabed, Segment
 from hydrosim.case.elements.element import BuildContext
-from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
+from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.documents import quantities as of
 from hydrosim.documents.text import Source
@@ -59,7 +59,7 @@ class Lines(Breaking):
     def elements(self, where: BuildContext, vessel: Vessel) -> dict[str, ForceElement]:
         """The elements of the scene by name: that of this element, and that of the line."""
         name = where.key.removeprefix("forces.")
-        system = read_system(self.source(where))
+        system = read_mooring_system(self.source(where))
         elements = {
             f"{name}_{key}": line.build_active(
                 BuildContext(f"forces.{name}_{key}", where.path, where.water)

@@ -69,7 +69,7 @@ class SpeedTable(SchemaModel):
         return self
 
 
-def _form(value: object) -> str:
+def _speed_form(value: object) -> str:
     """Which of the forms a speed has."""
     if isinstance(value, SpeedTable) or (isinstance(value, dict) and "time" in value):
         return "table"
@@ -83,7 +83,7 @@ SpeedOverTime = Annotated[
     | Annotated[SpeedTable, Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Speed], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_speed_form),
 ]
 
 

@@ -34,7 +34,7 @@ MAX_PIECES = 1000
 """Lines of a file; a wind farm has some hundreds."""
 
 
-def read_system(source: Source) -> System:
+def read_mooring_system(source: Source) -> System:
     """The mooring system in a file of MoorDyn or MoorPy. Raises InputError."""
     if source.file.suffix.lower() in YAML:
         return read_moorpy(source)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import yaml
 
-from hydrosim.case.lines.chains import mooring_lines, read_system, water_of
+from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.documents.text import Source
 
@@ -22,7 +22,7 @@ HEAD = """\
 def case_keys(file: Path) -> str:
     """YAML of ``forces``, and of the depth if the file says it. Raises InputError."""
     source = Source(file)
-    system = read_system(source)
+    system = read_mooring_system(source)
     water = water_of(system, DEFAULT_WATER)
     lines = mooring_lines(system, water, source)
     keys: dict[str, object] = {}

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.extents import ROUND, Extents, extents
+from hydrosim.compiling.questions.extents import ELLIPSE_OVER_RECTANGLE, Extents, extents
 from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.link import TorsionSpring
@@ -86,7 +86,7 @@ def _reach(body: Body, size: Extents | None) -> float:
 
 def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     """Ask about a fairlead metres under the keel."""
-    under = size.centre[2] - ROUND * size.draught - line.point[2]
+    under = size.centre[2] - ELLIPSE_OVER_RECTANGLE * size.draught - line.point[2]
     limit = max(UNDER_KEEL * size.draught, MIN_UNDER_KEEL)
     if under > limit:
         found_text = (
@@ -100,7 +100,9 @@ def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     if line.anchor_body is not None or line.anchor[2] >= 0.0:
         return
     off = np.array(line.point, float) - size.centre
-    aside = float(np.linalg.norm(np.maximum(np.abs(off[:2]) - ROUND * size.half, 0.0)))
+    aside = float(
+        np.linalg.norm(np.maximum(np.abs(off[:2]) - ELLIPSE_OVER_RECTANGLE * size.half, 0.0))
+    )
     limit = max(MIN_OUTRIGGER, float(size.half.min()))
     if aside > limit:
         found_text = f"a fairlead about {text_beyond(aside, limit, '.2g')} m outside of {line.body}"

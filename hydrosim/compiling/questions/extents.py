@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from hydrosim.scene import Body
 
 
-ROUND = 2.0 / np.sqrt(3.0)  # axis of an ellipse over the side of the rectangle of its water plane
+ELLIPSE_OVER_RECTANGLE = 2.0 / np.sqrt(
+    3.0
+)  # axis of an ellipse over the side of the rectangle of its water plane
 COMPACT = 0.8  # filled fraction of the rectangle, above which a hull counts as one closed body
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from hydrosim.compiling.questions.attachments import attachments
-from hydrosim.compiling.questions.extents import COMPACT, ROUND, Extents, extents
+from hydrosim.compiling.questions.extents import COMPACT, ELLIPSE_OVER_RECTANGLE, Extents, extents
 from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
 from hydrosim.forces.contact.fender import Fender
 from hydrosim.rigid.kinematics import Motion
@@ -90,8 +90,8 @@ def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray
 def _outside(size: Extents, point: np.ndarray) -> float:
     """Distance of a point beside or below a hull [m]."""
     off = point - size.centre
-    aside = np.maximum(np.abs(off[:2]) - ROUND * size.half, 0.0)
-    below = max(-off[2] - ROUND * size.draught, 0.0)
+    aside = np.maximum(np.abs(off[:2]) - ELLIPSE_OVER_RECTANGLE * size.half, 0.0)
+    below = max(-off[2] - ELLIPSE_OVER_RECTANGLE * size.draught, 0.0)
     return float(np.linalg.norm([*aside, below]))
 
 

@@ -37,7 +37,7 @@ def angles(about: SceneContext) -> Iterator[Query]:
     """Ask about angles of more than a turn, degrees that were read as radians, and about angles in
     degrees that are round ones in radians."""
     for key, angle in _angles(about):
-        round_deg = _round_angle(float(np.degrees(angle)))
+        round_deg = _round_angle_if_radians(float(np.degrees(angle)))
         if round_deg is not None:
             found_text = f"{np.degrees(angle):.6g} deg"
             usual = f"{np.degrees(angle):.6g} rad are {round_deg:g} deg"
@@ -55,7 +55,7 @@ def angles(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"bodies.{body.name}.initial.position", found_text, usual)
 
 
-def _round_angle(angle: float) -> float | None:
+def _round_angle_if_radians(angle: float) -> float | None:
     """Round angle [deg] that a number of degrees would be as radians; None if there is none, or if
     the number is round itself."""
     size = abs(angle)

@@ -359,7 +359,7 @@ def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
             for dof in range(6)
         ]
         if all(f"{group}/Re_F_ij" in source.file for group in groups):
-            frequency, pair, found[name] = _transfer(source, groups)
+            frequency, pair, found[name] = _read_quadratic_transfer(source, groups)
             first = (
                 found.setdefault("qtf_frequency", frequency),
                 found.setdefault("qtf_heading", pair),
@@ -372,7 +372,7 @@ def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
     return found
 
 
-def _transfer(source: _Source, groups: list[str]) -> tuple[Real, Real, Complex]:
+def _read_quadratic_transfer(source: _Source, groups: list[str]) -> tuple[Real, Real, Complex]:
     """Frequencies (nq,), headings (1, 2), and T (1, nq, nq, n)."""
     period = source.require_variable(f"{groups[0]}/PER_i")
     nq = period.size

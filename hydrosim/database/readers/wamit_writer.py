@@ -41,7 +41,7 @@ def write(db: HydroDatabase, stem: Path) -> None:
             _write(db, stem, suffix, _transfer_rows(db, transfer))
     if db.hydrostatic_stiffness is not None:
         _write(db, stem, ".hst", _matrix_rows([], quotient(db.hydrostatic_stiffness, weight)))
-    _write_bodies(db, stem)
+    _write_mmx(db, stem)
 
 
 def _write_radiation(db: HydroDatabase, period: Real, stem: Path) -> None:
@@ -56,7 +56,7 @@ def _write_radiation(db: HydroDatabase, period: Real, stem: Path) -> None:
     _write(db, stem, ".1", rows)
 
 
-def _write_bodies(db: HydroDatabase, stem: Path) -> None:
+def _write_mmx(db: HydroDatabase, stem: Path) -> None:
     """The .mmx file; centres are relative to the reference points."""
     lines = [
         f" Gravity: {db.gravity!r} Length scale: 1.0",

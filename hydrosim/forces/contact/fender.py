@@ -68,7 +68,7 @@ FRICTION_FORCE = 2
 NODE = 5
 ENERGY_LOST = 8
 CONTACT_OUTPUTS = 9
-MIN_NORMAL_SHARE = 1e-12  # of the largest prescribed normal force
+PRESCRIBED_CONTACT_FRACTION = 1e-12  # of the largest prescribed normal force
 
 
 Normal = NormalCurve | NormalLoop | PrescribedNormal
@@ -250,7 +250,7 @@ def _prescribed_normal(signal: np.void, pieces: np.ndarray) -> tuple[bool, float
     signal."""
     return (
         True,
-        MIN_NORMAL_SHARE * abs(value(time_of_largest(signal, pieces), signal, pieces)),
+        PRESCRIBED_CONTACT_FRACTION * abs(value(time_of_largest(signal, pieces), signal, pieces)),
         signal,
     )
 
@@ -262,7 +262,7 @@ def _usual_load(
     or, if smaller, the force at the end of the curve."""
     _, least, _ = signal
     if isinstance(fender.normal, PrescribedNormal):
-        return least / MIN_NORMAL_SHARE
+        return least / PRESCRIBED_CONTACT_FRACTION
     between = [fender.body, *(name for _, name in fender.connected_bodies() if name)]
     weights = [layout.weight[layout.body[name]] for name in between]
     return min(*weights, float(fender.normal.force[-1]))

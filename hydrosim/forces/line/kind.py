@@ -36,7 +36,7 @@ from hydrosim.scene import Scene
 
 PROFILES = 1 << 30
 """More than any line has."""
-TAUT_SHARE = 0.999
+TAUT_LENGTH_RATIO = 0.999
 """Unstretched length over the distance of the ends, at which a taut line is linearised."""
 
 
@@ -89,7 +89,7 @@ class CatenaryKind(KindWithModeSets):
             if mode == TAUT_LINE:
                 s = end_kinematics(line, bodies, motion)
                 own = pieces[line["first"] : line["last"]]
-                own["length"] *= TAUT_SHARE * np.hypot(s.x, s.z) / own["length"].sum()
+                own["length"] *= TAUT_LENGTH_RATIO * np.hypot(s.x, s.z) / own["length"].sum()
         return p._replace(pieces=pieces)
 
     def undefined_units(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:

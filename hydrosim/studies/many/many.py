@@ -31,7 +31,7 @@ from hydrosim.forces import externals_of
 from hydrosim.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.outputs import as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun
-from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsFile
+from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter
 from hydrosim.scene import Scene
 from hydrosim.studies.many.garbage import collected_here
 from hydrosim.studies.many.outcome import RunOutcome, pad_to_layout, reduce_run
@@ -141,9 +141,9 @@ def simulate_many(
         **({} if result is None else result.attributes),
     }
 
-    def file_at(path: Path) -> RunsFile:
+    def file_at(path: Path) -> RunsWriter:
         coordinates = [*along, *attributes_of_file.get(BY_RUN, "").split()]
-        return RunsFile(path, len(scenes), known, coordinates, mark, attributes_of_file)
+        return RunsWriter(path, len(scenes), known, coordinates, mark, attributes_of_file)
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
@@ -271,7 +271,7 @@ def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
 
 
 @contextmanager
-def _close_at_end(file: RunsFile) -> Iterator[None]:
+def _close_at_end(file: RunsWriter) -> Iterator[None]:
     """Closes the file in the end; what ends it early is told, not what follows from that."""
     try:
         yield
@@ -343,7 +343,7 @@ class _RunSet(NamedTuple):
     scenes: Sequence[Scene]
     shared: SceneCache
     digest: Callable[[xr.Dataset], xr.Dataset]
-    file: RunsFile
+    file: RunsWriter
     journal: Journal | None
     first: int
 

@@ -19,7 +19,7 @@ from hydrosim.scene import LinearScenes, Method, Scene, Tolerance
 from hydrosim.studies.run.simulation import simulate
 
 REFERENCE_STEP_RATIO = 4  # ratio of the smallest step to the step of the reference
-REFERENCE_ORDER = 4  # of the reference
+REFERENCE_METHOD_ORDER = 4  # of the reference
 Report = Callable[[str], None]
 
 
@@ -73,7 +73,7 @@ def converge(
     report(f"reference: rk4 at {fine:g} s")
     reference = simulate(_with_setting(scene, Method.RK4, fine))
     coarser = simulate(_with_setting(scene, Method.RK4, 2 * fine))
-    reference_error = _errors(coarser, reference)[0] / (2**REFERENCE_ORDER - 1)
+    reference_error = _errors(coarser, reference)[0] / (2**REFERENCE_METHOD_ORDER - 1)
     trials = []
     for method, setting in _settings(methods, steps, tolerances):
         report(f"{method} at {setting:g}")

@@ -20,7 +20,7 @@ from hydrosim.compare.exact import differences
 from hydrosim.errors import WritingError
 from hydrosim.outputs import Output
 from hydrosim.results import journal
-from hydrosim.results.runs_file import RunsFile
+from hydrosim.results.runs_file import RunsWriter
 from hydrosim.scene import Scene, WaveTrain
 from hydrosim.studies.many import pools, shared
 from hydrosim.studies.many.unfinished import folder_of, locked_folder, open_journal
@@ -120,15 +120,15 @@ def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_set_that_cannot_be_written_goes_on_elsewhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scenes, path, once = seeds(4), tmp_path / "runs.nc", RunsFile.add
+    scenes, path, once = seeds(4), tmp_path / "runs.nc", RunsWriter.add
 
-    def full(self: RunsFile, run: int, *rest: object) -> None:
+    def full(self: RunsWriter, run: int, *rest: object) -> None:
         if run == 2:
             raise RuntimeError("NetCDF: HDF error")
         once(self, run, *rest)
 
     with monkeypatch.context() as patch:
-        patch.setattr(RunsFile, "add", full)
+        patch.setattr(RunsWriter, "add", full)
         with pytest.raises(WritingError, match=r"runs\.nc: cannot be written \(NetCDF: HDF error"):
             hs.simulate_many(scenes, path)
     assert not path.exists()
