@@ -15,7 +15,7 @@ from pathlib import Path
 
 import hydrosim as hs
 from hydrosim.case.load import load_case
-from hydrosim.results.netcdf import write
+from hydrosim.results.netcdf import write_run
 
 
 def peak():
@@ -26,7 +26,7 @@ def peak():
 def size_of_run(duration):
     settings = [f"duration={duration} s", "environment.waves.repeat_period=21600 s"]
     run = hs.simulate(load_case(Path(sys.argv[1]), settings))
-    write(run, Path(sys.argv[2], f"{duration}.nc"))
+    write_run(run, Path(sys.argv[2], f"{duration}.nc"))
     return run.nbytes
 
 
