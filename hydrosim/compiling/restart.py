@@ -95,7 +95,7 @@ def start_time(scene: Scene) -> float:
 
 
 def method_before(scene: Scene, accuracy: float) -> str | None:
-    """Method of the run that an `open_start` scene starts from, if it was chosen for the same
+    """Method of the run that an `opened_start` scene starts from, if it was chosen for the same
     ``accuracy``; else None."""
     if scene.initial is None:
         return None
@@ -131,7 +131,7 @@ class MemoryBefore(NamedTuple):
 
 
 def memory_before(scene: Scene) -> MemoryBefore:
-    """Coordinates, as `memories`, of the run that an `open_start` scene starts from; empty at a
+    """Coordinates, as `memories`, of the run that an `opened_start` scene starts from; empty at a
     start from rest."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
@@ -142,7 +142,7 @@ def memory_before(scene: Scene) -> MemoryBefore:
 
 
 def resumed_state(scene: Scene, model: Model, layout: StateLayout, fresh: State) -> State:
-    """State that an `open_start` scene starts from; ``fresh`` is the state of a start from rest.
+    """State that an `opened_start` scene starts from; ``fresh`` is the state of a start from rest.
 
     Raises InputError if the stored state is not finite, or if its memory is too short.
     """

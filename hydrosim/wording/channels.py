@@ -24,7 +24,7 @@ class StatisticsChannel(NamedTuple):
     unit: str
 
     def figure(self, found: xr.Dataset, name: str) -> Value:
-        """A figure by its name among `statistics.NAMES`."""
+        """A figure by its name among `statistics.STATISTIC_NAMES`."""
         number = float(found[self.kind].sel({**self.at, "statistic": name}))
         return Value(number, "s" if name == "period" else self.unit)
 
