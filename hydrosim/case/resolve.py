@@ -13,7 +13,7 @@ import yaml
 from pydantic import BaseModel
 
 from hydrosim.case.elements import BuildContext
-from hydrosim.documents.layers import FILES
+from hydrosim.documents.layers import DUMPER, FILES
 from hydrosim.documents.units import Scale
 from hydrosim.scene.arrangement import arrange_joints
 
@@ -35,7 +35,7 @@ def resolved_case_text(data: CaseFile, folder: Path) -> str:
     whole = data.model_copy(update=changes)
     return yaml.dump(
         _plain(whole, folder),
-        Dumper=yaml.SafeDumper,
+        Dumper=DUMPER,
         default_flow_style=None,  # what is in one piece stands in one line
         sort_keys=False,
         allow_unicode=True,
