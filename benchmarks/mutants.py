@@ -95,6 +95,7 @@ def main() -> int:
             print(f"\n{number} {about}: {outcome.status}\n{outcome.message}", flush=True)
         if outcome.status in BAD and given.write and mutant:
             text = text_of(mutant, SHORT if what == "run" else None)
+            given.write.mkdir(parents=True, exist_ok=True)
             (given.write / f"{number}_{what}.yaml").write_text(text)
     print(f"{ends.total()} mutants of seed {given.seed}, {dict(ends)}")
     return int(any(ends[status] for status in BAD))

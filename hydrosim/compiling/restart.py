@@ -25,9 +25,9 @@ from hydrosim.radiation import VelocityHistory
 from hydrosim.results.error_figures import ACCURACY
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.results.netcdf import read_run
-from hydrosim.rigid.kinematics import Motion, place_bodies
+from hydrosim.rigid.kinematics import Motion
 from hydrosim.scene import Body, Place, Scene, Start, WaveForces
-from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.dynamics import Model, motion_at
 from hydrosim.stepping.names import Coordinate, memory_names
 from hydrosim.stepping.state import State
 from hydrosim.stepping.state_layout import MOVING, StateKind
@@ -250,13 +250,11 @@ def _modes(
 ) -> np.ndarray:
     """Modes (rows, 3) of all units: the stored mode if it is possible, else that of a start from
     ``y``. ``known`` (ny,) are the states of ``y`` that the run had."""
-    motion = new_work(model).motion
     time = start_time(scene)
     renewing = [kind for kind in ELEMENT_KINDS if isinstance(kind, ResetsOnRestart)]
     for each in renewing:
         each.clear_unused_states(each.constants_in(model), y)
-    n = model.bodies.active.size
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    motion = motion_at(model, y)
     settled = new_modes(model)
     anew = y.copy()
     set_initial_modes(time, anew, settled, motion, model.bodies, model.elements, model.tanks)

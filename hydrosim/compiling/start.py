@@ -17,7 +17,7 @@ from hydrosim.forces import new_modes
 from hydrosim.forces.events import set_initial_modes
 from hydrosim.rigid.kinematics import Bodies, Motion, place_bodies
 from hydrosim.stepping.blending import steady_filters
-from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.dynamics import Model, motion_at, new_work
 from hydrosim.stepping.state import State
 from hydrosim.waves.slow_path_loads import first_states
 from hydrosim.waves.wave_reference import grid_step
@@ -75,10 +75,8 @@ def with_slow_places(
     positions of an earlier run are kept. ``met`` has the positions where waves act, by body."""
     if not model.following.slow.any() or restart.knows_slow_places(scene, met):
         return state
-    motion = new_work(model).motion
-    n = model.bodies.active.size
     y = state.y.copy()
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    motion = motion_at(model, y)
     places = first_states(
         model.following, motion.coordinates, motion.rate, restart.start_time(scene)
     )

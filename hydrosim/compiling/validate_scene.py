@@ -23,10 +23,9 @@ from hydrosim.forces.trigger import AFTER
 from hydrosim.linear.freedom import find_constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
-from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Kinematics, Scene
 from hydrosim.scene.solver import ACCURACIES
-from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.dynamics import Model, motion_at
 from hydrosim.stepping.names import spring_names
 
 if TYPE_CHECKING:
@@ -146,11 +145,9 @@ def _check_rigid_friction(scene: Scene, model: Model, state: State) -> None:
 
 def _check_lines(scene: Scene, model: Model, state: State) -> None:
     """Refuse catenaries whose ends coincide, or that would be stretched by a fifth and more."""
-    motion = new_work(model).motion
-    n = model.bodies.active.size
-    y = state.y
-    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    for line in line_shapes(model, scene, start_time(scene), y, state.modes, model.bodies, motion):
+    time = start_time(scene)
+    motion = motion_at(model, state.y)
+    for line in line_shapes(model, scene, time, state.y, state.modes, model.bodies, motion):
         if line.distance <= COINCIDENT_ENDS_RTOL * line.length:
             raise _coincident_ends(line.name)
         if line.strain > STRAINED:
@@ -180,9 +177,7 @@ def _check_breaks(scene: Scene, model: Model, state: State) -> None:
 
 def _check_springs(scene: Scene, model: Model, state: State) -> None:
     """Refuse springs whose ends coincide at the start."""
-    motion = new_work(model).motion
-    n = model.bodies.active.size
-    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
+    motion = motion_at(model, state.y)
     p = model.elements.springs
     for name, line in zip(spring_names(scene), p.lines, strict=True):
         if (

@@ -31,7 +31,7 @@ from hydrosim.linear.modes import participation_factors
 from hydrosim.rigid.free import own_coordinates
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model, dynamic_states, new_work
+from hydrosim.stepping.dynamics import Model, dynamic_states, motion_at, new_work
 from hydrosim.stepping.state import State
 from hydrosim.stepping.state_layout import StateKind, StateLayout
 
@@ -300,10 +300,8 @@ def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Li
 
 def _with_all_pressed(model: Model, state: State, modes: np.ndarray) -> Model:
     """The model with every unit on its piece of its curve."""
-    n = model.bodies.active.size
     bodies = model.bodies
-    motion = new_work(model).motion
-    place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
+    motion = motion_at(model, state.y)
     changed = {
         kind.field: kind.moved_onto_segment(p, modes_of_kind(kind, p, modes), bodies, motion)
         for kind, p in kinds_with_mode_sets(model)
@@ -317,14 +315,13 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     bodies = model.bodies
     n = bodies.active.size
     y = state.y.copy()
-    motion = new_work(model).motion
     posing = [(kind, p, modes_of_kind(kind, p, modes)) for kind, p in kinds_with_mode_sets(model)]
     speed = max(kind.sliding_speed(p, own, time) for kind, p, own in posing)
     if speed > 0.0:
         own = own_coordinates(bodies)
         y[n : n + own.size] += speed * (1 + own // 6) * (own % 6 < 2)
         y[n + own.size : 2 * n] += speed  # of joints
-    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+    motion = motion_at(model, y)
     for kind, p, own in posing:
         kind.set_steady_slip(p, own, time, bodies, motion, y)
     return state._replace(y=y)

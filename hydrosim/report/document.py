@@ -14,7 +14,7 @@ from hydrosim.report.replay import replay_document
 from hydrosim.report.run import run_document
 from hydrosim.results.netcdf import read_run
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
-from hydrosim.results.validation import check_runs
+from hydrosim.results.validation import check_result
 from hydrosim.wording.compared_studies import is_of_studies, studies_document
 from hydrosim.wording.comparison import comparison_document, is_comparison
 from hydrosim.wording.limits import is_limits, limits_document
@@ -59,6 +59,6 @@ def _result_document(path: Path) -> Document | None:
     with found:
         for is_one, made in RESULT_KINDS:
             if is_one(found):
-                check_runs(path, found)
+                check_result(path, found)
                 return made(found)
     return None

@@ -43,9 +43,9 @@ def open_runs(path: Path) -> xr.Dataset | None:
     except (OSError, ValueError, RuntimeError):
         return None
     if is_of_runs(runs):
-        from hydrosim.results.validation import check_runs  # loads the models of cases
+        from hydrosim.results.validation import check_result  # loads the models of cases
 
-        check_runs(path, runs)
+        check_result(path, runs)
         return runs
     runs.close()
     return None

@@ -52,16 +52,15 @@ def check_attributes(path: Path, attributes: Mapping[Any, Any]) -> None:
 
 def check_run(path: Path, run: xr.Dataset) -> None:
     """Raises InputError for attributes, units or numbers that no run has."""
-    check_attributes(path, run.attrs)
-    problems = _wrong_units(run), _wrong_names(run), _wrong_time(run), _wrong_numbers(run)
-    for problem in chain(*problems):
+    check_result(path, run)
+    for problem in chain(_wrong_units(run), _wrong_time(run), _wrong_numbers(run)):
         raise InputError(f"{path}: {problem}. {CHANGED_FILE_HINT}")
 
 
-def check_runs(path: Path, runs: xr.Dataset) -> None:
-    """Raises InputError for attributes or names that no file of runs has."""
-    check_attributes(path, runs.attrs)
-    for problem in _wrong_names(runs):
+def check_result(path: Path, result: xr.Dataset) -> None:
+    """Raises InputError for attributes or names that no result has."""
+    check_attributes(path, result.attrs)
+    for problem in _wrong_names(result):
         raise InputError(f"{path}: {problem}. {CHANGED_FILE_HINT}")
 
 

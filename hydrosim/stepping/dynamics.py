@@ -156,6 +156,14 @@ class Work(NamedTuple):
     loads_only: np.ndarray  # (1,), set where nothing but loads is asked for; kept
 
 
+def motion_at(model: Model, y: np.ndarray) -> Motion:
+    """Motion of all bodies at the state ``y``, in arrays of its own."""
+    n = model.bodies.active.size
+    motion = new_work(model).motion
+    place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
+    return motion
+
+
 def new_work(model: Model) -> Work:
     """Scratch for this model."""
     m = 6 * model.bodies.each.size

@@ -21,8 +21,8 @@ from hydrosim.forces.line.hang import find_touchdown
 from hydrosim.forces.line.now import line_shapes
 from hydrosim.forces.line.points import line_points
 from hydrosim.forces.line.shape import REASONS, LinePull, solve, stiffness
-from hydrosim.rigid.kinematics import LINE_PIECE, place_bodies
-from hydrosim.stepping.dynamics import new_work
+from hydrosim.rigid.kinematics import LINE_PIECE
+from hydrosim.stepping.dynamics import motion_at
 
 if TYPE_CHECKING:
     from hydrosim.case.lines.system import System
@@ -147,9 +147,7 @@ def offsets_to(largest: float) -> np.ndarray:
 def lines_of_case(compiled: Compiled) -> list[StillLine]:
     """The catenaries of a compiled scene, as they are at its start."""
     model, state = compiled.model, compiled.state
-    motion = new_work(model).motion
-    n = model.bodies.active.size
-    place_bodies(state.y[:n], state.y[n : 2 * n], model.bodies, motion)
+    motion = motion_at(model, state.y)
     found = line_shapes(model, compiled.scene, 0.0, state.y, state.modes, model.bodies, motion)
     return [
         StillLine(

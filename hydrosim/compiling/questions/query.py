@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.rigid.kinematics import Motion, place_bodies
+from hydrosim.rigid.kinematics import Motion
 from hydrosim.scene.trees import arrangement
-from hydrosim.stepping.dynamics import Model, new_work
+from hydrosim.stepping.dynamics import Model, motion_at
 
 if TYPE_CHECKING:
     from hydrosim.compiling.derived import Facts
@@ -91,8 +91,5 @@ def describe_start(
 ) -> SceneContext:
     """Subject of the questions, from a scene in its ``sea``, the ``state`` at the start, and the
     time of its ``end`` [s]."""
-    n = facts.model.bodies.active.size
-    motion = new_work(facts.model).motion
-    y = state.y
-    place_bodies(y[:n], y[n : 2 * n], facts.model.bodies, motion)
+    motion = motion_at(facts.model, state.y)
     return SceneContext(scene, facts, state, tuple(sea), motion, end)

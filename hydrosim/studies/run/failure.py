@@ -9,10 +9,9 @@ import numpy as np
 from hydrosim.compiling.joints.closed import driven_joints, singular_joints
 from hydrosim.compiling.joints.drives import drives_of, is_turn
 from hydrosim.forces import function_errors, mode_row_names, undefined_units
-from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.scene import Method
 from hydrosim.scene.trees import joined_with
-from hydrosim.stepping.dynamics import new_work
+from hydrosim.stepping.dynamics import motion_at
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.record import unpack_channels
 from hydrosim.stepping.run import PITCH_DOF
@@ -171,8 +170,7 @@ def _steepest_body(model: Model, y: np.ndarray) -> int:
     n = bodies.active.size
     own = bodies.active[: n - bodies.tree.coordinates]
     judged = [*own[own % 6 == PITCH_DOF] // 6, *model.hulls.body, *model.liquids.each["body"]]
-    motion = new_work(model).motion
-    place_bodies(y[:n], y[n : 2 * n], bodies, motion)
+    motion = motion_at(model, y)
     return int(min(judged, key=lambda b: motion.rotation[b, 2, 2], default=0))
 
 
