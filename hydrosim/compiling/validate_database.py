@@ -30,8 +30,6 @@ HARDLY = 0.01  # also the fraction of a sea's energy that a database may lack
 UNKNOWN_NAME = "?"
 UNKNOWN_POINT = ["?", "?", "?"]
 """Values of a remedy that nobody but the user knows."""
-MAX_MASS_RATIO = 1e5
-"""Mass over displaced mass. A hull that others carry, as the flap of an oyster, has a few."""
 _WATER = ("water_density", "gravity", "water_depth")
 
 
@@ -54,7 +52,7 @@ def suitable_database(
     if db.source == SOURCE:
         return db
     findings = refusing_findings(db, _use(db, bodies, free, seas))
-    faults = [*_other_water(db, water), *_gaps(db, bodies, water), *_impossible_masses(db, bodies)]
+    faults = [*_other_water(db, water), *_gaps(db, bodies, water)]
     if findings:
         faults.append(_unproven([finding.name for finding in findings], findings))
     if faults:
@@ -151,20 +149,6 @@ def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
             yield Fault(reason, (f"{key_of(name)}: {here:g}",))
         else:
             yield Fault(f"{found_text}. Use a database made for this water, or change the case.")
-
-
-def _impossible_masses(db: HydroDatabase, bodies: Sequence[Body]) -> Iterator[Fault]:
-    """Masses beside which radiation is nothing, so that no fit of it has a meaning."""
-    if db.volume is None:
-        return
-    for body, volume in zip(bodies, db.volume, strict=True):
-        ratio = body.mass / (db.water_density * volume)
-        if ratio > MAX_MASS_RATIO:
-            yield Fault(
-                f"The mass of {body.name}, {body.mass:.3g} kg, is {ratio:.1g} times that of the"
-                f" water which its hull displaces; expected at most {MAX_MASS_RATIO:g} times."
-                " Check its unit."
-            )
 
 
 def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iterator[Fault]:

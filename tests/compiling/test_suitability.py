@@ -257,11 +257,3 @@ def test_the_volume_of_a_body_that_carries_its_weight_is_asked_for(weightless, t
         caught.value
     )
     assert "volume: ?}" in str(caught.value)
-
-
-def test_a_mass_beside_which_radiation_is_nothing_is_refused_even_if_it_is_accepted() -> None:
-    """The fit of its radiation would divide by nothing."""
-    changes = {"bodies.barge.mass": "1e15 kg", "accept": ["mass"], "duration": "5 s"}
-    case = hs.load_case(ROOT / "cases" / "reverse_float_over" / "no_friction.yaml", changes)
-    with pytest.raises(InputError, match=r"mass of barge, 1e\+15 kg, is 6e\+06 times .* its unit"):
-        compile_scene(case.scene())
