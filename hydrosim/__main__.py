@@ -30,32 +30,20 @@ import typer
 from rich.console import Console
 
 from hydrosim.commands import db
-from hydrosim.commands.ballast import ballast
-from hydrosim.commands.calibrate import calibrate
-from hydrosim.commands.case import case
-from hydrosim.commands.check import check
+from hydrosim.commands.analysis import ballast, calibrate, converge, line, linear
+from hydrosim.commands.case import case, check, schema
 from hydrosim.commands.compare import compare
-from hydrosim.commands.converge import converge
-from hydrosim.commands.example import example
-from hydrosim.commands.explain import explain
 from hydrosim.commands.export import export
-from hydrosim.commands.line import line
-from hydrosim.commands.linear import linear
-from hydrosim.commands.new import new
-from hydrosim.commands.operability import operability
-from hydrosim.commands.plot import plot
-from hydrosim.commands.replay import replay
-from hydrosim.commands.report import report
-from hydrosim.commands.results import tells_absent_variables
+from hydrosim.commands.new import example, new
+from hydrosim.commands.options import tells_absent_variables
+from hydrosim.commands.report import plot, replay, report
 from hydrosim.commands.run import run
-from hydrosim.commands.schema import schema
-from hydrosim.commands.statistics import statistics
-from hydrosim.commands.streams import make_streams_last
-from hydrosim.commands.sweep import sweep
-from hydrosim.commands.terminal import print_lines, print_status
+from hydrosim.commands.statistics import explain, statistics
+from hydrosim.commands.sweep import operability, sweep
+from hydrosim.commands.terminal import make_streams_last, print_lines, print_status
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import install_signal_handlers
-from hydrosim.presentation.terminal import printable
+from hydrosim.presentation.document import printable
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
 COMMANDS = (

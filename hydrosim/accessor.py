@@ -89,7 +89,7 @@ class RunAccessor:
     def picture(self, name: str = "overview") -> Figure:
         """Figure by its name in `hydrosim.plot.pictures.PICTURES`, such as "overview" or "motions".
         Raises InputError if there is no such picture, or if the run has no data for it."""
-        from hydrosim.plot.draw import figure
+        from hydrosim.plot.pictures import figure
 
         return figure(self._single_run(), name)
 
@@ -126,8 +126,8 @@ class RunAccessor:
     def report(self, path: str | Path) -> Path:
         """Write the report of the run as a page; return its path."""
         from hydrosim.outputs import as_output
+        from hydrosim.report.document import run_document
         from hydrosim.report.page import written_page
-        from hydrosim.report.run import run_document
 
         output = as_output(path, "report")
         written_page(run_document(self._single_run()), output)

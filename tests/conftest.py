@@ -18,7 +18,7 @@ from scenes import scene_of
 from stated_lines import WRITING, unlike
 
 import hydrosim as hs
-from hydrosim.commands.compiling import announce_compiling
+from hydrosim.commands.progress import announce_compiling
 from hydrosim.evidence import Feature, Kind, Line
 
 hypothesis.settings.register_profile(  # no test is about wall time

@@ -4,17 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from hydrosim.presentation.document import (
-    Between,
-    Cell,
-    List,
-    Node,
-    Sentence,
-    Table,
-    Value,
-    Verdict,
-)
 from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.nodes import Between, Cell, List, Node, Sentence, Table, Value, Verdict
 from hydrosim.presentation.units import DEFAULT, Units
 
 

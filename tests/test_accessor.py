@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from hydrosim.presentation.document import Table
+from hydrosim.presentation.nodes import Table
 
 HOSTILE = """</td><script>alert('a&b')</script>"""
 CASE = f"""

@@ -21,10 +21,9 @@ from hydrosim.case.waves import (
     RecordedElevation,
     Table,
 )
-from hydrosim.documents.messages import Keys, Problem
-from hydrosim.documents.nodes import with_hint
-from hydrosim.documents.suggestions import suggestion
+from hydrosim.documents.messages import Keys, Problem, suggestion
 from hydrosim.documents.units import value_text
+from hydrosim.documents.yaml_nodes import with_hint
 from hydrosim.scene.arrangement import arrange_joints
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).

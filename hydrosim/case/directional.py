@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.documents.directions import check_spectral_units, is_heading, without_repeats
-from hydrosim.documents.text import Source
+from hydrosim.documents.text import Source, check_spectral_units, is_heading, without_repeats
 from hydrosim.scene import DirectionalTable
 
 if TYPE_CHECKING:

@@ -13,10 +13,9 @@ from yaml.nodes import Node
 from hydrosim.case.checks import check, recorded_series
 from hydrosim.case.schema import CaseFile
 from hydrosim.documents.layers import apply_setting, read_case, settings_of, yaml_text
-from hydrosim.documents.nodes import SETTING
-from hydrosim.documents.places import Places, places_of, source_context
+from hydrosim.documents.messages import validate_document
 from hydrosim.documents.units import units_written
-from hydrosim.documents.validate import validate_document
+from hydrosim.documents.yaml_nodes import SETTING, Places, places_of, source_context
 from hydrosim.outputs import files_named, settings_text
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.units import Units, chosen_units

@@ -32,8 +32,8 @@ from hydrosim.case.streams import Current, Wind
 from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
 from hydrosim.documents import quantities as of
+from hydrosim.documents.messages import suggestion
 from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.dofs import DOFS
 from hydrosim.scene import (

@@ -8,8 +8,8 @@ from typing import Any
 
 import yaml
 
-from hydrosim.presentation.document import Sentence, Table, Value
 from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.nodes import Sentence, Table, Value
 from hydrosim.presentation.units import DEFAULT, Units
 
 SEA_ROWS = {

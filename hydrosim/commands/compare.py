@@ -172,7 +172,7 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
     from hydrosim.compare.studies import compare_studies
     from hydrosim.results.netcdf import write_run
     from hydrosim.results.runs_file import open_runs
-    from hydrosim.wording.compared_studies import studies_tables
+    from hydrosim.wording.comparison import studies_tables
 
     theirs = open_runs(other)
     if theirs is None:

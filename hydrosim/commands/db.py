@@ -10,10 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.commands.given import GivenSettings, given_database
-from hydrosim.commands.options import Overwrite, Settings, output_for, seconds
-from hydrosim.commands.progress import progress
-from hydrosim.commands.running import print_resume_hint
+from hydrosim.commands.options import (
+    GivenSettings,
+    Overwrite,
+    Settings,
+    given_database,
+    output_for,
+    seconds,
+)
+from hydrosim.commands.progress import print_resume_hint, progress
 from hydrosim.commands.terminal import print_lines, print_status, show_document
 from hydrosim.errors import InputError
 
@@ -142,7 +147,7 @@ def kernel(
     """Write the retardation functions as a table, and draw them."""
     from hydrosim.database.kernels import kernels, write_table
     from hydrosim.database.load import read
-    from hydrosim.plot.kernels import draw_kernels
+    from hydrosim.plot.database import draw_kernels
 
     end, step = seconds("--until", until, 100.0), seconds("--every", every, 0.1)
     if not (step > 0.0 and 2 <= end / step <= MAX_TABLE_STEPS):

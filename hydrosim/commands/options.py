@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
+from functools import wraps
 from math import inf, isfinite
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 from rich.console import Console
 
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
+
+if TYPE_CHECKING:
+    from hydrosim.scene import ChangedDatabase
 
 Choice = TypeVar("Choice", bound=StrEnum)
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.yaml", help="Case file to read.")]
@@ -160,3 +166,65 @@ def one_of(kind: type[Choice], name: str, option: str) -> Choice:
     if name.strip() in set(kind):
         return kind(name.strip())
     raise InputError(f"{option}: found {name!r}; expected one of {', '.join(kind)}.")
+
+
+# `--given KEY=VALUE`: data that a database's file lacks, and changes of the database.
+
+GivenSettings = Annotated[
+    list[str],
+    typer.Option(
+        "--given",
+        metavar="KEY=VALUE",
+        help="Data that the file lacks, or a change of the database; KEY as under"
+        ' `hydrodynamics` in a case: density="1.025 tonne/m^3", depth="30 m",'
+        " symmetrise=true.",
+    ),
+]
+
+
+def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
+    """Database in a ``file``, with the ``given`` texts KEY=VALUE, whose keys are those under
+    `hydrodynamics` in a case. Raises InputError that names the option."""
+    from hydrosim.case.hydrodynamics import DatabaseFile
+    from hydrosim.documents.layers import apply_setting
+    from hydrosim.documents.messages import validate_document
+    from hydrosim.documents.yaml_nodes import COMMAND_LINE_PREFIX, compose_nodes
+
+    document = compose_nodes(json.dumps({"file": str(file)}), COMMAND_LINE_PREFIX)
+    assert document is not None
+    for setting in given:
+        if setting.partition("=")[0].strip() == "file":
+            raise InputError(
+                f"{COMMAND_LINE_PREFIX}{setting}: found file; expected another key. The file is"
+                " the argument."
+            )
+        document = apply_setting(document, setting, COMMAND_LINE_PREFIX)
+    return validate_document(document, DatabaseFile).build(lambda _: file)
+
+
+# Commands that show results, which are files that people pass on and change.
+
+MISSING_VARIABLE = re.compile(
+    r"No variable named '(\w+)'|'Dataset' object has no attribute '(\w+)'"
+)
+"""What xarray says of a variable that a dataset lacks."""
+
+
+def tells_absent_variables(command: Callable[..., Any]) -> Callable[..., Any]:
+    """A ``command`` that shows a result, and refuses one that lacks a variable it needs."""
+
+    @wraps(command)
+    def show(**given: Any) -> Any:
+        try:
+            return command(**given)
+        except (KeyError, AttributeError) as error:
+            absent = MISSING_VARIABLE.search(str(error))
+            if absent is None:
+                raise
+            path = next(value for value in given.values() if isinstance(value, Path))
+            from hydrosim.results.validation import CHANGED_FILE_HINT  # loads the models of cases
+
+            found = f"found no variable {absent[1] or absent[2]}, which this page needs"
+            raise InputError(f"{path}: {found}. {CHANGED_FILE_HINT}") from error
+
+    return show

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hydrosim.commands.options import CaseFile, Overwrite, Settings, Verbose, output_for, seconds
-from hydrosim.commands.plot import plot
-from hydrosim.commands.running import case_summary_line, run_earlier_stages, simulate_with_progress
+from hydrosim.commands.progress import case_summary_line, run_earlier_stages, simulate_with_progress
+from hydrosim.commands.report import plot
 from hydrosim.commands.terminal import print_lines, print_status, show_document
 from hydrosim.errors import InputError, SimulationError
 
@@ -87,7 +87,7 @@ def run(
 def _with_places(dataset: xr.Dataset, case: Case) -> xr.Dataset:
     """Dataset of the run, whose warnings name file and line of a key when printed; the result
     itself stores no paths."""
-    from hydrosim.documents.places import add_source_lines
+    from hydrosim.documents.yaml_nodes import add_source_lines
 
     text = dataset.attrs.get("warnings")
     return dataset.assign_attrs(warnings=add_source_lines(text, case.places)) if text else dataset
@@ -111,7 +111,7 @@ def _require_room(case: Case, path: Path) -> None:
 
 def _planned_pictures(result: Output) -> None:
     """Raises InputError before the run if its pictures would replace other files."""
-    from hydrosim.plot.draw import picture_outputs
+    from hydrosim.plot.pictures import picture_outputs
 
     picture_outputs(result.path.parent, result.path.stem, result.path, result.overwrite)
 

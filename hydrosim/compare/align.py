@@ -3,27 +3,215 @@
 Both are compared where they overlap, at the times of the series with the larger steps. The other
 series is interpolated by a cubic spline. Normal forces of fenders use a monotone spline, which does
 not ring where contact begins. No spline bridges a gap: a gap is an error.
+
+Mapping between columns of a recording and channels of a run, in a small YAML file.
+
+    time: {column: 1, unit: s, offset: 0 s, shift: false}
+    channels:
+      position.barge.heave: Heave (m)              # the column's name, or its number from 1 on
+      position.barge.pitch: {column: 6, unit: deg, sign: -1}
+      position.barge.surge: {column: Xbow, unit: m, offset: 2 m, point: [80, 0, 7.5]}
+
+All keys except ``column`` are optional. A recorded value becomes sign * value [unit] + offset; the
+offset is in SI or has a unit. ``point`` is in the body frame: the recorded motion or velocity
+belongs to that point, and the run is evaluated there. The offset of the time is added to the
+recorded times. With ``shift``, a further time shift is estimated.
+
+Guesses of the channel that a column of a recording holds, from names and units.
+
+A column with the name of a channel is that channel. Other columns match a channel under three
+conditions. All words of the name belong to the channel ("barge heave velocity", "Z [m]",
+"run1.ROLL_deg", "fender 2"). The words that distinguish the channel (its degree of freedom, its
+number) are among them. The unit fits. If two channels or two columns remain, nothing is guessed.
 """
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import scipy
 import xarray as xr
+from pydantic import AfterValidator, BeforeValidator, PrivateAttr, StrictBool, StrictInt, StrictStr
 
-from hydrosim.compare.mapping import ChannelPlace, TimeColumn
+from hydrosim.documents import quantities as of
+from hydrosim.documents.layers import read_case
+from hydrosim.documents.messages import validate_document
+from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.series import select
-from hydrosim.documents.text import Source, require_finite, require_rising
-from hydrosim.documents.units import factor, value_text
+from hydrosim.documents.text import (
+    Source,
+    name_and_unit,
+    readable_unit,
+    require_finite,
+    require_rising,
+)
+from hydrosim.documents.units import AnyQuantity, Scale, factor, problem, value_text
+from hydrosim.documents.yaml_nodes import locate_value, place_text
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.recordings import Recording
+from hydrosim.recordings import RecordedColumn, Recording, is_time
+from hydrosim.results.channels import Channel
+
+
+def _unit(text: str) -> str:
+    unit = readable_unit(text)
+    if unit is None:
+        raise problem(value_text(text), "a known unit, such as m, deg, kN or kN*m")
+    return unit
+
+
+def _sign(value: int) -> int:
+    if value not in (1, -1):
+        raise problem(value_text(value), "1 or -1")
+    return value
+
+
+def _expand_short_form(value: Any) -> Any:
+    return {"column": value} if isinstance(value, str | int) else value
+
+
+Unit = Annotated[StrictStr, AfterValidator(_unit)]
+Column = StrictStr | StrictInt
+
+
+class TimeColumn(SchemaModel):
+    """Column of the time, and its conversion to the time of the run."""
+
+    column: Column | None = None
+    unit: Unit | None = None
+    offset: of.Instant = 0.0
+    shift: StrictBool = False
+
+
+class ChannelPlace(SchemaModel):
+    """Column of a channel in a recording, and its conversion to our unit, sign and point."""
+
+    column: Column
+    unit: Unit | None = None
+    sign: Annotated[StrictInt, AfterValidator(_sign)] = 1
+    offset: Annotated[Scale, AnyQuantity("offset", "5 cm")] = Scale(0.0)
+    point: of.Point | None = None
+    _written: str = PrivateAttr("")
+
+    @property
+    def written(self) -> str:
+        """File, line and key that gives the column; empty without a file."""
+        return self._written
+
+
+class MappingFile(SchemaModel):
+    """Content of a mapping file."""
+
+    time: TimeColumn = TimeColumn()
+    channels: Annotated[
+        dict[StrictStr, Annotated[ChannelPlace, BeforeValidator(_expand_short_form)]],
+        AfterValidator(of.require_entries),
+    ]
+
+
+def read_mapping(path: Path | str) -> MappingFile:
+    """Read the mapping in the YAML file ``path``. Raises InputError with a line for each problem:
+    file and line, key, value found, value expected."""
+    _, document = read_case(Path(path))
+    mapping = validate_document(document, MappingFile)
+    for name, place in mapping.channels.items():
+        key, mark = locate_value(document, ("channels", name))
+        place._written = f"{place_text(mark)}: {key}"
+    return mapping
+
+
+OUR_WORDS = {  # words of other programs, and our word for each
+    "x": "surge",
+    "y": "sway",
+    "z": "heave",
+    "rx": "roll",
+    "ry": "pitch",
+    "rz": "yaw",
+    **dict.fromkeys(("motion", "motions", "displacement", "disp", "pos"), "position"),
+    **dict.fromkeys(("eta", "zeta", "surface"), "elevation"),
+    **dict.fromkeys(("vel", "speed"), "velocity"),
+    "waves": "wave",
+    "contact": "fender",
+}
+# If several variables match, the first of these is chosen: "heave" is a position.
+USUAL_VARIABLES = (
+    "position",
+    "wave_elevation",
+    "fender_normal_force",
+    "spring_tension",
+    "velocity",
+)
+
+
+def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, ChannelPlace]:
+    """Column of each recognised channel; other channels are left out."""
+    names, time = {channel.name for channel in channels}, recording.time_column()
+    numbered = [
+        (number, column)
+        for number, column in enumerate(recording.columns, 1)
+        if column is not time and not is_time(column.name)
+    ]
+    same = [(c.name, number) for number, c in numbered if c.name in names]
+    free = [channel for channel in channels if channel.name not in dict(same)]
+    others = [(number, c) for number, c in numbered if c.name not in names] if free else []
+    found = [(name, ChannelPlace(column=number)) for name, number in same]
+    for number, column in others:
+        for name, unit in _readings(column):
+            if channel := _matching_channel(name, unit, free):
+                found.append((channel, ChannelPlace(column=number, unit=unit)))
+                break
+    claims = Counter(name for name, _ in found)
+    return {name: place for name, place in found if claims[name] == 1}
+
+
+def _readings(column: RecordedColumn) -> Iterator[tuple[str, str | None]]:
+    """Possible names and units of a column, the plainest first: as it is, with a unit at its end
+    ("ROLL_deg"), and each without the names of its groups ("run1.ROLL_deg")."""
+    groups = name_and_unit(column.name)[0].split(".")
+    for k in range(len(groups)):
+        name = ".".join(groups[k:])
+        yield name, column.unit
+        stem, _, end = name.rpartition("_")
+        if stem and column.unit is None and end and (unit := readable_unit(end)):
+            yield stem, unit
+
+
+def _matching_channel(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
+    """The single channel that matches a column of this name; None if none or several do."""
+    words = _words(name)
+    fits = [c.name for c in channels if _matches_channel(words, c.name) and _converts(unit, c.unit)]
+    by_variable = [
+        [name for name in fits if name.split(".")[0] == usual] for usual in USUAL_VARIABLES
+    ]
+    meant = next((named for named in by_variable if named), fits)
+    return meant[0] if len(meant) == 1 else None
+
+
+def _matches_channel(words: frozenset[str], channel: str) -> bool:
+    own = _words(channel)
+    tells = {word for word in own if word in DOFS or word.isdigit()}
+    spoken = any(not word.isdigit() for word in words)
+    return spoken and tells <= words <= own
+
+
+def _words(name: str) -> frozenset[str]:
+    """Words in a name, in our terms; letters and digits are separated."""
+    return frozenset(OUR_WORDS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
+
+
+def _converts(unit: str | None, ours: str) -> bool:
+    try:
+        return unit is None or factor(unit, ours) > 0.0
+    except ValueError:
+        return False
+
 
 MIN_COMMON_TIMES = 10  # common times
 MAX_GAP_STEPS = 10.0  # usual steps

@@ -1,24 +1,201 @@
-"""`compare`: a run and a recording, channel by channel."""
+"""`compare`: a run and a recording, channel by channel.
+
+Text on the difference between a recording and ours.
+
+The recorded series is fitted as gain * ours(t - lag) + offset. First a wrong sign or unit is
+recognised by the gain. Then gain, lag and offset are named, each if the fit is clearly worse
+without it. If waves of the same spectrum do not correlate, the recording is another realisation. If
+these waves are a small part of a series that correlates otherwise, the text says so for the waves
+only.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from math import inf, isnan
+from math import inf, isnan, log
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.compare.align import ChannelPair, Overlap, align
-from hydrosim.compare.diagnosis import diagnose
-from hydrosim.compare.figures import BAND_EDGES_RAD_S, ContactComparison, Figures, contact, figures
-from hydrosim.compare.guess import guess
-from hydrosim.compare.mapping import ChannelPlace, MappingFile, TimeColumn
-from hydrosim.compare.signals import GainLagFit, fit
+from hydrosim.compare.align import (
+    ChannelPair,
+    ChannelPlace,
+    MappingFile,
+    Overlap,
+    TimeColumn,
+    align,
+    guess,
+)
+from hydrosim.compare.figures import (
+    BAND_EDGES_RAD_S,
+    ContactComparison,
+    Figures,
+    GainLagFit,
+    contact,
+    figures,
+    fit,
+    rms,
+    split_bands,
+    std_above_rounding,
+)
+from hydrosim.documents.units import factor
 from hydrosim.recordings import Recording
 from hydrosim.results.channels import match_channels, recorded_channels
+
+EQUAL_RMS_RATIO = 1e-3  # rms over std: smaller differences count as equal
+MIN_NAMED_CORRELATION = 0.8  # correlation: below it no gain, lag or offset is named
+MIN_WAVE_CORRELATION = 0.5  # correlation in the wave band: below it the waves are others
+MAX_SAME_SPECTRUM_STD_RATIO = 1.5  # ratio of std in the wave band: above it the spectrum is another
+MIN_WAVE_STD = 0.05  # of the std: smaller motion in the wave band counts as none
+MIN_EFFECT_FRACTION = 0.3  # of the rms: an effect that is named
+DOMINANT_FRACTION = 0.7  # of the mean square
+UNIT_GAIN_TOLERANCE = 0.03  # relative distance of a gain from that of a unit
+SERIES_ROUNDING_FRACTION = 1e-12  # of the largest value
+CONFUSED_UNITS = {  # units that may be mistaken for ours
+    "m": ("mm", "cm", "ft"),
+    "m/s": ("mm/s", "cm/s", "km/h", "ft/s"),
+    "rad": ("deg",),
+    "rad/s": ("deg/s",),
+    "N": ("kN", "MN", "tonne_force", "lbf"),
+    "N m": ("kN*m", "MN*m", "tonne_force*m"),
+    "J": ("kJ", "MJ"),
+}
+UNIT_WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
+
+
+def diagnose(
+    time: np.ndarray,
+    pair: ChannelPair,
+    found: Figures,
+    fitted: GainLagFit,
+    edges: tuple[float, float],
+    most: float,
+) -> str:
+    """Verdict on a pair, from its figures and its fit; lags up to ``most`` [s] are searched."""
+    ours, recorded = pair.ours, pair.recorded
+    largest = float(np.abs(np.concatenate([ours, recorded])).max())
+    if largest == 0.0:
+        return "both zero"
+    if found.peak <= 1.001 * pair.precision + SERIES_ROUNDING_FRACTION * largest:
+        return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
+    if found.std == 0.0 or std_above_rounding(ours) == 0.0:
+        return _constant(pair, found, std_above_rounding(ours))
+    if found.relative < EQUAL_RMS_RATIO:
+        return f"equal within {100.0 * found.relative:.2g} % of the std"
+    other = _other_waves(time, pair, edges, most)
+    if other and abs(fitted.correlation) < MIN_WAVE_CORRELATION:
+        return "another realisation (same spectrum, no correlation): another seed?"
+    if abs(fitted.correlation) < MIN_NAMED_CORRELATION:
+        said = f"different (correlation {fitted.correlation:.2f}){_worst_band(found)}"
+    else:
+        said = ", ".join(_describe_differences(time, pair, found, fitted, most))
+    return f"{said}; its waves, {_share(found)}, are another realisation" if other else said
+
+
+def _share(found: Figures) -> str:
+    """Fraction of the recorded standard deviation in the wave band."""
+    return f"{100.0 * found.band_recorded[1] / found.std:.2g} % of the std"
+
+
+def _constant(pair: ChannelPair, found: Figures, ours: float) -> str:
+    if found.std == 0.0 and ours == 0.0:
+        offset = float(pair.recorded.mean() - pair.ours.mean())
+        return f"both constant, offset {_amount(offset, pair.unit)}"
+    return "constant in the " + ("recording" if found.std == 0.0 else "run")
+
+
+def _other_waves(
+    time: np.ndarray, pair: ChannelPair, edges: tuple[float, float], most: float
+) -> bool:
+    """Whether both have waves of the same spectrum that do not correlate at any lag."""
+    a, r = (split_bands(time, x, edges)[1] for x in (pair.ours, pair.recorded))
+    sizes = float(np.std(a)), float(np.std(r))
+    if min(sizes) < MIN_WAVE_STD * min(np.std(pair.ours), np.std(pair.recorded)):
+        return False
+    if not 1.0 / MAX_SAME_SPECTRUM_STD_RATIO < sizes[0] / sizes[1] < MAX_SAME_SPECTRUM_STD_RATIO:
+        return False
+    even = np.linspace(time[0], time[-1], time.size)
+    return abs(fit(even, a, r, most).correlation) < MIN_WAVE_CORRELATION
+
+
+def _describe_differences(
+    time: np.ndarray, pair: ChannelPair, found: Figures, fitted: GainLagFit, most: float
+) -> Iterator[str]:
+    """Differences: sign, unit, gain, lag, offset, and the remainder."""
+    sign = float(np.sign(fitted.gain))
+    unit, size = _unit_taken(abs(fitted.gain), pair.unit)
+    if sign < 0.0:
+        yield "sign swapped"
+    if unit:
+        yield unit
+    mended = sign * pair.recorded / size
+    before = rms(mended - pair.ours)
+    if before <= pair.precision / size:
+        return
+    if sign < 0.0 or unit:
+        fitted = fit(time, pair.ours, mended, most)
+    std = found.std / size
+    causes = list(_causes(fitted, pair.unit, before, std))
+    yield from causes
+    if causes and fitted.rest > max(EQUAL_RMS_RATIO * std, MIN_EFFECT_FRACTION * before):
+        yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
+    if not causes and before > EQUAL_RMS_RATIO * std:
+        yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(found)}"
+
+
+def _causes(fitted: GainLagFit, unit: str, before: float, std: float) -> Iterator[str]:
+    """Gain, lag and offset, if they matter.
+
+    A gain of a series with a large mean is almost an offset. Each alone mends most of the
+    difference, so that neither has an effect on it. Then effects are held against what the fit
+    leaves, or against the ``std`` that counts as equal.
+    """
+    effects = (fitted.gain_effect, fitted.lag_effect, fitted.offset_effect)
+    clear = MIN_EFFECT_FRACTION * before
+    if max(effects) <= clear and fitted.rest < clear:
+        clear = max(MIN_EFFECT_FRACTION * fitted.rest, EQUAL_RMS_RATIO * std)
+    if fitted.gain_effect > clear:
+        yield f"gain {fitted.gain:.4g}"
+    if fitted.lag_effect > clear:
+        yield f"{'late' if fitted.lag > 0.0 else 'early'} by {abs(fitted.lag):.3f} s"
+    if fitted.offset_effect > clear:
+        yield f"offset {_amount(fitted.offset, unit)}"
+
+
+def _unit_taken(gain: float, ours: str) -> tuple[str, float]:
+    """Mistaken unit as text, and its gain; "" and 1 if there is none."""
+    for other in CONFUSED_UNITS.get(ours, ()):
+        size = factor(other, ours)
+        for text, expected in (
+            (f"{_word(other)} for {_word(ours)}", 1.0 / size),
+            (f"{_word(ours)} for {_word(other)}", size),
+        ):
+            if abs(log(gain / expected)) < UNIT_GAIN_TOLERANCE:
+                return text, expected
+    return "", 1.0
+
+
+def _word(unit: str) -> str:
+    return UNIT_WORDS.get(unit, unit)
+
+
+def _worst_band(found: Figures) -> str:
+    """Band of frequencies that holds most of the difference, if one does."""
+    squares = np.square(found.band_rms)
+    squares[0] += found.mean**2
+    worst = int(np.argmax(squares))
+    if squares[worst] < DOMINANT_FRACTION * squares.sum():
+        return ""
+    return f", mostly {('slow', 'in the wave band', 'fast')[worst]}"
+
+
+def _amount(value: float, unit: str) -> str:
+    """A value in its usual unit."""
+    return f"{np.degrees(value):.3g} deg" if unit == "rad" else f"{value:.3g} {unit}"
+
 
 MAX_LAG_FRACTION, MAX_LAG_S = 0.1, 60.0  # of the time, and s: largest lag of the search
 MAX_SHIFT_FRACTION = 0.5  # of the time: the largest shift

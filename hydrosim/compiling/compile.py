@@ -15,7 +15,7 @@ from hydrosim.compiling.joints.bodies import with_dofs_of_joints
 from hydrosim.compiling.restart import memory_before, open_start
 from hydrosim.compiling.validate_scene import check_scene
 from hydrosim.compiling.without_waves import add_waves, compile_calm
-from hydrosim.documents.places import source_context
+from hydrosim.documents.yaml_nodes import source_context
 from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import RadiationModel

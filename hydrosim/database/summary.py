@@ -8,16 +8,8 @@ import numpy as np
 
 from hydrosim.database.checks import Finding
 from hydrosim.database.database import HydroDatabase, Real
-from hydrosim.presentation.document import (
-    Cell,
-    Document,
-    List,
-    Node,
-    Outcome,
-    Sentence,
-    Table,
-    Verdict,
-)
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import Cell, List, Node, Outcome, Sentence, Table, Verdict
 from hydrosim.radiation import retardation
 
 _OPTIONAL = (

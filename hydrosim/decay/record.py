@@ -12,8 +12,7 @@ import numpy as np
 from hydrosim.documents.text import require_finite, require_rising
 from hydrosim.documents.units import factor
 from hydrosim.errors import InputError
-from hydrosim.recordings.load import read_recording
-from hydrosim.recordings.recording import RecordedColumn, Recording, is_time
+from hydrosim.recordings import RecordedColumn, Recording, is_time, read_recording
 
 ROLL_NAMES = ("roll", "rx", "phi")
 MAX_STEP_DEVIATION = 0.2  # of a step, of times from equal steps

@@ -15,7 +15,9 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from hydrosim.documents.nodes import (
+from hydrosim.documents.messages import suggestion
+from hydrosim.documents.units import value_text
+from hydrosim.documents.yaml_nodes import (
     SETTING,
     compose_nodes,
     entry_nodes,
@@ -23,8 +25,6 @@ from hydrosim.documents.nodes import (
     plain_values,
     with_hint,
 )
-from hydrosim.documents.suggestions import suggestion
-from hydrosim.documents.units import value_text
 from hydrosim.errors import InputError
 
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)

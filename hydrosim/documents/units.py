@@ -7,6 +7,8 @@ makes a type for pydantic models. pint is loaded at the first unit that no earli
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 import textwrap
 from collections.abc import Iterator
@@ -15,12 +17,51 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, isfinite, pi
+from pathlib import Path
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from hydrosim.documents import factors
+from hydrosim.cache import store, stored
+from hydrosim.program import digest_of_sources, version_of
+
+# Factors between units, stored on disk: pint and its units take half a second to load, and people
+# write few different units.
+
+MAX_FACTORS = 1000  # factors in the file
+
+
+def stored_factor(unit: str, si: str) -> float | None:
+    """A factor that `store_factor` has stored, in this process or an earlier one; None if
+    unknown."""
+    return _factors().get(_key(unit, si))
+
+
+def store_factor(unit: str, si: str, factor: float) -> None:
+    """Store that a number in ``unit`` times ``factor`` is in ``si``."""
+    factors = _factors()
+    factors[_key(unit, si)] = factor
+    if len(factors) <= MAX_FACTORS:
+        store(_name(), json.dumps(factors).encode())
+
+
+def _key(unit: str, si: str) -> str:
+    return f"{unit} in {si}"
+
+
+@lru_cache(maxsize=1)
+def _factors() -> dict[str, float]:
+    found = stored(_name())
+    return {} if found is None else dict(json.loads(found))
+
+
+def _name() -> str:
+    """Name of the file; another version of pint or other rules for units give another name."""
+    rules = digest_of_sources(Path(__file__).parent, "units.py")
+    digest = hashlib.sha256(f"{version_of('pint')} {rules}".encode())
+    return f"units-{digest.hexdigest()[:16]}.json"
+
 
 MAX_VALUE_LETTERS = 200  # characters of the found value in a message
 NO_NUMBER = {
@@ -249,10 +290,10 @@ def value_text(value: object) -> str:
 def factor(unit: str, si: str) -> float:
     """The factor that converts a number in ``unit`` to ``si``; raises ValueError with the reason if
     there is none."""
-    found = factors.stored_factor(unit, si)
+    found = stored_factor(unit, si)
     if found is None:
         found = _computed_factor(unit, si)
-        factors.store_factor(unit, si, found)
+        store_factor(unit, si, found)
     return found
 
 

@@ -13,9 +13,14 @@ from matplotlib.figure import Figure
 
 from hydrosim.compare.comparison import ChannelResult, Comparison
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.layout import DPI
-from hydrosim.plot.panels import PLAIN_NUMBER_POWERS, axis_label, thin_records, wrap_title
-from hydrosim.plot.styles import COLOURS
+from hydrosim.plot.panels import (
+    COLOURS,
+    DPI,
+    PLAIN_NUMBER_POWERS,
+    axis_label,
+    thin_records,
+    wrap_title,
+)
 from hydrosim.presentation.units import DEFAULT, DisplayUnit, Units
 
 CHANNELS = 8  # in a picture

@@ -13,9 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hydrosim.outputs import Output, save_picture
-from hydrosim.plot.layout import picture
-from hydrosim.plot.panels import Panel, axis_label, bands, lines
-from hydrosim.plot.styles import STYLES
+from hydrosim.plot.panels import STYLES, Panel, axis_label, bands, lines, picture
 from hydrosim.presentation.units import Units, units_of
 from hydrosim.statistics.effects import seed_spread
 from hydrosim.statistics.explain import (

@@ -2,13 +2,56 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from math import floor, isfinite, isinf, log10
+from string import ascii_uppercase
 from typing import NamedTuple
 
-from hydrosim.documents.digits import digits_of
 from hydrosim.presentation.nodes import Between, Cell, Sentence, Table, Value
 from hydrosim.presentation.units import Units
+
+# Numbers in readable form.
+
+
+def digits_of(value: float, digits: int = 4) -> str:
+    """A number with this many significant digits, without powers of ten where it is readable
+    without."""
+    if 10.0**digits <= abs(value) < 1e9:
+        return f"{float(f'{value:.{digits - 1}e}'):,.0f}"
+    return f"{value:.{digits}g}"
+
+
+# Values of a study in words, and letters for those that are long.
+
+
+def value_text(value: object) -> str:
+    """A value in words: a list or a table, which a study holds as JSON, without its brackets."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    text = str(value)
+    if not text.startswith(("[", "{")):
+        return text
+    try:
+        return _words(json.loads(text), "; ")
+    except ValueError:
+        return text
+
+
+def _words(value: object, between: str = ", ") -> str:
+    """A value in words; items of a list of lists are told apart from their own items."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_words(of, '; ')}" for key, of in value.items())
+    if isinstance(value, list):
+        return between.join(map(_words, value)) or "none"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def letter_of(index: int) -> str:
+    """A, B, ..., Z, AA, AB, ..."""
+    before, own = divmod(index, len(ascii_uppercase))
+    return (letter_of(before - 1) if before else "") + ascii_uppercase[own]
+
 
 NO_VALUE = "–"
 MOST_DECIMALS = 6

@@ -11,19 +11,16 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.digits import digits_of
 from hydrosim.dofs import about_z
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Strut
 from hydrosim.forces.spring import Spring
-from hydrosim.presentation.document import Node
-from hydrosim.presentation.figures import Drawing
+from hydrosim.presentation.layout import digits_of
+from hydrosim.presentation.nodes import Drawing, Node
 from hydrosim.presentation.units import Units, units_of
-from hydrosim.report.lines import catenaries_at_rest
-from hydrosim.report.scenery import shape_of
-from hydrosim.report.supports import keel_of
+from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
 
 DRAWING_WIDTH = 720.0

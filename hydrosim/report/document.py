@@ -3,22 +3,176 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
+from hydrosim.evidence import Feature, Line, features_of, lines_about
 from hydrosim.presentation.document import Document
-from hydrosim.report.replay import replay_document
-from hydrosim.report.run import run_document
-from hydrosim.results.netcdf import read_run
+from hydrosim.presentation.layout import digits_of
+from hydrosim.presentation.nodes import Cell, List, Node, Sentence, Table
+from hydrosim.presentation.units import units_of
+from hydrosim.report.arrangement import arrangement_nodes
+from hydrosim.report.page import stretch
+from hydrosim.report.replay import replay_document, replay_nodes
+from hydrosim.report.scenery import scene_of
+from hydrosim.results.netcdf import RUN_FILE_HINT, read_run
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
 from hydrosim.results.validation import check_result
-from hydrosim.wording.compared_studies import is_of_studies, studies_document
-from hydrosim.wording.comparison import comparison_document, is_comparison
+from hydrosim.scene import Scene
+from hydrosim.wording.comparison import (
+    comparison_document,
+    is_comparison,
+    is_of_studies,
+    studies_document,
+)
 from hydrosim.wording.limits import is_limits, limits_document
+from hydrosim.wording.run import convergence, result_tables, solution_verdicts, solver_tables
+from hydrosim.wording.sections import (
+    Sections,
+    assumption_nodes,
+    build_sections,
+    case_nodes,
+    title_block,
+    title_of,
+)
+from hydrosim.wording.series import CHARTS_NOTE, energies, ledger, main_charts, more_charts
+from hydrosim.wording.statistics import (
+    largest_values,
+    main_results,
+    next_steps,
+    statistics_nodes,
+    statistics_of,
+)
 from hydrosim.wording.study import study_document
+
+# Section of a report: the lines of evidence about what the scene of a run uses.
+
+EVIDENCE_COLUMNS = ("claim", "against", "kind", "error", "limit")
+EVIDENCE_NOTE = (
+    "These comparisons are about parts of this scene. They were made when the program was tested,"
+    " with scenes of their own. An error is the largest that a test found, a limit the bound that"
+    " it asserts. Both are relative unless the claim names a unit."
+)
+UNKNOWN_CASE_NOTE = (
+    "The result does not hold its case, or it cannot be read again, so the evidence for what it"
+    " uses cannot be named."
+)
+
+
+def evidence_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
+    """Lines of evidence about the features of the ``scene`` of a run, and features without one."""
+    if scene is None:
+        yield Sentence(UNKNOWN_CASE_NOTE)
+        return
+    used = features_of(scene, {str(name): value for name, value in run.attrs.items()})
+    lines = lines_about(used)
+    if lines:
+        yield Sentence(EVIDENCE_NOTE)
+        yield Table(EVIDENCE_COLUMNS, [_row(line) for line in lines])
+    if bare := without_line(used, lines):
+        yield Sentence("No line of evidence is about these parts of the scene by themselves:")
+        yield List(bare)
+
+
+def without_line(used: Collection[Feature], lines: Sequence[Line]) -> list[str]:
+    """Features that are ``used`` and that none of the ``lines`` is about."""
+    covered = {feature for line in lines for feature in line.features}
+    return [feature.value for feature in Feature if feature in used and feature not in covered]
+
+
+def _row(line: Line) -> list[Cell]:
+    figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
+    return [line.claim, line.against, line.kind.value, *figures]
+
+
+# Report of a run: events, figures, series, energy, assumptions, and evidence.
+
+DIMENSIONS = ("time", "body", "dof")
+
+
+def run_document(run: xr.Dataset) -> Document:
+    """Report of a run, also of one that failed or was interrupted."""
+    if missing := [name for name in DIMENSIONS if name not in run.coords]:
+        raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
+    time = run.time.values.astype(float)
+    nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]
+    return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
+
+
+class ReportData:
+    """A ``run`` that is shown, and what several sections need of it: its ``statistics``, if it has
+    any, and its ``scene``, if its case can be read again."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self.run = run
+        self.statistics = statistics_of(run)
+        self.scene = scene_of(run)
+
+
+def _results(of: ReportData) -> Iterator[Node]:
+    yield from main_results(of.run)
+    if of.statistics is not None:
+        yield from largest_values(of.statistics)
+
+
+def _computation(run: xr.Dataset) -> Iterator[Node]:
+    """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
+    yield from solution_verdicts(run)
+    yield from solver_tables(run)
+    yield from convergence(run)
+    yield from next_steps(run)
+
+
+def _energy(run: xr.Dataset) -> Iterator[Node]:
+    yield from ledger(run)
+    if run.time.size > 1:
+        yield from energies(run)
+
+
+def _subtitle(run: xr.Dataset) -> str:
+    span = float(np.ptp(run.time.values)) if run.time.size else 0.0
+    status = run.attrs.get("status", "unknown")
+    return f"{span:g} s simulated by {run.attrs.get('program', 'hydrosim')}; status: {status}"
+
+
+def _series(run: xr.Dataset) -> Iterator[Node]:
+    if run.time.size < 2:
+        yield Sentence("The run has fewer than two recorded times: there is nothing to draw.")
+        return
+    charts = [*main_charts(run), *more_charts(run)]
+    every = [*charts, *energies(run)]
+    size = stretch(run.time.size, sum(len(chart.series) for chart in every if not chart.modes))
+    step = float(run.time[1] - run.time[0])
+    if size > 1:
+        yield Sentence(
+            f"Lines are envelopes: the smallest and the largest of each {size} records"
+            f" ({size * step:g} s). The result file has every record, {step:g} s apart."
+        )
+    else:
+        yield Sentence(f"Lines show every record, {step:g} s apart.")
+    yield Sentence(CHARTS_NOTE)
+    yield from charts
+
+
+RUN_SECTIONS: Sections[ReportData] = {
+    "results": ("Results", _results),
+    "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
+    "outcome": ("Motions and contacts", lambda of: result_tables(of.run)),
+    "case": ("Case", lambda of: case_nodes(of.run)),
+    "assumptions": ("Assumptions and warnings", lambda of: assumption_nodes(of.run)),
+    "statistics": ("Statistics", lambda of: statistics_nodes(of.run, of.statistics)),
+    "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
+    "series": ("Series", lambda of: _series(of.run)),
+    "energy": ("Energy", lambda of: _energy(of.run)),
+    "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
+    "computation": ("How it was computed", lambda of: _computation(of.run)),
+}
+"""Sections by name: the heading, and the function that gives its nodes."""
+
 
 RESULT_KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
     (is_of_runs, study_document),

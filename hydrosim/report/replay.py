@@ -17,15 +17,25 @@ from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.link import Strut
 from hydrosim.forces.spring import Spring
-from hydrosim.presentation.document import Document, Heading, Node
-from hydrosim.presentation.figures import Replay
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import Heading, Node, Replay
 from hydrosim.presentation.units import units_of
-from hydrosim.report.envelopes import base64_of
-from hydrosim.report.lines import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
-from hydrosim.report.lines import shapes_in
-from hydrosim.report.scenery import Shape, scene_of, shape_of, waves_of
-from hydrosim.report.supports import NO_BODY, SUPPORTS_NOTE, column, keel_of, supports_of
-from hydrosim.report.tanks import TANKS_NOTE, tanks_of
+from hydrosim.report.page import base64_of
+from hydrosim.report.scenery import (
+    NO_BODY,
+    SUPPORTS_NOTE,
+    TANKS_NOTE,
+    Shape,
+    column,
+    keel_of,
+    scene_of,
+    shape_of,
+    shapes_in,
+    supports_of,
+    tanks_of,
+    waves_of,
+)
+from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.scene import JointType, Scene
 from hydrosim.wording.sections import title_of
 

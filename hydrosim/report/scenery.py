@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 
 from hydrosim.case.load import load_case
+from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
-from hydrosim.scene import Body, ChangedDatabase, Family, Scene
+from hydrosim.forces.contact.fender import Contact, Fender
+from hydrosim.forces.contact.landing import Landing
+from hydrosim.forces.kind import elements_of
+from hydrosim.forces.line.catenary import Catenary, pull_entries
+from hydrosim.forces.line.points import line_points
+from hydrosim.forces.line.shape import LinePull
+from hydrosim.forces.signal import compile_signals, value
+from hydrosim.modes import NO_INDEX
+from hydrosim.report.page import base64_of
+from hydrosim.rigid.kinematics import LINE_PIECE
+from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
+from hydrosim.scene.tanks import TankShape
 from hydrosim.studies.run.repeat import case_of
 from hydrosim.waves import WaveComponents, sea
 
@@ -161,3 +175,227 @@ def _largest_components(sets: list[WaveComponents]) -> tuple[list[WaveComponents
 def _select_components(waves: WaveComponents, these: np.ndarray) -> WaveComponents:
     each = ("omega", "amplitude", "phase", "wavenumber", "heading")
     return replace(waves, **{name: getattr(waves, name)[these] for name in each})
+
+
+# Catenaries of a scene in pictures: their shapes at rest, and at the moments of a run.
+
+POINTS_PER_LINE = 41  # of a line at rest
+POINTS_PER_REPLAY_LINE = 13  # of a line in a replay
+
+
+class BodyPose(NamedTuple):
+    """A body: its centre of gravity (3,) [m] and its rotation matrix (3, 3)."""
+
+    centre: np.ndarray
+    turn: np.ndarray
+
+
+def catenaries_at_rest(scene: Scene) -> dict[str, np.ndarray]:
+    """Points (n, 3) [m] of each catenary with all bodies at rest, by name, in the earth frame."""
+    bodies = {}
+    for body in scene.bodies:
+        turn = about_z(body.heading)
+        bodies[body.name] = BodyPose(turn @ body.centre_of_gravity + [*body.location, 0.0], turn)
+    return {
+        name: _points(line, bodies, scene, 0.0, POINTS_PER_LINE)
+        for name, line in _catenaries(scene)
+    }
+
+
+def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary, np.ndarray]]:
+    """Each catenary with its shape (nt, n, 2) at the moments ``frames``: share of the way from the
+    fairlead to the anchor, and height [m] above the straight line between them."""
+    places = list(_body_poses(frames, scene))
+    for name, line in _catenaries(scene):
+        found = np.zeros((len(places), POINTS_PER_REPLAY_LINE, 2))
+        for k, (t, bodies) in enumerate(zip(frames.time.values, places, strict=True)):
+            points = _points(line, bodies, scene, float(t), POINTS_PER_REPLAY_LINE)
+            chord = points[-1] - points[0]
+            across = chord[:2] @ chord[:2]
+            share = (points[:, :2] - points[0, :2]) @ chord[:2] / max(across, 1e-12)
+            found[k, :, 0] = share
+            found[k, :, 1] = points[:, 2] - points[0, 2] - share * chord[2]
+        yield name, line, found
+
+
+def _catenaries(scene: Scene) -> list[tuple[str, Any]]:
+    return elements_of(scene, Catenary)
+
+
+def _body_poses(frames: xr.Dataset, scene: Scene) -> Iterator[Mapping[str, BodyPose]]:
+    """Bodies at each moment."""
+    moved = frames.position.transpose("time", "body", "dof").values
+    rest = frames.reference_position.values
+    for now in moved:
+        yield {
+            body.name: BodyPose(
+                rest[b] + now[b, :3],
+                scipy.spatial.transform.Rotation.from_euler(
+                    "ZYX", [now[b, 5] + body.heading, now[b, 4], now[b, 3]]
+                ).as_matrix(),
+            )
+            for b, body in enumerate(scene.bodies)
+        }
+
+
+def _points(
+    line: Catenary, bodies: Mapping[str, BodyPose], scene: Scene, t: float, count: int
+) -> np.ndarray:
+    """Points (count, 3) of a line in the earth frame; straight if it has no shape."""
+    start = _point_in_earth(bodies, line.body, line.point)
+    end = _point_in_earth(bodies, line.anchor_body, line.anchor)
+    across = end[:2] - start[:2]
+    x = float(np.hypot(*across))
+    e = across / x if x > 0.0 else np.array([1.0, 0.0])
+    z = float(start[2] - end[2])
+    bed, friction = -np.inf, 0.0
+    if line.friction is not None:
+        bed, friction = min(-scene.environment.water_depth - end[2], 0.0), line.friction
+    pieces = _pieces(line, t)
+    pull = LinePull(*pull_entries(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
+    if not pull.converged:
+        return np.linspace(start, end, count)
+    found, _ = line_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
+    return np.column_stack([start[:2] + found[:, :1] * e, end[2] + found[:, 1]])
+
+
+def _point_in_earth(
+    bodies: Mapping[str, BodyPose], body: str | None, point: tuple[float, ...]
+) -> np.ndarray:
+    if body is None:
+        return np.asarray(point, float)
+    return np.asarray(bodies[body].centre + bodies[body].turn @ point)
+
+
+def _pieces(line: Catenary, t: float) -> np.ndarray:
+    pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
+    for name in ("length", "weight", "stiffness", "hung"):
+        pieces[name] = getattr(line, name)
+    if line.paid is not None and line.paying != NO_INDEX:
+        each, parts = compile_signals([line.paid])
+        pieces["length"][line.paying] = value(t, each[0], parts)
+    return pieces
+
+
+# Supports of landings in a replay: arms from its points to their body, columns under its seats.
+#
+# Both are for illustration: a case has positions, not shapes. They have the colour of the contact's
+# mode, more intense with a larger force.
+
+ARM_HALF_SIDE = 0.008  # of the size of the scene: half the side of an arm or a column
+COLUMN_DEPTH = 0.15
+"""Of the size of the scene: depth of columns below the water, at most to the bed."""
+LEVEL_NORMAL = 0.9  # vertical part of a normal, above which a plane is nearly level
+SUPPORTS_NOTE = (
+    "Arms and columns at landings are illustrations; the case has positions, not shapes."
+)
+NO_BODY = -1  # in place of the index of a body
+
+
+def keel_of(scene: Scene, name: str) -> float | None:
+    """Height in the body frame [m] at which a landing or a plane of the body is touched from below;
+    None if there is none."""
+    found = [z for element in scene.forces.values() for z in _contact_heights(element, name)]
+    return min((z for z in found if z < 0.0), default=None)
+
+
+def _contact_heights(element: object, name: str) -> Iterator[float]:
+    if isinstance(element, Landing) and element.body == name:
+        yield from map(float, element.points[:, 2])
+    elif isinstance(element, Fender) and element.plane.body == name:
+        normal = np.asarray(element.plane.normal, float)
+        if abs(normal[2]) > LEVEL_NORMAL * np.linalg.norm(normal):
+            yield float(element.plane.point[2])
+
+
+def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list[dict[str, Any]]:
+    """Arms and columns as triangles in the frame of a body or the earth, each with the index of its
+    contact. ``shapes`` are the triangles of the bodies."""
+    numbers = {body.name: k for k, body in enumerate(scene.bodies)}
+    depth = min(COLUMN_DEPTH * size, scene.environment.water_depth)
+    found: list[dict[str, Any]] = []
+    contact = 0
+    for element in scene.forces.values():
+        if isinstance(element, Landing):
+            for k, (point, seat) in enumerate(zip(element.points, element.seats, strict=True)):
+                own = numbers[element.body]
+                ends = [(own, point, _nearest_in_box(shapes[own], point))]
+                if element.on is None:
+                    ends += [(NO_BODY, seat, np.array([seat[0], seat[1], -depth]))]
+                else:
+                    on = numbers[element.on]
+                    ends += [(on, seat, _nearest_in_box(shapes[on], seat))]
+                found += [
+                    {
+                        "body": body,
+                        "contact": contact + k,
+                        "triangles": base64_of(column(a, b, ARM_HALF_SIDE * size).ravel()),
+                    }
+                    for body, a, b in ends
+                ]
+        contact += len(element.points) if isinstance(element, Contact) else 0
+    return found
+
+
+def column(one: np.ndarray, other: np.ndarray, half: float) -> np.ndarray:
+    """Triangles (12, 3, 3) of a square column between two points, with sides of twice ``half``;
+    empty if the points coincide."""
+    along = np.asarray(other, float) - one
+    if np.linalg.norm(along) == 0.0:
+        return np.zeros((0, 3, 3))
+    across = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
+    across *= half / np.linalg.norm(across)
+    other_way = np.cross(along, across) / np.linalg.norm(along)
+    turned = [a * across + b * other_way for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    begin, end = np.asarray(one) + turned, np.asarray(other) + turned
+    sides = [(begin[k], begin[k - 1], end[k - 1], end[k]) for k in range(4)]
+    quads = np.array([*sides, begin, end[::-1]])
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def _nearest_in_box(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Position nearest to a point in the box around a shape."""
+    corners = triangles.reshape(-1, 3)
+    return np.clip(point, corners.min(axis=0), corners.max(axis=0))
+
+
+# Tanks in a replay: boxes on their bodies, filled to their level at each moment.
+
+TANKS_NOTE = (
+    "Tanks are drawn as boxes, filled to their levels; hulls are translucent. A mesh tank is the"
+    " box around it; tanks given by tables have no shape and are left out."
+)
+
+
+def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
+    """Corners of tanks about the centres of gravity of their bodies, and the filled fractions of
+    their heights (nt, nk)."""
+    every = [(k, body) for k, body in enumerate(scene.bodies if scene else ()) if body.tanks]
+    known = _levels(frames)
+    drawn, full = [], []
+    for number, body in every:
+        for tank in body.tanks:
+            if (ends := _ends(tank.shape)) is not None:
+                low, high = ends - np.asarray(body.centre_of_gravity)
+                drawn.append({"name": tank.name, "body": number, "low": [*low], "high": [*high]})
+                still = np.full(frames.time.size, tank.level)
+                level = known.get(f"{tank.name} of {body.name}", still)
+                full.append(level / (high - low)[2])
+    return {"tanks": drawn, "levels": base64_of(np.array(full).T.ravel())}
+
+
+def _levels(frames: xr.Dataset) -> dict[str, np.ndarray]:
+    """Levels (nt,) of the changing tanks."""
+    if "tank_level" not in frames:
+        return {}
+    levels = frames.tank_level.transpose("tank", "time")
+    return dict(zip(map(str, frames.tank.values), levels.values, strict=True))
+
+
+def _ends(shape: TankShape) -> np.ndarray | None:
+    """Lowest and highest corner (2, 3) of the box of a tank."""
+    if isinstance(shape, Box):
+        return np.array([shape.low, shape.high], float)
+    if isinstance(shape, TankMesh):
+        return np.array([shape.corners.min(axis=(0, 1)), shape.corners.max(axis=(0, 1))])
+    return None

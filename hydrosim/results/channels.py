@@ -28,10 +28,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.nodes import with_hint
+from hydrosim.documents.messages import suggestion
 from hydrosim.documents.series import columns_of, select
-from hydrosim.documents.suggestions import suggestion
 from hydrosim.documents.text import Source
+from hydrosim.documents.yaml_nodes import with_hint
 from hydrosim.errors import InputError
 
 RUN = Source(Path("run"))

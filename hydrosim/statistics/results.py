@@ -15,8 +15,8 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.nodes import with_hint
-from hydrosim.documents.suggestions import suggestion
+from hydrosim.documents.messages import suggestion
+from hydrosim.documents.yaml_nodes import with_hint
 from hydrosim.errors import InputError
 from hydrosim.results import stages
 from hydrosim.results.stages import STAGE_TIME, STAGES

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import ceil, isfinite
+from math import atan2, ceil, cos, hypot, isfinite, pi, radians, sin
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from hydrosim.case import load_case
 from hydrosim.compiling import sizes
@@ -14,16 +16,25 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.derived import solution
 from hydrosim.compiling.hydrodynamic_groups import in_states
+from hydrosim.compiling.joints.drives import drives_of, is_turn, motion_at, sample_times
 from hydrosim.compiling.notes import Notes
+from hydrosim.compiling.questions.extents import extents
+from hydrosim.compiling.questions.query import describe_start
 from hydrosim.compiling.restart import resumed_state, started_from
 from hydrosim.compiling.without_waves import add_waves, compile_calm
-from hydrosim.documents.places import add_source_lines, source_context
+from hydrosim.database.database import require_array
+from hydrosim.documents.yaml_nodes import add_source_lines, source_context
+from hydrosim.forces.damping.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
+from hydrosim.forces.drive import Drive
+from hydrosim.forces.line.catenary import Catenary
+from hydrosim.forces.pair import TwoPointElement
+from hydrosim.forces.signal import Harmonic, Recorded
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import ModeKind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, without_progress
-from hydrosim.presentation.document import (
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import (
     Cell,
-    Document,
     Heading,
     List,
     Node,
@@ -36,22 +47,255 @@ from hydrosim.presentation.document import (
     warnings,
 )
 from hydrosim.presentation.units import units_of
-from hydrosim.scene import Scene
-from hydrosim.scene.trees import floating_roots
+from hydrosim.scene import Body, Joint, Scene, Weight
+from hydrosim.scene.joint import JointType
+from hydrosim.scene.trees import arrangement, floating_roots
 from hydrosim.stepping.names import coordinate_at
+from hydrosim.stepping.start_loads import start_loads
 from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.studies.run.asked import check_criteria
 from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
-from hydrosim.wording.joints import describe_drives, describe_joints
-from hydrosim.wording.roll.damping import describe_roll_damping
+from hydrosim.waves.sea_state import sea_state
 from hydrosim.wording.run import radiation_verdict
-from hydrosim.wording.start.floating import describe_floating, describe_lines
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
     from hydrosim.compiling.compiled import Compiled
+    from hydrosim.compiling.questions.query import SceneContext
+    from hydrosim.database.database import HydroDatabase
     from hydrosim.linear.stability import StepLimit
+
+# The joints of a scene, and its prescribed motions, in words.
+
+
+def describe_joints(scene: Scene) -> Iterator[str]:
+    """A line for each joint: what it connects, and how its motions are solved."""
+    found = arrangement(scene)
+    bodies = {body.name: body for body in scene.bodies}
+    for branch in found.branches:
+        motions = ", ".join(motion.name.replace("_", " ") for motion in branch.joint.motions)
+        how = f"coordinates: {motions}" if motions else "no motion"
+        restoring = _restoring(bodies[branch.child])
+        yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{restoring}"
+    for name in found.loops:
+        joint = scene.joints[name]
+        role = "keeps a distance" if joint.type == JointType.ROD else "closes a loop"
+        yield f"{name}: {_bodies_of_joint(joint)}; {role}, held by constraint forces"
+    for name in found.passing:
+        yield f"{name}: {_bodies_of_joint(scene.joints[name])}; a constraint while it is closed"
+
+
+def _bodies_of_joint(joint: Joint) -> str:
+    other = "the earth" if joint.to is None else joint.to
+    return f"{joint.type} between {joint.body} and {other}"
+
+
+def _restoring(body: Body) -> str:
+    """What restores a body that a joint carries, and where that is valid."""
+    if body.hydrodynamics is None:
+        return ""
+    if body.hydrostatics is not None:
+        return f". Buoyancy of {body.name}: of its hull, at any attitude"
+    weight = "; weight and buoyancy at rest act as forces" if body.weight == Weight.CARRIED else ""
+    return (
+        f". Stiffness of {body.name}: linear in the displacement and the rotation vector of its"
+        f" centre of gravity{weight}"
+    )
+
+
+def describe_drives(scene: Scene, begin: float = 0.0) -> Iterator[Sentence]:
+    """A sentence for each drive: what it moves, how far, and how fast."""
+    for name, drive in drives_of(scene).items():
+        unit = "rad" if is_turn(scene, drive) else "m"
+        times = sample_times(drive, begin, begin + scene.duration)
+        position, speed, acceleration = np.array([motion_at(drive, float(t)) for t in times]).T
+        parts: list[Part] = [
+            *(name, drive.driven, _form(drive)),
+            *(Value(float(position.min()), unit), Value(float(position.max()), unit)),
+            *(Value(float(position[0]), unit), Value(float(speed[0]), f"{unit}/s")),
+            Value(float(np.abs(speed).max()), f"{unit}/s"),
+            Value(float(np.abs(acceleration).max()), f"{unit}/s^2"),
+        ]
+        text = "{} moves {} by {}: from {} to {}; it starts at {} with {}; at most {} and {}."
+        yield Sentence(text, parts)
+
+
+def _form(drive: Drive) -> str:
+    signal = drive.position
+    if isinstance(signal, Harmonic):
+        return f"a sine of {signal.period:g} s"
+    what = "a record" if isinstance(signal, Recorded) else "a table"
+    return f"{what} of {np.size(signal.value)} values"
+
+
+# What roll dampings of a scene amount to.
+
+AMPLITUDE_DEG = 5.0  # deg
+
+
+def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
+    """A line for each roll damping: its coefficients, the damping by waves that is taken off, and
+    the damping ratio without waves at an amplitude of 5 deg."""
+    elements = [(n, e) for n, e in compiled.scene.forces.items() if isinstance(e, ViscousRoll)]
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
+    for (name, element), found in zip(elements, rolling, strict=True):
+        B1, B2, B3, mass, omega = (
+            float(found[x]) for x in ("linear", "quadratic", "cubic", "mass", "frequency")
+        )
+        parts = [f"{name}: B1 {B1:.4g}, B2 {B2:.4g}, B3 {B3:.4g} N m s^n/rad^n"]
+        if element.p1 or element.p2 or element.p3:
+            waves = float(found["waves"])
+            off = f"less {waves:.4g} by waves" if element.includes_waves else "waves not taken off"
+            parts.append(f"p1 is {float(found['measured']):.4g} N m s/rad in all, {off}")
+        if omega > 0.0:
+            rate = omega * radians(AMPLITUDE_DEG)
+            damping = B1 + EDDIES * B2 * rate + 0.75 * B3 * rate**2
+            ratio = 50.0 * damping / (mass * omega)
+            parts.append(
+                f"{ratio:.3g} % of critical besides waves at {AMPLITUDE_DEG:g} deg and"
+                f" {2.0 * pi / omega:.4g} s"
+            )
+        yield "; ".join(parts)
+
+
+# How bodies float at the start, and where waves, wind and current come from, for `check`.
+#
+# What these figures show, no question can know: a height above the keel in place of z, an angle in
+# the wrong unit, or a heading that waves come from in place of the one that they go to.
+
+SIDES = (
+    "from astern",
+    "from the starboard quarter",
+    "from starboard abeam",
+    "from the starboard bow",
+    "from ahead",
+    "from the port bow",
+    "from port abeam",
+    "from the port quarter",
+)
+"""Where a stream comes from that goes to 0, 45, 90, ... degrees of a body's heading."""
+ALONG_AXIS = sin(pi / 8.0)  # component below which a direction is along the other axis
+MAX_NAMED_BODIES = 4
+FLOATING_HEAD = (
+    "body",
+    "heading",
+    "heel",
+    "trim",
+    "draught, about",
+    "G above water",
+    "GM in roll",
+    "GM in pitch",
+)
+
+
+def describe_floating(own: Compiled) -> Iterator[Node]:
+    """Directions of the environment beside bodies, and how hulls with a database float."""
+    scene = own.scene
+    about = describe_start(scene, own.facts, own.state, own.sea, own.begin + scene.duration)
+    afloat = list(about.afloat())
+    rotation = {body.name: about.motion.rotation[i] for i, body, _ in afloat}
+    headings = {name: atan2(R[1, 0], R[0, 0]) for name, R in rotation.items()}
+    directions = list(_describe_directions(scene, headings))
+    if directions:
+        yield List(directions, "Directions at the start")
+    rows = [
+        _floating_row(about, body, db, headings[body.name], rotation[body.name])
+        for _, body, db in afloat
+    ]
+    if rows:
+        yield Table(FLOATING_HEAD, rows, "Bodies afloat at the start")
+
+
+def _floating_row(
+    about: SceneContext, body: Body, db: HydroDatabase, heading: float, R: np.ndarray
+) -> list[Cell]:
+    gravity = about.scene.environment.gravity
+    size = extents(body, db)
+    stiffness = require_array(db, "hydrostatic_stiffness")
+    transverse, longitudinal = (float(stiffness[k, k]) / (body.mass * gravity) for k in (3, 4))
+    height = float(about.centre(about.index[body.name])[2])
+    return [
+        body.name,
+        Value(heading, "rad", 3),
+        Value(atan2(R[2, 1], R[2, 2]), "rad", 3),
+        Value(atan2(-R[2, 0], hypot(R[0, 0], R[1, 0])), "rad", 3),
+        Value(size.draught, "m", 3) if size is not None else "",
+        Value(height, "m", 3),
+        Value(transverse, "m", 3),
+        Value(longitudinal, "m", 3),
+    ]
+
+
+def _describe_directions(scene: Scene, headings: dict[str, float]) -> Iterator[str]:
+    environment = scene.environment
+    trains = environment.waves
+    for k, train in enumerate(trains, 1):
+        heading = sea_state(train, environment).heading
+        name = f"waves {k}" if len(trains) > 1 else "waves"
+        if isfinite(heading):
+            yield f"{name} {describe_direction(heading, headings)}"
+    for name, stream in (("current", environment.current), ("wind", environment.wind)):
+        if stream.speed > 0.0:
+            yield f"{name} {describe_direction(stream.heading, headings)}"
+
+
+def describe_direction(heading: float, headings: dict[str, float]) -> str:
+    """Where a stream with this ``heading`` [rad] goes, and from where it meets bodies with these
+    ``headings``, in words."""
+    text = f"towards {_axis_text(heading)} of the earth frame"
+    met: dict[str, list[str]] = {}
+    for body, own in headings.items():
+        octant = round((heading - own) / (pi / 4.0)) % 8
+        met.setdefault(SIDES[octant], []).append(body)
+    for side, bodies in met.items():
+        more = len(bodies) - MAX_NAMED_BODIES
+        names = ", ".join(bodies[:MAX_NAMED_BODIES]) + (f" and {more} more" if more > 0 else "")
+        text += f"; {side} of {names}"
+    return text
+
+
+def _axis_text(heading: float) -> str:
+    parts = [
+        f"{'+' if component > 0.0 else '-'}{axis}"
+        for axis, component in (("x", cos(heading)), ("y", sin(heading)))
+        if abs(component) > ALONG_AXIS
+    ]
+    return " and ".join(parts)
+
+
+def describe_lines(own: Compiled) -> Iterator[Table]:
+    """Tensions of lines and forces of struts at the start, beside what they may carry, and the
+    heights of the ends of mooring lines."""
+    lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, TwoPointElement)}
+    if not lines:
+        return
+    loads = start_loads(own.scene, own.model, own.state, own.facts.rows, own.begin)
+    about = describe_start(own.scene, own.facts, own.state, own.sea, own.begin)
+    heights = {name: _line_heights(about, of) for name, of in lines.items()}
+    moored = any(any(cells) for cells in heights.values())
+    rows: list[list[Cell]] = []
+    for name, line in lines.items():
+        allowed: list[Cell] = ["", ""]
+        if line.capacity is not None:
+            allowed = [Value(line.capacity, "N"), Value(loads[name] / line.capacity, "share", 2)]
+        rows.append([name, Value(loads[name], "N"), *allowed, *(heights[name] if moored else ())])
+    head = ["line", "load at the start", "capacity", "used"]
+    if moored:
+        head += ["fairlead above water", "anchor above bed"]
+    yield Table(head, rows, "Loads of lines")
+
+
+def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
+    """Heights of the fairlead of a mooring line above the water, and of its anchor above the bed;
+    empty for other lines."""
+    if not isinstance(line, Catenary) or line.anchor_body is not None:
+        return ["", ""]
+    b = about.index[line.body]
+    place = about.centre(b) + about.motion.rotation[b] @ np.array(line.point, float)
+    above = about.scene.environment.water_depth + line.anchor[2]
+    return [Value(float(place[2]), "m", 3), Value(above, "m", 3) if isfinite(above) else ""]
+
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
 

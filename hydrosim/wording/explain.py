@@ -9,16 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.presentation.document import (
-    Between,
-    Cell,
-    Document,
-    Heading,
-    Node,
-    Sentence,
-    Table,
-    Value,
-)
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import Between, Cell, Heading, Node, Sentence, Table, Value
 from hydrosim.presentation.units import units_of
 from hydrosim.results.phases import is_operation
 from hydrosim.statistics.effects import seed_spread

@@ -7,27 +7,34 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.digits import digits_of
-from hydrosim.presentation.document import (
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.layout import digits_of
+from hydrosim.presentation.nodes import (
     Between,
     Cell,
-    Document,
+    Curves,
     List,
     Node,
     Outcome,
+    PlottedCurve,
     Sentence,
     Table,
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curves, PlottedCurve
 from hydrosim.presentation.units import units_of
 from hydrosim.statistics.headings import MIRROR_REASON as SIDES
 from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.weather import MAX_HEADING_GAP
-from hydrosim.wording.assumptions import case_nodes
-from hydrosim.wording.sections import Sections, attribute_text, build_sections, lines_of, title_of
-from hydrosim.wording.title_block import title_block
+from hydrosim.wording.sections import (
+    Sections,
+    attribute_text,
+    build_sections,
+    case_nodes,
+    lines_of,
+    title_block,
+    title_of,
+)
 
 LIMIT_VARIABLES = ("limit", "low", "high", "governing")
 ASSUMPTION_LABELS = {

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from math import isfinite, isinf, nan
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -12,26 +15,130 @@ from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
 from hydrosim.forces.joint.locks import CLOSED as CLOSED_JOINT
 from hydrosim.forces.joint.locks import WAITING
 from hydrosim.forces.trigger import BEFORE
-from hydrosim.presentation.document import (
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import (
     Cell,
-    Document,
     List,
     Node,
     Outcome,
     Part,
+    Sentence,
     Table,
     Value,
     Verdict,
     warnings,
 )
-from hydrosim.presentation.units import unit_of_dof, units_of
+from hydrosim.presentation.units import DEFAULT, Units, unit_of_dof, units_of
 from hydrosim.results.channels import largest_loads
-from hydrosim.results.error_figures import COMPANION, EVALUATIONS, RELATIVE, reported_beyond
+from hydrosim.results.error_figures import (
+    COMPANION,
+    CONTACT_FORCE,
+    EVALUATIONS,
+    RELATIVE,
+    reported_beyond,
+)
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
 from hydrosim.results.netcdf import is_part
-from hydrosim.wording.criteria import criteria_nodes
+from hydrosim.results.stages import FIGURES, STAGE_TIME
+from hydrosim.statistics.criteria import Criterion, criteria_of
 from hydrosim.wording.sections import attribute_text, lines_of, title_of
-from hydrosim.wording.stages import stage_nodes
+
+if TYPE_CHECKING:
+    from hydrosim.studies.run.converge import ConvergenceStudy, ConvergenceTrial
+
+# Stages of groups of contacts: when they come, and what happens when contacts close.
+
+
+def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """Times of the stages and figures of the contacts, a column for each group. Groups without a
+    stage are left out, and a run without groups has no table."""
+    if STAGE_TIME not in run:
+        return
+    reached = run[STAGE_TIME].notnull().any("stage")
+    groups = run.isel(contact_group=np.flatnonzero(reached.values))
+    if groups.sizes["contact_group"]:
+        head = ("stage or figure", *map(str, groups.contact_group.values))
+        yield Table(head, [*_times(groups), *_figures(groups)], "Stages")
+
+
+def _times(groups: xr.Dataset) -> Iterator[list[Cell]]:
+    """The time of each stage that a group has come to."""
+    for stage in groups.stage.values:
+        times = groups[STAGE_TIME].sel(stage=stage).values
+        if np.isfinite(times).any():
+            yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
+
+
+def _figures(groups: xr.Dataset) -> Iterator[list[Cell]]:
+    for name, (what, unit) in FIGURES.items():
+        yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
+
+
+# Criteria of a run: a register of values, limits and margins, and whether all are met.
+
+
+def criteria_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """A verdict on all criteria of a run, one on each that is not met, and the register."""
+    found = criteria_of(run)
+    if not found:
+        return
+    yield criteria_verdict(found)
+    yield from (criterion_not_met(each) for each in found if not each.is_met)
+    head = ("criterion", "value", "limit", "margin", "used", "", "source of the limit")
+    rows = [[*criterion_figures(each), met_or_not(each), each.source] for each in found]
+    yield Table(head, rows, "Criteria")
+    yield meanings(found)
+
+
+def criteria_verdict(
+    found: Sequence[Criterion], where: str = "", best: Outcome = Outcome.GOOD
+) -> Verdict:
+    """How many criteria are met ``where``; the ``best`` outcome if all are."""
+    met = sum(each.is_met for each in found)
+    counts = [str(met), str(len(found))]
+    text = f"{{}} of {{}} criteria are met{where}."
+    if met < len(found):
+        return Verdict(Outcome.BAD, text, counts)
+    used = [each for each in found if isfinite(each.utilisation)]
+    if not used:
+        return Verdict(best, text, counts)
+    most = max(used, key=lambda each: each.utilisation)
+    share = Value(most.utilisation, "share", 3)
+    text += " {} uses the most of its limit: {}."
+    return Verdict(best, text, [*counts, most.name, share])
+
+
+def criterion_not_met(of: Criterion, at: str = "", more: str = "") -> Verdict:
+    """What a criterion comes to ``at`` a place, what is allowed, and ``more``."""
+    if of.missing:
+        return Verdict(Outcome.BAD, "{} has no value: {}", [of.name, of.missing])
+    side = "at least" if of.is_least else "at most"
+    return Verdict(
+        Outcome.BAD,
+        "{}: {} is {}{}; allowed is {} {}.{}",
+        [of.name, of.what, _value(of), at, side, Value(of.limit, of.unit), more],
+    )
+
+
+def criterion_figures(of: Criterion) -> list[Cell]:
+    """Name, value, limit, margin, and the share of the limit that is used."""
+    limit, margin = (Value(number, of.unit) for number in (of.limit, of.margin))
+    return [of.name, _value(of), limit, margin, Value(of.utilisation, "share", 3)]
+
+
+def _value(of: Criterion) -> Value | str:
+    return "never" if isinf(of.value) else Value(of.value, of.unit)
+
+
+def met_or_not(of: Criterion) -> str:
+    """The verdict in a table."""
+    return "met" if of.is_met else "NOT MET"
+
+
+def meanings(found: Sequence[Criterion]) -> List:
+    """What each criterion is of, for readers who ask for more."""
+    return List([Sentence("{}: {}", [each.name, each.what]) for each in found], detail=True)
+
 
 MODE_NUMBERS = (OPEN, STICK, SLIP)
 TENSION_COLUMNS = ("tension at the start", "mean", "largest")
@@ -404,3 +511,80 @@ def _radiation(run: xr.Dataset) -> Iterator[str]:
     first = {model: body for body, model in models.items() if model}
     yield from (f"{body}: {model}" for model, body in first.items())
     yield from lines_of(run, "radiation_errors")
+
+
+# What a run itself knows of its errors, and what it does not.
+
+
+def convergence(run: xr.Dataset) -> Iterator[Node]:
+    """The residual of energy, errors of radiation; what was not assessed is said to be so."""
+    name = Path(str(run.attrs.get("case_file", "CASE.yaml"))).name
+    yield from _step_errors(run)
+    yield Sentence(
+        "This run does not assess how motions, crawl and extremes change with the seeds. hydrosim"
+        " sweep compares seeds. hydrosim converge {} compares steps and methods.",
+        [name],
+    )
+    if rows := list(_evidence(run)):
+        yield Table(("evidence", "found", "warned of beyond"), rows)
+        yield Sentence(
+            "The residual is relative to the energy exchanged, over the worst stretch of time. A"
+            " small residual shows that the integration keeps energy."
+        )
+    if lines := lines_of(run, "radiation_errors"):
+        yield List(lines, "Radiation")
+
+
+def _step_errors(run: xr.Dataset) -> Iterator[Node]:
+    """What the errors by the steps of the solver were measured against."""
+    if COMPANION in run.attrs:
+        yield Sentence(
+            "Errors by the steps of the solver were measured: the run was compared with {}.",
+            [str(run.attrs[COMPANION])],
+        )
+    elif "solver_linear" in run.attrs and str(run.attrs["solver_linear"]).startswith("stepped"):
+        yield Sentence("Errors by the steps of the solver were not measured.")
+
+
+def _evidence(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
+    """Measured errors and the residual of the energy balance, each with its limit."""
+    limit = Value(reported_beyond(run), digits=2)
+    for text, figure in (
+        ("error of motions, relative to their range", RELATIVE),
+        ("error of the largest contact force, relative to it", CONTACT_FORCE),
+    ):
+        if figure in run.attrs:
+            beyond = limit if figure == RELATIVE else ""
+            yield text, Value(float(run.attrs[figure]), digits=2), beyond
+    if "energy_residual_relative" in run.attrs:
+        found = Value(float(run.attrs["energy_residual_relative"]), digits=2)
+        yield "residual of the energy balance", found, Value(MAX_RESIDUAL_FRACTION, digits=2)
+
+
+def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) -> Document:
+    """The errors of each method and setting against run time."""
+    head = ("method", "setting", "motion", "order", "crawl", "energy", "evaluations", "time")
+    said = Sentence(
+        "Errors are against rk4 at {}, whose own error is {}.",
+        [Value(study.reference_step, "s"), Value(study.reference_error, "m", 2)],
+    )
+    return Document(title, [said, Table(head, list(_trials(study)))], units=units)
+
+
+def _trials(study: ConvergenceStudy) -> Iterator[list[Cell]]:
+    last: ConvergenceTrial | None = None
+    for trial in study.trials:
+        same = last is not None and last.method is trial.method
+        order = trial.order(last) if last is not None and same else nan
+        cells: list[Cell] = [str(trial.method), Value(trial.setting, digits=3)]
+        last = trial
+        if trial.remark:
+            yield [*cells, "failed", "", "", "", "", ""]
+            continue
+        errors: list[Cell] = [
+            Value(trial.motion, "m", 2),
+            Value(order, digits=2) if isfinite(order) else "",
+        ]
+        errors += [Value(trial.crawl, "m", 2), Value(trial.energy, "", 2)]
+        cost: list[Cell] = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
+        yield [*cells, *errors, *cost]

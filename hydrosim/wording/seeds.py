@@ -8,9 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.value_text import value_text
-from hydrosim.presentation.document import Between, Cell, Node, Sentence, Table, Value
-from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.layout import text_of, value_text
+from hydrosim.presentation.nodes import Between, Cell, Node, Sentence, Table, Value
 from hydrosim.presentation.units import units_of
 from hydrosim.results.stages import FIGURES, STAGE_TIME
 from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread

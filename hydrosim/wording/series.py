@@ -11,8 +11,7 @@ import xarray as xr
 
 from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
-from hydrosim.presentation.document import Node, Table, Value
-from hydrosim.presentation.figures import Chart
+from hydrosim.presentation.nodes import Chart, Node, Table, Value
 from hydrosim.results.channels import channel_names
 from hydrosim.results.channels import channel_series as channel
 from hydrosim.results.similar_sizes import group_by_size

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from hydrosim.presentation.document import (
+from hydrosim.case.tables import plain
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import (
+    Between,
     Cell,
-    Document,
     List,
     Node,
     Outcome,
@@ -19,15 +22,83 @@ from hydrosim.presentation.document import (
     Value,
     Verdict,
 )
-from hydrosim.presentation.units import units_of
+from hydrosim.presentation.units import unit_of_dof, units_of
 from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
+from hydrosim.statistics.ends import UNIT_DIMS
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
-from hydrosim.wording.channels import StatisticsChannel, channels_of
-from hydrosim.wording.sections import title_of
-from hydrosim.wording.stages import stage_nodes
+from hydrosim.wording.run import (
+    criteria_nodes,
+    element_verdicts,
+    solution_verdicts,
+    stage_nodes,
+    status_verdict,
+)
+from hydrosim.wording.sections import lines_of, title_of
+
+# Channels in statistics: what each is called, and its unit.
+
+
+class StatisticsChannel(NamedTuple):
+    """A channel in statistics: the ``kind`` of variables, the labels ``at`` which it stands there,
+    what it is called, and its SI unit."""
+
+    kind: str
+    at: dict[str, str]
+    title: str
+    unit: str
+
+    def figure(self, found: xr.Dataset, name: str) -> Value:
+        """A figure by its name among `statistics.STATISTIC_NAMES`."""
+        number = float(found[self.kind].sel({**self.at, "statistic": name}))
+        return Value(number, "s" if name == "period" else self.unit)
+
+    def basis(self, found: xr.Dataset, side: str) -> ExtremeModel:
+        """What the extremes of a side are by, or why there are none."""
+        return ExtremeModel(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+
+    def extreme(self, found: xr.Dataset, side: str, name: str) -> Value:
+        """A figure of the extremes of a side."""
+        each = found[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
+        return Value(float(each), self.unit)
+
+    def interval(self, found: xr.Dataset, side: str, name: str) -> Between:
+        """The interval of a figure of the extremes of a side."""
+        low, high = (self.extreme(found, side, f"{name}_{end}") for end in ("lower", "upper"))
+        return Between(low.number, high.number, self.unit)
+
+    def recorded_mean(self, found: xr.Dataset) -> Value:
+        """The mean of the records, where that by impulses is another; else not a number."""
+        recorded = found.get(f"{self.kind}_recorded_mean")
+        number = float("nan") if recorded is None else float(recorded.sel(self.at))
+        return Value(number, self.unit)
+
+
+def channels_of(found: xr.Dataset) -> Iterator[StatisticsChannel]:
+    """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
+    for channel in _all_channels(found):
+        if ExtremeModel.CONSTANT not in {channel.basis(found, side) for side in EXTREME_SIDES}:
+            yield channel
+
+
+def _all_channels(found: xr.Dataset) -> Iterator[StatisticsChannel]:
+    for body in map(str, found.body.values):
+        for dof in map(str, found.dof.values):
+            yield StatisticsChannel(
+                "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
+            )
+    if "wave" in found:
+        yield StatisticsChannel("wave", {}, "wave elevation", "m")
+    for kind in UNIT_DIMS:
+        for name in map(str, found[kind].values if kind in found.coords else ()):
+            if f"{kind}_force" in found:
+                yield StatisticsChannel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
+    for name in map(str, found.channel.values if "channel" in found.dims else ()):
+        unit = str(found.unit.sel(channel=name).item())
+        yield StatisticsChannel("named", {"channel": name}, name, unit)
+
 
 MIN_SAMPLES = 16
 """Records that figures are made of."""
@@ -298,3 +369,73 @@ def _phases(found: xr.Dataset) -> Iterator[list[Cell]]:
                 x, y = at.phase_crawl.sel(body=body).values
                 moved = [Value(float(x), "m", 3), Value(float(y), "m", 3)]
                 yield [group, phase, Value(seconds, "s"), body, *moved]
+
+
+# First results of a report: criteria, the end of the run, the sea, loads, largest values.
+
+NO_CRITERIA = "The case asks for no criteria."
+CRITERIA_HINT = "Limits with their sources under `criteria:` in the case are judged in the results."
+ONE_SEA = (
+    "These results are of one sea: one draw of random waves (seed {}). In another draw of the same"
+    " spectrum, largest values, crawl and criteria come out otherwise. Decide on several draws."
+)
+MORE_SEAS = (
+    f"For several draws, run a study with `seeds: 1-{VALUES_FOR_INTERVAL}` by"
+    " `hydrosim sweep`. It judges the same limits over all of its seas."
+)
+WARNINGS_HINT = '{} under "Assumptions and warnings". Read {} before you use the results.'
+
+
+def main_results(run: xr.Dataset) -> Iterator[Node]:
+    """Criteria met or not, how the run ended, for which sea, what is doubtful, and which loads are
+    too large."""
+    yield from list(criteria_nodes(run)) or [Sentence(NO_CRITERIA)]
+    yield status_verdict(run)
+    if _is_of_random_waves(run):
+        drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
+        yield Sentence(ONE_SEA, [", ".join(map(str, drawn))])
+    yield from (each for each in solution_verdicts(run) if each.outcome is not Outcome.GOOD)
+    yield from element_verdicts(run)
+    if count := len(lines_of(run, "warnings")):
+        words = ("A warning is", "it") if count == 1 else (f"{count} warnings are", "them")
+        yield Verdict(Outcome.WARNING, WARNINGS_HINT, words)
+
+
+def next_steps(run: xr.Dataset) -> Iterator[Node]:
+    """Criteria and seeds that the run lacks, and how to have them."""
+    if not list(criteria_nodes(run)):
+        yield Sentence(CRITERIA_HINT)
+    if _is_of_random_waves(run):
+        yield Sentence(MORE_SEAS)
+
+
+def _is_of_random_waves(run: xr.Dataset) -> bool:
+    """Whether waves or gusts of the run are drawn at random."""
+    water = plain(str(run.attrs.get("case_resolved", ""))).get("environment") or {}
+    gusts = (water.get("wind") or {}).get("gusts")
+    return bool(gusts) or any("seed" in train for train in water.get("waves") or [])
+
+
+def largest_values(found: xr.Dataset) -> Iterator[Node]:
+    """The extreme of each channel on the side that is further from zero."""
+    rows = [_largest(found, channel) for channel in channels_of(found)]
+    head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
+    yield Table(head, rows, "Largest values")
+    yield Sentence(
+        "The most probable largest value and the intervals are extremes of such a run. Channels"
+        " without them are not stationary: the statistics say why."
+    )
+
+
+def _largest(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(found, side).number))
+    seen = channel.figure(found, side)
+    if channel.basis(found, side) not in LAWS:
+        return [channel.title, seen, "", "", ""]
+    likely = channel.extreme(found, side, "mpm")
+    return [
+        channel.title,
+        seen,
+        likely,
+        *(channel.interval(found, side, of) for of in ("mpm", "predicted")),
+    ]

@@ -9,21 +9,22 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.presentation.document import (
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.nodes import (
     Between,
     Cell,
-    Document,
+    Curves,
     List,
     Node,
     Outcome,
     Part,
+    PlottedCurve,
     Sentence,
     Table,
     Value,
     Verdict,
 )
-from hydrosim.presentation.figures import Curves, PlottedCurve
-from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.units import units_of
 from hydrosim.results.error_figures import RELATIVE, reported_beyond
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
@@ -31,13 +32,166 @@ from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
 from hydrosim.results.unfinished import GATHERED
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
+from hydrosim.statistics.criteria import Criterion, JudgedCriterion, judge_plan, judge_study
 from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
-from hydrosim.wording.assumptions import assumptions, case_nodes
-from hydrosim.wording.one_table import has_results_table, results_table
-from hydrosim.wording.sections import MAX_TABLE_ROWS, Sections, build_sections, title_of
-from hydrosim.wording.seeds import extreme_nodes, seed_nodes, short_key, value_of
-from hydrosim.wording.study_criteria import study_criteria
-from hydrosim.wording.title_block import title_block
+from hydrosim.wording.run import (
+    criteria_verdict,
+    criterion_figures,
+    criterion_not_met,
+    meanings,
+    met_or_not,
+)
+from hydrosim.wording.sections import (
+    MAX_TABLE_ROWS,
+    Sections,
+    assumptions,
+    build_sections,
+    case_nodes,
+    title_block,
+    title_of,
+)
+from hydrosim.wording.seeds import extreme_nodes, named_values, seed_nodes, short_key, value_of
+
+# Several figures of all plans of a study in one table: a row for each value, a column for each
+# figure.
+
+MIN_FIGURES = 2
+"""Figures, from which on there is one table of all."""
+METHOD_NOTE = (
+    "Means over seeds, and half of their 90 % intervals. Figures are of all complete runs."
+)
+
+
+def has_results_table(plan: PlanRuns) -> bool:
+    """Whether a plan is in the one table of its study."""
+    return plan.design not in SAMPLED_DESIGNS and len(plan.figures) >= MIN_FIGURES
+
+
+def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
+    """All figures at all values of the plans; nothing where a plan has a single figure."""
+    own = [plan for plan in plans if has_results_table(plan)]
+    if not own:
+        return
+    figures = own[0].figures
+    several = len(plans) > 1
+    columns = [name for figure in figures for name in (figure, "±")]
+    head = (*(("study",) if several else ()), "value", *columns, "runs")
+    rows = [row for plan in own for row in _of_plan(plan, figures, several)]
+    yield Table(head, rows[:MAX_TABLE_ROWS], "All figures")
+    yield Sentence(METHOD_NOTE)
+    for name in figures:
+        text = str(own[0].runs[name].attrs.get("long_name", ""))
+        yield Sentence("{}: {}.", [name, text], detail=True)
+
+
+def _of_plan(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
+    found: dict[str, dict[str, EffectRow]] = {}
+    for row in effects.rows(plan):
+        found.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
+    for name, by_figure in found.items():
+        runs = max(row.spread.n for row in by_figure.values())
+        study: list[Cell] = [plan.name.replace("_", " ")] if several else []
+        cells = [cell for figure in figures for cell in _mean_cells(by_figure[figure])]
+        yield [*study, name, *cells, str(runs)]
+
+
+def _mean_cells(row: EffectRow) -> tuple[Cell, Cell]:
+    """A mean, and half of its interval; nothing where no run has a value."""
+    of = row.spread
+    if not of.n:
+        return "none", ""
+    half = 0.5 * (of.high - of.low)
+    return Value(of.mean, row.unit), Value(half, row.unit, 2) if np.isfinite(half) else ""
+
+
+# Criteria of a study: the worst of its runs held against each limit, and how many runs meet it, in
+# the words of `hydrosim.wording.run`.
+
+
+def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
+    """A verdict on all criteria of a study, one on each that is not met, the register with values
+    of the worst run, and the criteria at each value of the parameters."""
+    found = judge_study(plans)
+    if not found:
+        return
+    worst = [each.worst for each in found]
+    yield _verdict(runs, worst)
+    yield from (_broken_in(each, plans) for each in found if not each.is_met)
+    head = ("criterion", "worst value", "limit", "margin", "used", "")
+    more = ("runs within", "worst run", "source of the limit")
+    rows = [
+        [
+            *criterion_figures(each.worst),
+            met_or_not(each.worst),
+            _met_text(each),
+            _place(each, plans),
+            each.worst.source,
+        ]
+        for each in found
+    ]
+    yield Table((*head, *more), rows, "Criteria")
+    yield from (_runs_without_event(each) for each in found if each.without)
+    yield from _by_value(plans)
+    yield meanings(worst)
+
+
+def _verdict(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
+    """What is not complete is not judged, so that what is met by the rest is no pass."""
+    complete = int((runs.status == COMPLETE).sum())
+    count = runs.sizes["run"]
+    if complete == count:
+        return criteria_verdict(worst, f" in all {count} runs")
+    where = f" in the {complete} runs of {count} that are complete; the others are not judged"
+    return criteria_verdict(worst, where, Outcome.WARNING)
+
+
+def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
+    place = _place(of, plans)
+    at = f" in the worst run ({place})" if place else " in the worst run"
+    return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
+
+
+def _met_text(of: JudgedCriterion) -> str:
+    return f"{of.met}/{of.runs}"
+
+
+def _place(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
+    """The plan, the values of the parameters and the seed of the worst run."""
+    seed = f"seed {of.seed}" if of.seed else ""
+    return ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values), seed]))
+
+
+def _plan(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
+    return of.plan.name.replace("_", " ") if len(plans) > 1 else ""
+
+
+def _runs_without_event(of: JudgedCriterion) -> Sentence:
+    return Sentence(
+        "{} of {} runs never come to {} ({}). They count as runs that meet it.",
+        [str(of.without), str(of.runs), of.worst.name, of.worst.what],
+    )
+
+
+def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
+    """Each criterion at each value of the parameters, of plans that have values."""
+    own = [plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS]
+    each = [judged for plan in own for judged in judge_plan(plan)]
+    each.sort(key=lambda judged: [*own[0].criteria].index(judged.worst.name))
+    if not each:
+        return
+    head = ("criterion", "at", "worst value", "margin", "", "runs within")
+    rows = [_row_at(judged, plans) for judged in each[:MAX_TABLE_ROWS]]
+    yield Table(head, rows, "Criteria at each value")
+    if len(each) > MAX_TABLE_ROWS:
+        more = str(len(each) - MAX_TABLE_ROWS)
+        yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
+
+
+def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
+    name, worst, _, margin, _ = criterion_figures(of.worst)
+    at = ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values)]))
+    return [name, at, worst, margin, met_or_not(of.worst), _met_text(of)]
+
 
 MAX_WARNINGS_TOLD = 5
 """Warnings that a summary tells."""
@@ -249,12 +403,13 @@ def _of_samples(plan: PlanRuns) -> Iterator[Node]:
     yield Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
     rows_: list[list[Cell]] = [
-        [e.figure, short_key(e.parameter), *_share(e.first), *_share(e.total)] for e in found
+        [e.figure, short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
+        for e in found
     ]
     yield Table(head, rows_)
 
 
-def _share(of: tuple[float, float, float]) -> tuple[Value, Between]:
+def _share_cells(of: tuple[float, float, float]) -> tuple[Value, Between]:
     return Value(of[0], digits=2), Between(of[1], of[2], digits=2)
 
 

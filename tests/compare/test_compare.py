@@ -15,9 +15,8 @@ from recorded_runs import SIZE, made_run, position, sea, write_csv
 
 from hydrosim.compare import Comparison, MappingFile, compare
 from hydrosim.compare.align import precision_of
-from hydrosim.compare.comparison import exceeded_tolerances
+from hydrosim.compare.comparison import CONFUSED_UNITS, UNIT_GAIN_TOLERANCE, exceeded_tolerances
 from hydrosim.compare.dataset import to_dataset
-from hydrosim.compare.diagnosis import CONFUSED_UNITS, UNIT_GAIN_TOLERANCE
 from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError

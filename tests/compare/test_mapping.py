@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from hydrosim.compare import compare, read_mapping
-from hydrosim.compare.guess import guess
+from hydrosim.compare.align import guess
 from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError

@@ -16,8 +16,7 @@ from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.errors import InputError
 from hydrosim.scene.chain import strongest_breaking_load
-from hydrosim.wording.check import check
-from hydrosim.wording.start.floating import describe_direction
+from hydrosim.wording.check import check, describe_direction
 
 Mistake = tuple[str, str, Any, Any, str]
 """Case, key, wrong value, right value, text of the question."""

@@ -12,7 +12,7 @@ from hydrosim import check, simulate
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.notes_of_sea import OUTSIDE_WARNED, range_warnings
 from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, ranges
-from hydrosim.report.run import run_document as report_document
+from hydrosim.report.document import run_document as report_document
 from hydrosim.scene import (
     Environment,
     Question,

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from made_decays import Law, draw, draw_no_decay, noise, roll_of, try_fit
 
-from hydrosim.decay.fit import fit_decays, fit_files
-from hydrosim.decay.problem import DecayProblem
+from hydrosim.decay.fit import DecayProblem, fit_decays, fit_files
 from hydrosim.decay.record import decay_of, read_decay
 from hydrosim.errors import InputError
 

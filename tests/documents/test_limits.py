@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from hydrosim.case import load_case
-from hydrosim.documents.limits import MAX_LETTERS, MAX_NESTING, MOST_TEXT
-from hydrosim.documents.validate import MOST_TOLD
+from hydrosim.documents.messages import MOST_TOLD
+from hydrosim.documents.yaml_nodes import MAX_LETTERS, MAX_NESTING, MOST_TEXT
 from hydrosim.errors import InputError
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(

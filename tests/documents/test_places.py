@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from hydrosim.case import load_case
-from hydrosim.documents.nodes import compose_nodes
-from hydrosim.documents.places import add_source_lines, places_of, source_context
+from hydrosim.documents.yaml_nodes import add_source_lines, compose_nodes, places_of, source_context
 from hydrosim.errors import InputError
 
 TEXT = """\

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
 
-from hydrosim.documents import factors
+from hydrosim.documents import units
 from hydrosim.documents.units import Quantity, factor
 
 LENGTH = Quantity("length", "m", "12.4 m")
@@ -156,7 +156,7 @@ def test_a_damaged_file_of_factors_is_made_again(
 
 def read_anew(text: str) -> float:
     """A length as a new process reads it, which knows no factors but those on disk."""
-    factors._factors.cache_clear()
+    units._factors.cache_clear()
     return LENGTH.read(text)
 
 

@@ -17,7 +17,7 @@ import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.forces.given.view import BodyState
-from hydrosim.presentation.document import Table
+from hydrosim.presentation.nodes import Table
 from hydrosim.results.netcdf import write_run
 from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
 from hydrosim.scene.joint import Resistance

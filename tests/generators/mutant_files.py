@@ -30,7 +30,7 @@ from hydrosim.database.load import read as read_database
 from hydrosim.decay.fit import fit_files
 from hydrosim.documents.text import Source
 from hydrosim.studies.line import lines_of_system, offsets_to, response
-from hydrosim.wording.roll.calibrate import calibration_document, keys_of
+from hydrosim.wording.analysis import calibration_document, keys_of
 from tests.case import mooring_files
 from tests.generators.mutants import CASES
 from tests.orcaflex_files import contents

@@ -27,13 +27,12 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from hydrosim.compare.mapping import read_mapping
+from hydrosim.compare.align import read_mapping
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.documents.layers import read_case
-from hydrosim.documents.validate import validate_document
+from hydrosim.documents.messages import validate_document
 from hydrosim.errors import HydrosimError
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.terminal import printable
+from hydrosim.presentation.document import Document, printable
 from hydrosim.studies.operability.study import load_limits
 from hydrosim.studies.operability.weather import assess_weather, read_weather
 from hydrosim.studies.study_file import StudyFile

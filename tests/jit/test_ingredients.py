@@ -284,7 +284,7 @@ def test_digests_are_the_same_in_every_process() -> None:
 EDITED_FOLDERS = """
 import gc, sys, types
 import hydrosim as hs
-import hydrosim.decay.equation  # no kernel of the case reads it
+import hydrosim.decay.fit  # no kernel of the case reads it
 from hydrosim.jit import ingredients
 from hydrosim.jit.linking import _Kernel
 hs.simulate(hs.load_case(sys.argv[1], {"duration": 10.0}))

@@ -18,7 +18,7 @@ from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Drive, Harmonic
 from hydrosim.scene import Active, Body, Joint, JointType, Kinematics, Scene, Start, Weight, When
-from hydrosim.wording.joints import describe_joints
+from hydrosim.wording.check import describe_joints
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

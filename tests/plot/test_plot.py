@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.plot import draw, open_run, pictures
-from hydrosim.plot.draw import Format, View, phases
-from hydrosim.plot.draw import figure as figure_of
-from hydrosim.plot.layout import PictureFrame, picture
-from hydrosim.plot.panels import TimeWindow, bands, lines, thin_records
+from hydrosim.plot.panels import PictureFrame, TimeWindow, bands, lines, picture, thin_records
+from hydrosim.plot.pictures import Format, View, phases
+from hydrosim.plot.pictures import figure as figure_of
 from hydrosim.presentation.units import DisplayUnit, as_attribute
 from hydrosim.results.similar_sizes import group_by_size
 

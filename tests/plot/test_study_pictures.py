@@ -10,11 +10,10 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from hydrosim.documents.value_text import value_text
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
-from hydrosim.plot.effects import draw_study, page
-from hydrosim.plot.value_names import ValueNames
+from hydrosim.plot.studies import ValueNames, draw_study, page
+from hydrosim.presentation.layout import value_text
 from hydrosim.presentation.units import as_attribute
 from hydrosim.statistics import effects
 

@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from recorded_runs import made_run
 
 from hydrosim.dofs import DOFS
-from hydrosim.plot.draw import figure as picture_of
+from hydrosim.plot.pictures import figure as picture_of
 from hydrosim.presentation.units import as_attribute
+from hydrosim.report.document import run_document as report_of
 from hydrosim.report.page import html
-from hydrosim.report.run import run_document as report_of
 from hydrosim.results.netcdf import read_run, write_run
 from hydrosim.wording.run import run_document
 

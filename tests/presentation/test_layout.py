@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from hydrosim.presentation.document import Between, Cell, Sentence, Table, Value
 from hydrosim.presentation.layout import RenderedTable, decimals_of, render_table, text_of
+from hydrosim.presentation.nodes import Between, Cell, Sentence, Table, Value
 from hydrosim.presentation.units import DEFAULT, Units
 
 INF, NAN = math.inf, math.nan

@@ -12,20 +12,23 @@ from rich.console import Console
 from scenes import block, scene, steady
 
 import hydrosim as hs
-from hydrosim.presentation.document import (
+from hydrosim.presentation.document import Document, print_document
+from hydrosim.presentation.nodes import (
     Between,
-    Document,
+    Chart,
+    Code,
+    Curves,
+    Drawing,
     Heading,
     List,
     Outcome,
+    PlottedCurve,
     Sentence,
     Table,
     Value,
     Verdict,
     warnings,
 )
-from hydrosim.presentation.figures import Chart, Code, Curves, Drawing, PlottedCurve
-from hydrosim.presentation.terminal import print_document
 from hydrosim.presentation.units import Units
 from hydrosim.report.page import html
 

@@ -10,8 +10,8 @@ from browser import COLOURS, opened, until
 from recorded_runs import made_run
 from report_pages import HOSTILE, hostile_run
 
+from hydrosim.report.document import RUN_SECTIONS, run_document
 from hydrosim.report.page import html
-from hydrosim.report.run import RUN_SECTIONS, run_document
 
 pytestmark = pytest.mark.browser
 

@@ -12,12 +12,12 @@ from report_pages import data_of
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.plot.layout import picture
+from hydrosim.plot.panels import picture
 from hydrosim.plot.pictures import joints
 from hydrosim.report.arrangement import arrange_scene
+from hydrosim.report.document import run_document
 from hydrosim.report.page import html
 from hydrosim.report.replay import replay_document
-from hydrosim.report.run import run_document
 from hydrosim.report.scenery import scene_of, shape_of
 
 CASES = Path(__file__).parents[2] / "cases"

@@ -17,9 +17,16 @@ from scipy.spatial.transform import Rotation
 from hydrosim.case import load_case
 from hydrosim.report.page import MAX_PAGE_BYTES, html
 from hydrosim.report.replay import replay_document
-from hydrosim.report.scenery import box, scene_of, shape_of, waves_of
-from hydrosim.report.supports import column, keel_of, supports_of
-from hydrosim.report.tanks import tanks_of
+from hydrosim.report.scenery import (
+    box,
+    column,
+    keel_of,
+    scene_of,
+    shape_of,
+    supports_of,
+    tanks_of,
+    waves_of,
+)
 from hydrosim.results.netcdf import write_run
 from hydrosim.waves.elevation import elevations
 

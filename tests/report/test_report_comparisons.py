@@ -19,9 +19,8 @@ from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
 from hydrosim.report import report_of
 from hydrosim.report.page import html
-from hydrosim.wording.compared_studies import STUDY_COMPARISON_SECTIONS as OF_STUDIES
-from hydrosim.wording.compared_studies import studies_document
-from hydrosim.wording.comparison import COMPARISON_SECTIONS, comparison_document
+from hydrosim.wording.comparison import COMPARISON_SECTIONS, comparison_document, studies_document
+from hydrosim.wording.comparison import STUDY_COMPARISON_SECTIONS as OF_STUDIES
 
 FILES = {"title": "A barge", "run": "ours.nc", "recording": "test.nc"}
 

@@ -12,8 +12,7 @@ from browser import opened
 from reading import ends, number, rows, tables
 from report_pages import HOSTILE, Page
 
-from hydrosim.report.curves import ticks
-from hydrosim.report.page import html
+from hydrosim.report.page import html, ticks
 from hydrosim.wording.limits import is_limits, limits_document
 from hydrosim.wording.study import study_document
 

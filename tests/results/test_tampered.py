@@ -14,7 +14,7 @@ import xarray as xr
 from scenes import block, scene
 
 import hydrosim as hs
-from hydrosim.commands.results import tells_absent_variables
+from hydrosim.commands.options import tells_absent_variables
 from hydrosim.errors import InputError
 from hydrosim.plot.load import open_run
 from hydrosim.report.document import replay_of, report_of

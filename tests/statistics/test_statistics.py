@@ -14,7 +14,8 @@ from reading import ends, number, row, rows, texts
 from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
-from hydrosim.presentation.document import Document, Node
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import Node
 from hydrosim.results.phases import contact_phases
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import fit_maxima

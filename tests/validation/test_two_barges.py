@@ -19,7 +19,7 @@ import hydrosim as hs
 from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load, require_array
 from hydrosim.evidence import Feature, Kind
-from hydrosim.presentation.document import List
+from hydrosim.presentation.nodes import List
 from hydrosim.radiation import Retardation, retardation
 from hydrosim.radiation.retardation import (
     diagonal_scale,

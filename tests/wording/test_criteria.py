@@ -10,15 +10,15 @@ from scenes import scene_of
 
 import hydrosim as hs
 from hydrosim.errors import InputError
-from hydrosim.presentation.document import Document, Outcome, Table, Value, Verdict
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import Outcome, Table, Value, Verdict
 from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.statistics.criteria import criteria_of
 from hydrosim.studies.run import simulation
 from hydrosim.studies.run.asked import blank_run
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.studies.sweep.sweep import run_study
-from hydrosim.wording.criteria import criteria_nodes
-from hydrosim.wording.run import run_document
+from hydrosim.wording.run import criteria_nodes, run_document
 
 CASE = """\
 title: A block on a spring

@@ -7,8 +7,8 @@ import xarray as xr
 from reading import texts
 
 from hydrosim.scene import Place
-from hydrosim.wording.assumptions import assumptions
 from hydrosim.wording.run import radiation_verdict
+from hydrosim.wording.sections import assumptions
 
 
 @pytest.mark.parametrize(

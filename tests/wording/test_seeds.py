@@ -11,15 +11,15 @@ import pytest
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.presentation.document import Between, Sentence, Table, Value
+from hydrosim.presentation.nodes import Between, Sentence, Table, Value
 from hydrosim.statistics import effects
 from hydrosim.statistics.effect_table import EXTREME_COLUMNS, as_csv
 from hydrosim.statistics.ends import ends_of_channels, ends_of_figures
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.over_seeds import MIN_RUNS, extremes_over_seeds
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES
-from hydrosim.wording.one_table import results_table
 from hydrosim.wording.seeds import extreme_nodes
+from hydrosim.wording.study import results_table
 
 SEEDS = 40
 MODE, SCALE = 5e6, 4e5  # N: Gumbel's law

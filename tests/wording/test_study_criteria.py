@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hydrosim.presentation.document import Outcome, Table, Value, Verdict
+from hydrosim.presentation.nodes import Outcome, Table, Value, Verdict
 from hydrosim.report.page import html
 from hydrosim.statistics import effects
 from hydrosim.statistics.criteria import judge_plan, judge_study

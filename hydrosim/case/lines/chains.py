@@ -21,8 +21,8 @@ from hydrosim.case.lines.system import (
     PointSupport,
     System,
 )
-from hydrosim.documents.nodes import compose_nodes, plain_values
 from hydrosim.documents.text import Source
+from hydrosim.documents.yaml_nodes import compose_nodes, plain_values
 from hydrosim.errors import InputError
 
 Water = tuple[float, float]

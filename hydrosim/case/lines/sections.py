@@ -14,9 +14,9 @@ from typing import NoReturn
 
 from pydantic_core import PydanticCustomError
 
-from hydrosim.documents.nodes import with_hint
 from hydrosim.documents.text import Source
 from hydrosim.documents.units import Quantity, value_text
+from hydrosim.documents.yaml_nodes import with_hint
 
 SECTION_TITLES = {  # what the title of a section holds; the first that does so counts
     "front": "INPUT FILE",

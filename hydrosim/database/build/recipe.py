@@ -17,11 +17,10 @@ from hydrosim.database.build.drift import DIRECTION_STEP, Drifting, Real
 from hydrosim.database.build.hull_keys import AnyHull, MeshFileHull, RecipeWater, check_hull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.layers import apply_setting, read_case, yaml_text
-from hydrosim.documents.messages import Problem
-from hydrosim.documents.nodes import entry_nodes
+from hydrosim.documents.messages import Problem, validate_document
 from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import Quantity, problem
-from hydrosim.documents.validate import validate_document
+from hydrosim.documents.yaml_nodes import entry_nodes
 
 MAX_STEPS = 1000  # frequencies or headings
 

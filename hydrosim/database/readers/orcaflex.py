@@ -41,8 +41,8 @@ from hydrosim.database.readers.assembly import (
 from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import parse_number, read_text
 from hydrosim.database.transfer import velocity_transfer
-from hydrosim.documents.limits import MAX_NESTING
 from hydrosim.documents.units import value_text
+from hydrosim.documents.yaml_nodes import MAX_NESTING
 from hydrosim.errors import InputError
 from hydrosim.scene.given import NOTHING_GIVEN, Given
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import xarray as xr
 
 from hydrosim.compiling.without_waves import add_waves
-from hydrosim.documents.places import source_context
+from hydrosim.documents.yaml_nodes import source_context
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.studies.many.outcome import PER_RUN_ATTRIBUTES, RunOutcome

@@ -17,7 +17,7 @@ from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.compiling.validate_scene import check_scene
 from hydrosim.compiling.without_waves import compile_calm
 from hydrosim.database.database import HydroDatabase
-from hydrosim.documents.places import source_context
+from hydrosim.documents.yaml_nodes import source_context
 from hydrosim.scene import Body, Coefficients, Family, Scene, Start
 from hydrosim.studies.many.alike import scenes_equal
 from hydrosim.studies.many.work import RunTask

@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.case.load import load_case
-from hydrosim.documents.places import locating_in
+from hydrosim.documents.yaml_nodes import locating_in
 from hydrosim.errors import InputError
-from hydrosim.presentation.document import Value
 from hydrosim.presentation.layout import text_of
+from hydrosim.presentation.nodes import Value
 from hydrosim.presentation.units import units_of
 from hydrosim.program import program_version, versions
 from hydrosim.studies.many.shared import SceneCache

@@ -15,18 +15,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.documents.directions import check_spectral_units, is_heading, without_repeats
 from hydrosim.documents.series import NETCDF
 from hydrosim.documents.text import (
     EPOCH,
     Source,
     TextTable,
+    check_spectral_units,
+    is_heading,
     name_and_unit,
     parse,
     readable_unit,
     require_finite,
     require_rising,
     unit_of_column,
+    without_repeats,
 )
 from hydrosim.documents.units import factor
 from hydrosim.statistics.waiting import Hindcast

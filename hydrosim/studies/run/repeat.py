@@ -10,7 +10,7 @@ import xarray as xr
 
 from hydrosim.compiling.restart import MET
 from hydrosim.documents.layers import apply_setting, settings_of, yaml_text
-from hydrosim.documents.nodes import compose_nodes, plain_values
+from hydrosim.documents.yaml_nodes import compose_nodes, plain_values
 from hydrosim.errors import InputError
 from hydrosim.studies.run.functions import EXTERNAL_FORCES
 

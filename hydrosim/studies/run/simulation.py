@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.documents.places import source_context
+from hydrosim.documents.yaml_nodes import source_context
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, function_errors, with_own_functions
 from hydrosim.linear.propagate import propagate

@@ -24,13 +24,11 @@ import xarray as xr
 from hydrosim.case.checks import RELATIVE
 from hydrosim.case.load import Case, laid_over
 from hydrosim.documents.layers import read_case
-from hydrosim.documents.messages import Problem
-from hydrosim.documents.nodes import SETTING
-from hydrosim.documents.places import locating_in
-from hydrosim.documents.validate import validate_document
-from hydrosim.documents.value_text import letter_of
+from hydrosim.documents.messages import Problem, validate_document
+from hydrosim.documents.yaml_nodes import SETTING, locating_in
 from hydrosim.errors import InputError
 from hydrosim.outputs import settings_text
+from hydrosim.presentation.layout import letter_of
 from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
 from hydrosim.statistics.effects import CYCLIC
 from hydrosim.studies.run.simulation import prepare_scene

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from hydrosim.documents.places import locating_in
+from hydrosim.documents.yaml_nodes import locating_in
 from hydrosim.errors import InputError
 from hydrosim.results.validation import DESIGN
 from hydrosim.studies.many.many import simulate_many

@@ -29,7 +29,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Coulomb, StickSlip, constant
 from hydrosim.linear.contacts import Contacts
 from hydrosim.linear.modes import ModeKind
-from hydrosim.plot.response import draw_response
+from hydrosim.plot.analysis import draw_response
 from hydrosim.scene import (
     Body,
     Coefficients,

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scenes import CASES
 
-from hydrosim.plot.operability import _panel
+from hydrosim.plot.studies import _panel
 from hydrosim.scene import Scene
 from hydrosim.statistics.figures import ScalarResult
 from hydrosim.statistics.headings import image_of, without_images

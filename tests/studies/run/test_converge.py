@@ -12,7 +12,7 @@ from scenes import in_contact
 
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
-from hydrosim.plot.work_precision import draw_work_precision
+from hydrosim.plot.analysis import draw_work_precision
 from hydrosim.scene import Body, Method, Scene, Solver, Unstable
 from hydrosim.studies.run.converge import common_multiple, converge, to_dataset
 

@@ -15,7 +15,8 @@ from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
-from hydrosim.presentation.document import Document, Value, Verdict
+from hydrosim.presentation.document import Document
+from hydrosim.presentation.nodes import Value, Verdict
 from hydrosim.scene import Box, Environment, Method, Pump, Scene, Tank, Unstable, Weight
 from hydrosim.studies.ballast.loading import with_contents_at
 from hydrosim.wording.check import check_document

@@ -1,1 +1,0 @@
-"""What `check` says of the start of a run."""
