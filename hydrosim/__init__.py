@@ -22,13 +22,12 @@ if TYPE_CHECKING:
     from hydrosim.forces.given.external import External
     from hydrosim.linear.linearise import linearise
     from hydrosim.linear.modes import natural_modes
-    from hydrosim.plot.load import open_run
     from hydrosim.scene import Scene
     from hydrosim.statistics.figures import ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
+    from hydrosim.studies.many.executors import Pool
     from hydrosim.studies.many.many import simulate_many
-    from hydrosim.studies.many.pools import Pool
-    from hydrosim.studies.run.simulation import simulate
+    from hydrosim.studies.run.simulation import open_run, simulate
     from hydrosim.wording.check import check
 
 _HOME = {
@@ -43,7 +42,7 @@ _HOME = {
     "linearise": "linear.linearise",
     "natural_modes": "linear.modes",
     "moordyn": "door.moordyn",
-    "open_run": "plot.load",
+    "open_run": "studies.run.simulation",
     "compile_scene": "compiling.compile",
     "Scene": "scene",
     "simulate": "studies.run.simulation",
@@ -52,7 +51,7 @@ _HOME = {
     "ScalarResult": "statistics.figures",
     "StageResult": "statistics.results",
     "MotionCauseResult": "statistics.results",
-    "Pool": "studies.many.pools",
+    "Pool": "studies.many.executors",
     "check": "wording.check",
 }
 __all__ = sorted(_HOME)

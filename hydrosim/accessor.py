@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from hydrosim.results.netcdf import is_part
+from hydrosim.results.dataset import is_part
 from hydrosim.results.runs_file import RUN, is_of_runs
 
 if TYPE_CHECKING:

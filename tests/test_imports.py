@@ -191,8 +191,8 @@ def test_a_circle_that_is_planted_is_found(tmp_path: Path, planted: str) -> None
 
 def test_a_circle_of_deep_folders_is_found(tmp_path: Path) -> None:
     sources = {
-        "studies/many/pools.py": "from hydrosim.studies.run.simulation import simulate",
-        "studies/run/stages.py": "from hydrosim.studies.many.work import RunTask",
+        "studies/many/executors.py": "from hydrosim.studies.run.simulation import simulate",
+        "studies/run/simulation.py": "from hydrosim.studies.many.shared import RunTask",
     }
     (circle,) = circles(plant(tmp_path / "hydrosim", sources))
     assert circle.startswith("studies: ")

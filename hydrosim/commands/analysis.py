@@ -34,7 +34,7 @@ from hydrosim.errors import InputError
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
     from hydrosim.presentation.units import Units
-    from hydrosim.studies.ballast.ballasting import PumpPlan
+    from hydrosim.studies.ballast import PumpPlan
     from hydrosim.studies.line import StillLine
 
 err = progress_console()
@@ -88,9 +88,9 @@ def linear(
 
     from hydrosim.case.load import load_case
     from hydrosim.compiling.compile import Radiation
-    from hydrosim.linear.contacts import Contacts
+    from hydrosim.linear.equilibrium import Contacts
     from hydrosim.plot.analysis import draw_response
-    from hydrosim.results.netcdf import write_run
+    from hydrosim.results.dataset import write_run
     from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
     from hydrosim.wording.analysis import linear_document
 
@@ -291,8 +291,7 @@ def ballast(
     from hydrosim.compiling.compile import compile_in_calm
     from hydrosim.plot.analysis import draw_loading
     from hydrosim.presentation.units import units_of
-    from hydrosim.studies.ballast.ballasting import find_pump_plan
-    from hydrosim.studies.ballast.loading import conditions
+    from hydrosim.studies.ballast import conditions, find_pump_plan
     from hydrosim.tanks.events import triggered_pumps
     from hydrosim.wording.analysis import ballast_document
 
@@ -356,7 +355,7 @@ def converge(
     from hydrosim.case.load import load_case
     from hydrosim.plot.analysis import draw_work_precision
     from hydrosim.presentation.units import choice_in, units_of
-    from hydrosim.results.netcdf import write_run
+    from hydrosim.results.dataset import write_run
     from hydrosim.scene import Method
     from hydrosim.studies.run.converge import converge as study_of
     from hydrosim.studies.run.converge import to_dataset

@@ -38,7 +38,7 @@ def check(
     """
     from hydrosim.case.load import load_case
     from hydrosim.presentation.nodes import Outcome, Verdict
-    from hydrosim.studies.run.stages import outdated_reason
+    from hydrosim.studies.run.simulation import outdated_reason
     from hydrosim.wording.check import check_document
 
     times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
@@ -75,7 +75,7 @@ def case(
     can be kept anywhere: hydrosim case RUN.nc > AGAIN.yaml.
     """
     from hydrosim.compare.exact import read_result
-    from hydrosim.studies.run.repeat import case_of
+    from hydrosim.studies.run.provenance import case_of
 
     result = read_result(run_file)
     try:

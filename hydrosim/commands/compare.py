@@ -132,9 +132,9 @@ def compare(
     from hydrosim.compare.comparison import by_channel, exceeded_tolerances
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.plot.compare import draw_comparison
-    from hydrosim.plot.load import open_run
     from hydrosim.recordings import read_recording
-    from hydrosim.results.netcdf import write_run
+    from hydrosim.results.dataset import write_run
+    from hydrosim.studies.run.simulation import open_run
     from hydrosim.wording.comparison import comparison_tables
 
     require_file(run_file, "the result of a run (RUN.nc)")
@@ -170,7 +170,7 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
     """Compare two files of many runs. Raises InputError if ``other`` is not such a file."""
     from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies
-    from hydrosim.results.netcdf import write_run
+    from hydrosim.results.dataset import write_run
     from hydrosim.results.runs_file import open_runs
     from hydrosim.wording.comparison import studies_tables
 

@@ -26,7 +26,7 @@ from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output
-    from hydrosim.results.export.table import ExportTable
+    from hydrosim.results.export import ExportTable
 
 
 class ExportUnits(StrEnum):
@@ -102,8 +102,8 @@ def export(
     recordings are in SI.
     """
     from hydrosim.presentation.units import units_of
-    from hydrosim.results.export.table import table_of
-    from hydrosim.results.netcdf import read_run
+    from hydrosim.results.dataset import read_run
+    from hydrosim.results.export import table_of
     from hydrosim.results.runs_file import open_runs
 
     if recording:
@@ -158,10 +158,10 @@ def _record(
     """Write channels as a recording. Without names, it has the channels of motions, waves, forces,
     fenders and springs that are not zero."""
     from hydrosim.documents.series import columns_of
-    from hydrosim.plot.load import open_run
     from hydrosim.presentation.units import units_of
     from hydrosim.recordings import write_recording
     from hydrosim.results.channels import default_channels, match_channels
+    from hydrosim.studies.run.simulation import open_run
 
     result = output_for(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
     every = seconds("--step", step, 0.0) if step else None
@@ -205,15 +205,15 @@ def _date(text: str, suffix: str) -> datetime | None:
 
 
 def _write(table: ExportTable, result: Output, date: datetime | None) -> None:
-    from hydrosim.results.export import cf, matlab, parquet, text
+    from hydrosim.results import export
 
     with result.write_complete() as path:
         match path.suffix:
             case ".nc":
-                cf.write(table, path, result.mark, date)
+                export.write_netcdf(table, path, result.mark, date)
             case ".csv":
-                text.write(table, path, result.mark)
+                export.write_text(table, path, result.mark)
             case ".mat":
-                matlab.write(table, path, result.mark)
+                export.write_matlab(table, path, result.mark)
             case _:
-                parquet.write(table, path, result.mark)
+                export.write_parquet(table, path, result.mark)

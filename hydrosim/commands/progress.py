@@ -182,7 +182,7 @@ def _count_text(number: int, one: str, several: str) -> str:
 
 def run_earlier_stages(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
     """Run the other cases that the case needs, and print their names."""
-    from hydrosim.studies.run.stages import complete_stages as made
+    from hydrosim.studies.run.simulation import complete_stages as made
 
     made(case, run, lambda text: print_status(f"first stage: {text}"))
 

@@ -40,8 +40,8 @@ def stem_of(file: Path) -> str:
 
 def so_far(runs: xr.Dataset) -> list[str]:
     """Numbers of runs by status if not all are complete, and the reason why the first failed."""
+    from hydrosim.results.journal import GATHERED
     from hydrosim.results.runs_file import COMPLETE
-    from hydrosim.results.unfinished import GATHERED
     from hydrosim.wording.study import counts_by_status
 
     if GATHERED in runs.attrs:
@@ -70,7 +70,7 @@ def place_table(
 
 def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) -> None:
     """Print a study; with a ``table``, also write it as comma-separated values."""
-    from hydrosim.statistics.effect_table import as_csv
+    from hydrosim.statistics.over_seeds import as_csv
     from hydrosim.wording.study import study_tables
 
     show_document(study_tables(runs), verbose)
@@ -126,11 +126,11 @@ def plot(
     long runs, bands show the smallest and largest values of each interval.
     """
     from hydrosim.plot import draw
-    from hydrosim.plot.load import open_run
     from hydrosim.plot.panels import TimeWindow
     from hydrosim.plot.pictures import Format, View
     from hydrosim.results.channels import channel_names, match_channels
-    from hydrosim.results.unfinished import runs_at
+    from hydrosim.results.journal import runs_at
+    from hydrosim.studies.run.simulation import open_run
 
     folder = run_file.parent if output is None else output
     if os.path.exists(folder) and not os.path.isdir(folder):

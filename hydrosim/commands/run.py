@@ -119,7 +119,7 @@ def _planned_pictures(result: Output) -> None:
 def _save(dataset: xr.Dataset, result: Output) -> Path:
     """Write the result of a run; return its path. A run that did not complete never replaces a
     complete one. No run replaces a file that appeared while it was computed."""
-    from hydrosim.results.netcdf import status_of, write_run
+    from hydrosim.results.dataset import status_of, write_run
     from hydrosim.studies.run.checkpoint import checkpoint_of
 
     status = dataset.attrs["status"]

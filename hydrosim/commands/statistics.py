@@ -65,8 +65,8 @@ def statistics(
     from hydrosim.commands.report import place_table, show_study
     from hydrosim.errors import InputError
     from hydrosim.results.channels import channel_names, match_channels
-    from hydrosim.results.netcdf import read_run, write_run
-    from hydrosim.results.unfinished import runs_at
+    from hydrosim.results.dataset import read_run, write_run
+    from hydrosim.results.journal import runs_at
     from hydrosim.statistics.statistics import enough_from
     from hydrosim.statistics.statistics import statistics as of_run
     from hydrosim.wording.statistics import statistics_document
@@ -141,8 +141,8 @@ def explain(
     """
     from hydrosim.commands.report import so_far, stem_of
     from hydrosim.plot.explain import draw_explained
-    from hydrosim.results.netcdf import read_run, write_run
-    from hydrosim.results.unfinished import runs_at
+    from hydrosim.results.dataset import read_run, write_run
+    from hydrosim.results.journal import runs_at
     from hydrosim.statistics.explain import DIRECTION_AXES
     from hydrosim.wording.explain import explanation_document
 

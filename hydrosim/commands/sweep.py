@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.outputs import Output
-    from hydrosim.studies.many.pools import Pool
+    from hydrosim.studies.many.executors import Pool
     from hydrosim.studies.study_file import SeedTarget
     from hydrosim.studies.sweep.study import ParameterStudy
 
@@ -58,7 +58,7 @@ def sweep(
     verbose: Verbose = False,
 ) -> None:
     """Run a case over the parameters and seeds of a study; write one netCDF file and tables."""
-    from hydrosim.studies.many.reach import describe_outside_ranges
+    from hydrosim.studies.many.shared import describe_outside_ranges
     from hydrosim.studies.sweep.study import load_study
 
     study = load_study(study_file)
@@ -130,8 +130,7 @@ def _until(
     """Run a study with more and more seeds; ``by`` is the number of workers and the scheduler."""
     from hydrosim.interrupts import raise_if_interrupted
     from hydrosim.results.runs_file import open_runs
-    from hydrosim.studies.sweep.precise import run_until
-    from hydrosim.studies.sweep.sweep import run_study
+    from hydrosim.studies.sweep.sweep import run_study, run_until
 
     def run(part: ParameterStudy, path: Path) -> xr.Dataset:
         pool = _pool(by[1], by[0])
@@ -154,7 +153,7 @@ def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
     if scheduler is None:
         return None
     if scheduler == LOCAL:
-        from hydrosim.studies.many.processes import Processes
+        from hydrosim.studies.many.executors import Processes
 
         return Processes(workers or os.cpu_count() or 1)
     from hydrosim.studies.many.cluster import Cluster
@@ -243,7 +242,7 @@ def operability(
     It also computes the workability in a scatter diagram and waiting times in a hindcast.
     """
     from hydrosim.plot.studies import draw_limits
-    from hydrosim.results.netcdf import write_run
+    from hydrosim.results.dataset import write_run
     from hydrosim.studies.many.unfinished import locked_journal
     from hydrosim.studies.operability.study import limits_of, load_limits
     from hydrosim.studies.operability.weather import assess_weather, read_weather

@@ -20,7 +20,7 @@ import xarray as xr
 
 from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
-from hydrosim.results.error_figures import RELATIVE
+from hydrosim.results.ledger import RELATIVE
 from hydrosim.results.runs_file import RUN, with_keys
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 

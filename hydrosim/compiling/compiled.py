@@ -17,7 +17,7 @@ from hydrosim.integrate import IntegrationMethod, method_named
 if TYPE_CHECKING:
     from hydrosim.compiling.derived import Facts
     from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
-    from hydrosim.linear.accuracy import Vibration
+    from hydrosim.linear.stability import Vibration
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hydrosim.compiling.hydrodynamic_groups import each_alone
 from hydrosim.compiling.restart import initial_headings
-from hydrosim.linear.linearity import nonlinearities
+from hydrosim.linear.linearise import nonlinearities
 from hydrosim.scene import LinearScenes
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.state_layout import state_layout

@@ -22,9 +22,9 @@ from hydrosim.forces.events import set_initial_modes
 from hydrosim.forces.kind import ModeRows, ResetsOnRestart, UnitKind
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
-from hydrosim.results.error_figures import ACCURACY
+from hydrosim.results.dataset import read_run
+from hydrosim.results.ledger import ACCURACY
 from hydrosim.results.memory import push_again, take_over
-from hydrosim.results.netcdf import read_run
 from hydrosim.rigid.kinematics import Motion
 from hydrosim.scene import Body, Place, Scene, Start, WaveForces
 from hydrosim.stepping.dynamics import Model, motion_at

@@ -32,8 +32,7 @@ from hydrosim.compiling.start import first_state
 from hydrosim.dofs import DOFS, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.forces import is_mirrored
 from hydrosim.forces.mirroring import LATERAL
-from hydrosim.linear.components import find_components
-from hydrosim.linear.linearise import linearise
+from hydrosim.linear.linearise import find_components, linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Joint, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.scene.joint import JointMotion, MotionKind

@@ -22,10 +22,10 @@ from scipy import linalg
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.linear.components import expand_to_active
+from hydrosim.linear.linearise import expand_to_active
 
 if TYPE_CHECKING:
-    from hydrosim.linear.freedom import Freedom
+    from hydrosim.linear.coordinates import Freedom
     from hydrosim.linear.linearise import Linear
 
 STATIC = 1e-5  # rad/s: slower modes count as static

@@ -37,9 +37,8 @@ from hydrosim.integrate.exponential import (
     propagation_interval,
 )
 from hydrosim.jit.refs import StructReference
-from hydrosim.linear.components import find_components
 from hydrosim.linear.coordinates import without_waves
-from hydrosim.linear.linearise import linearise
+from hydrosim.linear.linearise import find_components, linearise
 from hydrosim.rigid.free import slopes_at_rest
 from hydrosim.stepping.clock import Clock
 from hydrosim.stepping.dynamics import Model, new_work, rhs

@@ -19,7 +19,7 @@ from hydrosim.plot.panels import COLOURS, STYLES, axis_label, wrap_title
 from hydrosim.presentation.layout import digits_of
 from hydrosim.presentation.units import DEFAULT, DisplayUnit, Units, unit_of_dof, units_of
 from hydrosim.scene import TankMesh, TankTable
-from hydrosim.studies.ballast.loading import Condition, TankState
+from hydrosim.studies.ballast import Condition, TankState
 from hydrosim.studies.line import LineResponse, StillLine
 
 NEGLIGIBLE_RESPONSE_RATIO = 1e-6  # of the largest motion: it has no phase

@@ -21,8 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from hydrosim.presentation.units import DisplayUnit
-from hydrosim.results.envelopes import interval_envelope, interval_means
-from hydrosim.results.similar_sizes import MIN_SHARE_OF_AXIS
+from hydrosim.results.channels import MIN_SHARE_OF_AXIS, interval_envelope, interval_means
 
 # Colours and dashes of lines: the same in all pictures, and distinct without colours.
 

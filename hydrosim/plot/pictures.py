@@ -37,12 +37,10 @@ from hydrosim.plot.panels import (
     separate_panels,
 )
 from hydrosim.presentation.units import DisplayUnit, unit_of_dof, units_of
-from hydrosim.results.channels import channel_names, channel_series
+from hydrosim.results.channels import channel_names, channel_series, group_by_size
 from hydrosim.results.phases import Phase as Named
-from hydrosim.results.phases import is_operation
-from hydrosim.results.similar_sizes import group_by_size
-from hydrosim.results.stages import transferred_fraction
-from hydrosim.statistics.contact import crawl
+from hydrosim.results.phases import is_operation, transferred_fraction
+from hydrosim.statistics.results import crawl
 
 NEGLIGIBLE_MOTION = 1e-6  # m or rad: smaller motions count as none
 NEGLIGIBLE_LOAD_RATIO = 1e-9  # of the largest load of a joint

@@ -19,7 +19,7 @@ from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.page import stretch
 from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
-from hydrosim.results.netcdf import RUN_FILE_HINT, read_run
+from hydrosim.results.dataset import RUN_FILE_HINT, read_run
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
 from hydrosim.results.validation import check_result
 from hydrosim.scene import Scene

@@ -25,7 +25,7 @@ from hydrosim.presentation.document import Document
 from hydrosim.presentation.layout import digits_of, render_table, text_of
 from hydrosim.presentation.nodes import Chart, Curves, PlottedCurve, Replay
 from hydrosim.presentation.units import Units
-from hydrosim.results.envelopes import interval_envelope
+from hydrosim.results.channels import interval_envelope
 
 # Positions of the points, bars and ticks of curves in a picture.
 

@@ -27,7 +27,7 @@ from hydrosim.report.page import base64_of
 from hydrosim.rigid.kinematics import LINE_PIECE
 from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
 from hydrosim.scene.tanks import TankShape
-from hydrosim.studies.run.repeat import case_of
+from hydrosim.studies.run.provenance import case_of
 from hydrosim.waves import WaveComponents, sea
 
 DECK_HEIGHT_RATIO = 1.2  # times the draught: depth of a hull whose recipe gives none

@@ -19,7 +19,7 @@ Other channels are derived:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from itertools import permutations, product
 from pathlib import Path
@@ -335,3 +335,43 @@ NEEDS = {
     "impulse": "output: {impulses: true} in the case",
 }
 """Remedy: keys of a case that give a run the channels of a kind."""
+
+
+# Smallest and largest values of intervals of a series, for pictures of long series.
+
+
+def interval_envelope(x: np.ndarray, size: int) -> np.ndarray:
+    """Smallest and largest values (2, n) of intervals of ``size`` records; x (1, nt) itself if that
+    is 1."""
+    if size == 1:
+        return x[None]
+    starts = np.arange(0, x.size, size)
+    return np.array([np.fmin.reduceat(x, starts), np.fmax.reduceat(x, starts)])
+
+
+def interval_means(x: np.ndarray, size: int) -> np.ndarray:
+    """Mean (n,) of the finite values in each interval of ``size`` records."""
+    starts, known = np.arange(0, x.size, size), np.isfinite(x)
+    count = np.add.reduceat(known.astype(float), starts)
+    total = np.add.reduceat(np.where(known, x, 0.0), starts)
+    return np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
+
+
+# `group_by_size`: series that can share an axis.
+
+MIN_SHARE_OF_AXIS = 0.1
+"""Size, relative to the largest series on an axis, below which a series has an axis of its own."""
+
+
+def group_by_size(series: Mapping[str, np.ndarray]) -> list[dict[str, np.ndarray]]:
+    """Series of similar size together, the largest first, each group in the order of ``series``.
+    Series that are zero throughout go with the smallest others."""
+    sizes = {name: float(np.abs(np.nan_to_num(x)).max(initial=0.0)) for name, x in series.items()}
+    groups: list[list[str]] = []
+    top = 0.0
+    for name in sorted(series, key=lambda name: -sizes[name]):
+        if not groups or 0.0 < sizes[name] < MIN_SHARE_OF_AXIS * top:
+            groups.append([])
+            top = sizes[name]
+        groups[-1].append(name)
+    return [{name: series[name] for name in series if name in group} for group in groups]

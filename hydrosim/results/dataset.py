@@ -11,8 +11,16 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from hydrosim.documents.files import no_file
+from hydrosim.errors import InputError
+from hydrosim.outputs import as_output, content
+
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import xarray as xr
+
+    from hydrosim.outputs import Output
 
 MAX_CACHED_INDEXES = 16  # sets of indexes
 
@@ -59,3 +67,78 @@ def _cached_coordinates(indexes: bytes) -> xr.Coordinates:
     import xarray as xr
 
     return xr.Dataset(coords=pickle.loads(indexes)).coords
+
+
+# netCDF file of a run: written completely, and read only if it is the result of a run.
+
+RUN_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
+FORMAT, LATEST = "hydrosim run", 2
+"""Format of files of runs: "hydrosim run 2". Files of the first format have no such text."""
+RECORDED = ("recorded_from", "recorded_to")
+"""Attributes: times of the first and the last record of the run [s]."""
+RUN_FILE_HINT = "expected the result of `hydrosim run`, such as run.nc"
+REPORTED_KINDS = ("limits of ", "comparison of ")  # results that are no run, and have a report
+
+
+def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
+    """Write netCDF; the file appears under its name when it is complete. Raises as `Output` does if
+    it must not be written."""
+    output = as_output(target, "result")
+    with output.write_complete() as path:
+        marked = dataset.assign_attrs(output.attributes)
+        marked.to_netcdf(path, engine="netcdf4", format="NETCDF4")
+
+
+def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
+    """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
+    missing, is not netCDF or is not the result of a run. ``expected`` ends the message."""
+    if reason := no_file(path):
+        raise InputError(f"{path}: {reason}; {expected}.")
+    import xarray as xr  # slow to load, and few cases start from a run
+
+    try:
+        run = xr.load_dataset(path, engine="netcdf4")
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InputError(f"{path}: cannot be read as netCDF ({error}); {expected}.") from None
+    missing = [name for name in RUN_VARIABLES if name not in run]
+    if missing:
+        found_text = f"is netCDF without {', '.join(missing)}"
+        if (made := content(path) or "").startswith(REPORTED_KINDS):
+            found_text = f"holds the {made}, which `hydrosim report` shows"
+        elif "run" in run.dims:
+            found_text = (
+                f"holds {run.sizes['run']} runs without their status, so it is no result of a study"
+            )
+        raise InputError(f"{path}: {found_text}; {expected}.")
+    _require_known(path, str(run.attrs.get("format", "")))
+    from hydrosim.results.validation import check_run  # loads the models of cases
+
+    check_run(path, run)
+    return run
+
+
+def _require_known(path: Path, found: str) -> None:
+    """Refuse files of later versions."""
+    number = found.removeprefix(FORMAT).strip()
+    if number.isdecimal() and int(number) > LATEST:
+        expected = f"expected {FORMAT} {LATEST} or older; read it with a later version of hydrosim"
+        raise InputError(f"{path}: has the format {found}; {expected}.")
+
+
+def is_part(run: xr.Dataset) -> bool:
+    """Whether the first or the last record of a run were cut off."""
+    ends = [run.attrs.get(name) for name in RECORDED]
+    if None in ends:
+        return False
+    return run.time.size == 0 or run.time.values[[0, -1]].tolist() != ends
+
+
+def status_of(path: Path) -> str | None:
+    """Status of the run in a file; None if there is no run."""
+    import xarray as xr  # slow to load
+
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as run:
+            return str(run.attrs.get("status"))
+    except (OSError, ValueError, RuntimeError):
+        return None

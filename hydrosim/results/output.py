@@ -9,6 +9,12 @@ adds to the energies of the earlier run; its residual begins at zero.
 
 The state y is in `state_value` (state_time, state) by name: at the end, or at every output time if
 the scene asks for it. Another run can start from it (`hydrosim.compiling.restart`).
+
+Impulses and works of forces, as variables of a run that records them (`Scene.output_impulses`).
+All are integrals since the start of the run.
+
+`impulse` and `work` (time, force, body, dof) have a row for each force. Their sums are the changes
+of `momentum` (time, body, dof) and of `energy_kinetic`.
 """
 
 from __future__ import annotations
@@ -31,12 +37,10 @@ from hydrosim.forces.kind import (
 )
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.results import impulses, memory, points
-from hydrosim.results.dataset import new_dataset
+from hydrosim.results import memory, points
+from hydrosim.results.dataset import RECORDED, new_dataset
 from hydrosim.results.ledger import check_balance
-from hydrosim.results.netcdf import RECORDED
-from hydrosim.results.phases import group_phases
-from hydrosim.results.stages import add_stage_results
+from hydrosim.results.phases import add_stage_results, group_phases
 from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
 from hydrosim.stepping.blending import DRAUGHT_STATES as STATES_OF_DRAUGHT
 from hydrosim.stepping.names import force_names, is_work_row, may_dissipate, may_store_energy
@@ -50,6 +54,36 @@ if TYPE_CHECKING:
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import Record
+
+
+def coordinates(scene: Scene) -> dict[str, object]:
+    """Names of forces."""
+    return {"force": ("force", list(force_names(scene)))} if scene.output_impulses else {}
+
+
+def unit_tallies(model: Model, y: RecordedStates, units: int) -> np.ndarray:
+    """Further integrals (nt, units, k) of units, from the states y."""
+    forces = 2 * model.rows * 6 * model.bodies.each.size
+    return y[model.impulse + forces :].reshape(len(y), units, -1)
+
+
+def impulse_variables(
+    scene: Scene, model: Model, values: Mapping[str, np.ndarray]
+) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Variables from the ``values`` (nt, ...) of a record by name."""
+    if not scene.output_impulses:
+        return {}
+    integrals = values["y"][model.impulse :]
+    count = len(integrals)
+    each = model.rows * values["momentum"].shape[1]
+    forces = integrals[:, : 2 * each].reshape(count, 2, model.rows, -1, 6)
+    dims = ("time", "force", "body", "dof")
+    return {
+        "momentum": (("time", "body", "dof"), values["momentum"].reshape(count, -1, 6)),
+        "impulse": (dims, forces[:, 0]),
+        "work": (dims, forces[:, 1]),
+    }
+
 
 MOTION = ("time", "body", "dof")
 
@@ -89,7 +123,7 @@ def to_dataset(
                 kind.record(p, model.bodies.each, _unit_records(kind, p, model, values, modes))
             )
     data.update(_phases(scene, time, data))
-    data.update(impulses.impulse_variables(scene, model, values))
+    data.update(impulse_variables(scene, model, values))
     data.update(_probes(scene, sea, time))
     data.update(_points(scene, model, values["coordinates"]))
     data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
@@ -168,7 +202,7 @@ def _unit_records(
     rows = kind.modes(p).size
     observed = values.get(kind.unit, np.zeros((len(y), rows, 0)))
     tallied = isinstance(kind, HasImpulses) and model.impulse < model.size
-    tallies = impulses.tallies(model, y, rows) if tallied else np.zeros((len(y), rows, 0))
+    tallies = unit_tallies(model, y, rows) if tallied else np.zeros((len(y), rows, 0))
     return UnitRecord(values["time"], y, modes_of_kind(kind, p, modes), observed, tallies)
 
 
@@ -250,7 +284,7 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
         "dof": ("dof", list(DOFS), {"long_name": "degree of freedom"}),
         "axis": ("axis", ["x", "y", "z"], {"long_name": "axis of the frame"}),
         **{name: of for kind in ELEMENT_KINDS for name, of in kind.coordinates(scene).items()},
-        **impulses.coordinates(scene),
+        **coordinates(scene),
         **(_probe_places(scene) if scene.wave_probes else {}),
         **points.coordinates(scene),
         **({"gap": ("gap", list(scene.clearances))} if scene.clearances else {}),

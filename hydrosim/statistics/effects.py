@@ -30,8 +30,8 @@ import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import CYCLES_SUFFIX
+from hydrosim.results.journal import GATHERED
 from hydrosim.results.runs_file import with_keys
-from hydrosim.results.unfinished import GATHERED
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 from hydrosim.statistics.results import LOWEST_ATTRIBUTE

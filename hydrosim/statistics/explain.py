@@ -1,5 +1,5 @@
 """Causes of the motion of a body in the stages of a run that records impulses
-(`hydrosim.results.impulses`): mean forces, works and displacements by element, contact mode and
+(`hydrosim.results.output`): mean forces, works and displacements by element, contact mode and
 direction.
 
 The mean force of a row in a stage is its impulse over the duration. The sum of mean forces is the
@@ -25,8 +25,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.results.phases import Phase
-from hydrosim.results.stages import CONTACT_WEIGHT, STAGE_TIME, STAGES
+from hydrosim.results.phases import CONTACT_WEIGHT, STAGE_TIME, STAGES, Phase
 from hydrosim.results.variables import describe_coordinates, units_of
 
 DIRECTION_AXES = {"surge": "x", "sway": "y", "heave": "z"}

@@ -5,7 +5,7 @@ value is below it with probability exp(-1). A record counts as Gaussian, clipped
 at its smallest value (a contact that opens), unless
 
 * its third or fourth moment is not Gaussian and matters for the largest value,
-* it has impacts, which have a law of their own (`hydrosim.statistics.impacts`), or
+* it has impacts, which have a law of their own (`hydrosim.statistics.gaussian`), or
 * it is slow: more than `SLOW_FRACTION` of its variance is below the frequencies of the waves, and
   that part has too few cycles to show its moments. Slow drift is quadratic in the waves, and its
   tail is nearly exponential (Naess 1986, Applied Ocean Research 8).
@@ -21,7 +21,7 @@ not exponential in that power.
 
 A law is accepted only if its fit to one half of the record allows the largest value of the other
 half, both ways. No law is fitted to a slow part that oscillates between bounds, or if mean or
-variance change (`hydrosim.statistics.stationarity`).
+variance change (`hydrosim.statistics.series`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.statistics.gaussian import Gaussian, fit_gaussian
+from hydrosim.statistics.gaussian import (
+    Gaussian,
+    ImpactPeaks,
+    Impacts,
+    find_impacts,
+    fit_gaussian,
+    fit_impacts,
+)
 from hydrosim.statistics.gumbel import (
     INTERVAL_ENDS,
     PARTS_PER_WINDOW,
@@ -41,22 +48,20 @@ from hydrosim.statistics.gumbel import (
     fit_record,
     sliding_maxima,
 )
-from hydrosim.statistics.impacts import ImpactPeaks, Impacts, find_impacts, fit_impacts
-from hydrosim.statistics.peaks import (
+from hydrosim.statistics.series import (
     Tail,
+    changes_of_moments,
     exponential_misfit,
     fit_tail,
     fit_upper_tail,
-    peaks,
-)
-from hydrosim.statistics.series import (
+    has_initial_transient,
     independent_samples,
     low_frequency_share,
     moments,
+    peaks,
     slow_part,
     upcrossings,
 )
-from hydrosim.statistics.stationarity import changes_of_moments, has_initial_transient
 
 MEMORIES_PER_WINDOW = 4  # in a window, at least
 MIN_WINDOWS, MAX_WINDOWS = 8, 50  # windows

@@ -10,6 +10,13 @@ Windows that slide by an eighth of their length contain more information than ad
 correlated, the more so the fewer memories they last. Their model is the energy of an oscillator in
 noise, |Z|^2 of a complex process with the autocorrelation exp(-t / 2) over t memories. Draws of
 this energy are mapped to Gumbel's law by rank.
+
+Intervals for one more run from the values of n runs, without a distribution.
+
+Each of n + 1 equally distributed values is equally likely to be the smallest. So one more value
+lies between the smallest and the largest of n with probability (n - 1) / (n + 1). A quantile lies
+between two of the n ordered values with a binomial probability (David and Nagaraja 2003, Order
+Statistics, sections 7.1, 7.2).
 """
 
 from __future__ import annotations
@@ -18,8 +25,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
-from hydrosim.statistics.peaks import anderson_darling
+from hydrosim.statistics.series import anderson_darling
 
 PARTS_PER_WINDOW = 8  # parts of a window that it slides by
 DRAWS = 4000
@@ -161,3 +169,39 @@ def _by_rank(values: np.ndarray) -> np.ndarray:
 
 def _reduced_variate(probability: np.ndarray) -> np.ndarray:
     return np.asarray(-np.log(-np.log(probability)))
+
+
+# values whose smallest and largest contain another one with `INTERVAL_PROBABILITY`
+VALUES_FOR_INTERVAL = 19
+COUNT_ROUNDING = 1e-9
+
+
+class PredictionInterval(NamedTuple):
+    """An interval from ``low`` to ``high`` that contains another value with a ``probability``."""
+
+    low: float
+    high: float
+    probability: float
+
+
+def find_prediction(values: np.ndarray) -> PredictionInterval:
+    """Prediction interval for one more value, from n >= 2 values. Its probability is at least
+    `INTERVAL_PROBABILITY`; for fewer than `VALUES_FOR_INTERVAL` values, that of their smallest to
+    largest."""
+    ordered = np.sort(values)
+    count = ordered.size
+    outside = int(0.5 * (1.0 - INTERVAL_PROBABILITY) * (count + 1) + COUNT_ROUNDING)
+    left_out = max(outside, 1)
+    probability = 1.0 - 2.0 * left_out / (count + 1)
+    return PredictionInterval(float(ordered[left_out - 1]), float(ordered[-left_out]), probability)
+
+
+def find_confidence(values: np.ndarray, probability: float) -> tuple[float, float]:
+    """Confidence interval of a quantile: the value below which another one is with a
+    ``probability``. An end is infinite if there are too few values for it."""
+    found = scipy.stats.quantile_test(values, p=probability).confidence_interval(
+        INTERVAL_PROBABILITY
+    )
+    low = -np.inf if np.isnan(found.low) else float(found.low)
+    high = np.inf if np.isnan(found.high) else float(found.high)
+    return low, high

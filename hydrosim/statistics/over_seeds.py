@@ -6,31 +6,163 @@ kinds (with and without an impact), or that something holds, follow no law of ex
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import csv
+import io
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from hydrosim.documents.text import escape_unprintable
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
+from hydrosim.presentation.units import Units, unit_of_dof, units_of
+from hydrosim.results.channels import lowest_value
+from hydrosim.results.phases import FIGURES
+from hydrosim.results.runs_file import RUN
 from hydrosim.results.validation import DESIGN
 from hydrosim.results.variables import LABELS
-from hydrosim.statistics.effects import combinations, plans
-from hydrosim.statistics.ends import (
-    SmallestAndLargest,
-    ends_of_channels,
-    ends_of_figures,
-    ends_of_motions,
-)
+from hydrosim.statistics import effects
+from hydrosim.statistics.criteria import JudgedCriterion, judge_plan
+from hydrosim.statistics.effects import EffectRow, PlanRuns, combinations, plans
 from hydrosim.statistics.figures import SIDE_ATTRIBUTE
 from hydrosim.statistics.gumbel import (
     INTERVAL_PROBABILITY,
     Gumbel,
+    find_confidence,
+    find_prediction,
     fit_maxima,
     follows_gumbel,
     length_ratio,
 )
-from hydrosim.statistics.orders import find_confidence, find_prediction
+from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
+from hydrosim.statistics.statistics import CHANNELS, EXTREME_SIDES, NAMED_CHANNELS
+
+# The smallest and the largest value of each run of a study, of every channel in its file.
+
+UNIT_DIMS = ("fender", "spring", "line", "winch", "compensator")
+"""Dimensions of what pushes or pulls, whose forces have statistics."""
+FORCE_DIMS = {f"{unit}_force": unit for unit in UNIT_DIMS}
+"""Statistics of forces, and the dimension of what they are of."""
+SUMMARISED_SERIES = {variable for variable, *_ in CHANNELS.values()}
+"""Variables over time that have statistics of their own."""
+MAX_SERIES_SIZE = 50_000_000
+"""Values of a variable over time: of more, extremes are not looked for."""
+
+
+class SmallestAndLargest(NamedTuple):
+    """The smallest and the largest value (n,) of each run that has some, of a channel with an SI
+    ``unit`` that is never below ``lowest``; of a figure one of them is None."""
+
+    name: str
+    unit: str
+    low: np.ndarray | None
+    high: np.ndarray | None
+    lowest: float = -np.inf
+
+    def sides(self) -> Iterator[tuple[str, float, np.ndarray]]:
+        """What is known of its sides: name, sign, and the values times that sign."""
+        for side, sign, values in zip(
+            EXTREME_SIDES, (-1.0, 1.0), (self.low, self.high), strict=True
+        ):
+            if values is not None:
+                yield side, sign, sign * values
+
+
+def ends_of_motions(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
+    """Of each motion that there is."""
+    for body in map(str, runs.body.values):
+        for dof in map(str, runs.dof.values):
+            motion = runs.motion.sel(body=body, dof=dof)
+            unit = unit_of_dof(dof)
+            yield from _ends_if_moving(f"{body} {dof}", unit, motion)
+
+
+def ends_of_channels(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
+    """Of the wave, of each contact point and line, of results of contacts, of channels that are
+    asked for, and of what is kept over time."""
+    if "wave" in runs:
+        yield from _ends_if_moving("wave elevation", "m", runs.wave)
+    for name, dim in FORCE_DIMS.items():
+        for label in runs[dim].values.tolist() if name in runs else []:
+            title = f"{name.replace('_', ' ')} {label}"
+            yield from _ends_if_moving(title, "N", runs[name].sel({dim: label}), 0.0)
+    for name in LARGEST_RESULTS:
+        for group in runs.contact_group.values.tolist() if name in runs else []:
+            values = _finite_values(runs[name].sel(contact_group=group).values)
+            title = f"{FIGURES[name][0]}, {group}"
+            yield SmallestAndLargest(title, FIGURES[name][1], None, values, 0.0)
+    for name in runs.channel.values.tolist() if NAMED_CHANNELS in runs else []:
+        unit = str(runs["unit"].sel(channel=name).values)
+        yield from _ends_if_moving(
+            name, unit, runs[NAMED_CHANNELS].sel(channel=name), lowest_value(name)
+        )
+    yield from _ends_of_series(runs)
+
+
+def ends_of_figures(runs: xr.Dataset, figures: list[str]) -> Iterator[SmallestAndLargest]:
+    """Of the figures that are the largest or the smallest of something."""
+    for name in figures:
+        side = runs[name].attrs.get(SIDE_ATTRIBUTE)
+        values = _finite_values(runs[name].values)
+        unit = str(runs[name].attrs.get("units", ""))
+        lowest = float(runs[name].attrs.get(LOWEST_ATTRIBUTE, -np.inf))
+        if side == EXTREME_SIDES[0]:
+            yield SmallestAndLargest(name, unit, values, None, lowest)
+        elif side == EXTREME_SIDES[1]:
+            yield SmallestAndLargest(name, unit, None, values, lowest)
+
+
+def _ends_if_moving(
+    name: str, unit: str, of: xr.DataArray, lowest: float = -np.inf
+) -> Iterator[SmallestAndLargest]:
+    """A channel by its statistics (run, statistic), if it changes."""
+    own = of.transpose(RUN, "statistic").dropna(RUN, how="all")
+    if own.sizes[RUN] and float(own.sel(statistic="std").max()) > 0.0:
+        low, high = (own.sel(statistic=side).values for side in EXTREME_SIDES)
+        yield SmallestAndLargest(name, unit, low, high, lowest)
+
+
+def _ends_of_series(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
+    """Of variables that are kept over time, from the start of statistics on."""
+    late = runs.time.values >= float(runs.attrs.get("start", 0.0)) if "time" in runs else []
+    for name, variable in runs.data_vars.items():
+        if (
+            "time" not in variable.dims
+            or str(name) in SUMMARISED_SERIES
+            or variable.size > MAX_SERIES_SIZE
+        ):
+            continue
+        if RUN not in variable.dims or variable.dtype.kind != "f":
+            continue
+        own = variable.isel(time=late)
+        low, high = own.min("time"), own.max("time")
+        labels = [dim for dim in low.dims if dim != RUN]
+        stacked = (
+            each.stack(_of=labels) if labels else each.expand_dims("_of") for each in (low, high)
+        )
+        for least, most in zip(
+            *(list(each.transpose("_of", RUN)) for each in stacked), strict=True
+        ):
+            of = [str(least[dim].values) for dim in labels]
+            ends = _finite_values(least.values), _finite_values(most.values)
+            if ends[0].size and np.ptp(np.concatenate(ends)) > 0.0:
+                unit = _unit(str(variable.attrs.get("units", "")), of)
+                yield SmallestAndLargest(
+                    ".".join([str(name), *of]), unit, *ends, lowest_value(str(name))
+                )
+
+
+def _unit(units: str, labels: list[str]) -> str:
+    """The unit of one channel of a variable: of "m or rad" the first along an axis."""
+    first, _, second = units.partition(" or ")
+    return second if second and labels and labels[-1] in DOFS[3:] else first
+
+
+def _finite_values(values: np.ndarray) -> np.ndarray:
+    return values[np.isfinite(values)]
+
 
 MIN_RUNS = 8
 """Runs that extremes over seeds take."""
@@ -207,3 +339,88 @@ def _signed_interval(ends: Sequence[float] | np.ndarray, sign: float) -> tuple[f
     """An interval of sign x; an end that so few runs do not bound is infinite."""
     low, high = np.sort(sign * np.asarray(ends))
     return float(low), float(high)
+
+
+# The table of a study as comma-separated values.
+
+MEAN_COLUMNS = ("runs", "mean", "mean_low", "mean_high", "another_low", "another_high")
+EXTREME_COLUMNS = (
+    *("most_probable", "most_probable_low", "most_probable_high"),
+    *("p90", "p90_low", "p90_high", "by"),
+)
+"""Extremes over seeds, of figures that are the largest or the smallest value of a run."""
+CRITERION_COLUMNS = ("worst", "limit", "margin", "runs_met", "met", "source")
+"""What a criterion comes to: the value of the worst run, and how many runs meet the limit."""
+
+
+def as_csv(runs: xr.Dataset) -> str:
+    """Text with a line for each figure of each plan at each combination of values, in the units of
+    the study."""
+    units = units_of(runs.attrs)
+    plans = effects.plans(runs)
+    each = [(plan, row) for plan in plans for row in effects.rows(plan)]
+    judged = {_key(j.plan, j.worst.name, j.values): j for p in plans for j in judge_plan(p)}
+    names = {name: plan for plan, row in reversed(each) for name in row.values}
+    names = {name: names[name] for name in dict.fromkeys(n for _, row in each for n in row.values)}
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    heads = (_head(name, plan, units) for name, plan in names.items())
+    table.writerow(
+        [
+            "study",
+            *map(escape_unprintable, heads),
+            "figure",
+            "unit",
+            *MEAN_COLUMNS,
+            *EXTREME_COLUMNS,
+            *CRITERION_COLUMNS,
+        ]
+    )
+    for plan, row in each:
+        cells = _cells(plan, row, list(names), units)
+        found = judged.get(_key(plan, row.figure, row.values))
+        row_cells = [*cells, *_criterion(found, units)]
+        table.writerow([escape_unprintable(x) if isinstance(x, str) else x for x in row_cells])
+    return text.getvalue()
+
+
+def _key(plan: PlanRuns, figure: str, values: Mapping[str, object]) -> Hashable:
+    return (plan.name, figure, *values.values())
+
+
+def _criterion(of: JudgedCriterion | None, units: Units) -> list[str]:
+    """What a criterion comes to at values of the parameters; empty for other figures."""
+    if of is None:
+        return ["" for _ in CRITERION_COLUMNS]
+    worst = of.worst
+    factor = units.display_unit(worst.unit).factor
+    numbers = (f"{factor * x:.6g}" for x in (worst.value, worst.limit, worst.margin))
+    return [*numbers, str(of.met), "yes" if of.is_met else "no", worst.source]
+
+
+def _head(name: str, plan: PlanRuns, units: Units) -> str:
+    unit = units.display_unit(plan.unit(name)).unit
+    return f"{name} [{unit}]" if unit else name
+
+
+def _cells(plan: PlanRuns, row: EffectRow, names: list[str], units: Units) -> Iterator[str]:
+    yield row.plan
+    for name in names:
+        value = row.values.get(name, "")
+        factor = units.display_unit(plan.unit(name)).factor if name in row.values else 1.0
+        yield f"{factor * value:.9g}" if isinstance(value, float) else str(value)
+    unit, factor = units.display_unit(row.unit)
+    yield from (row.figure, unit, str(row.spread.n))
+    yield from (f"{factor * value:.6g}" for value in row.spread[1:])
+    yield from _extremes(plan, row, factor)
+
+
+def _extremes(plan: PlanRuns, row: EffectRow, factor: float) -> list[str]:
+    """Most probable extreme and P90 with their intervals; empty where there are none."""
+    own = ends_of_figures(plan.runs.isel(run=row.runs), [row.figure])
+    found = [extremes for ends in own for _, extremes in find_extremes(ends)]
+    if not found:
+        return ["" for _ in EXTREME_COLUMNS]
+    one = found[0]
+    numbers = (one.probable, *one.interval, one.p90, *one.p90_interval)
+    return [*(f"{factor * number:.6g}" for number in numbers), one.method]

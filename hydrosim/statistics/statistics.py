@@ -18,10 +18,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from hydrosim.documents.series import STATISTIC_UNITS
 from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
 from hydrosim.results.dataset import new_dataset
-from hydrosim.results.phases import Phase
-from hydrosim.results.stages import stages
+from hydrosim.results.phases import Phase, stages
 from hydrosim.results.variables import describe_coordinates, units_of
-from hydrosim.statistics.contact import contact_statistics
 from hydrosim.statistics.extremes import (
     CHANGES,
     LAWS,
@@ -32,10 +30,10 @@ from hydrosim.statistics.extremes import (
     no_extremes,
     refusal_reason,
 )
+from hydrosim.statistics.figures import FENDER_NORMAL_FORCE, means_between_records
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
-from hydrosim.statistics.means import FENDER_NORMAL_FORCE, means_between_records
-from hydrosim.statistics.peaks import fit_weibull, peaks
-from hydrosim.statistics.series import lowest_frequency, upcrossings
+from hydrosim.statistics.results import contact_statistics
+from hydrosim.statistics.series import fit_weibull, lowest_frequency, peaks, upcrossings
 
 PART_STATISTICS = ("first_mean", "last_mean", "first_std", "last_std")
 ExtremesArguments = tuple[float, float | None, float, bool]
@@ -274,7 +272,7 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     """Values of `STATISTIC_NAMES`. significant is four standard deviations, a double amplitude.
     period is the mean time between upcrossings of the mean, NaN if there are fewer than two.
     skewness and kurtosis are the mean third and fourth powers of (x - mean) / std, NaN for a
-    constant. For peaks see `hydrosim.statistics.peaks`."""
+    constant. For peaks see `hydrosim.statistics.series`."""
     mean = x.mean()
     std = x.std()
     crossings = upcrossings(x - mean)

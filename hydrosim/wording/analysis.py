@@ -32,8 +32,7 @@ from hydrosim.wording.sections import lines_of, title_of
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
-    from hydrosim.studies.ballast.ballasting import PumpPlan
-    from hydrosim.studies.ballast.loading import Condition, TankState
+    from hydrosim.studies.ballast import Condition, PumpPlan, TankState
 
 MAX_SHARES = 3
 """Coordinates that a mode is described by."""

@@ -52,10 +52,9 @@ from hydrosim.scene.joint import JointType
 from hydrosim.scene.trees import arrangement, floating_roots
 from hydrosim.stepping.names import coordinate_at
 from hydrosim.stepping.start_loads import start_loads
-from hydrosim.studies.ballast.loading import with_contents_at
-from hydrosim.studies.run.asked import check_criteria
-from hydrosim.studies.run.resolution import accuracy_limit, scene_combinations
-from hydrosim.studies.run.step_limits import scene_step_limits
+from hydrosim.studies.ballast import with_contents_at
+from hydrosim.studies.run.simulation import check_criteria
+from hydrosim.studies.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
 from hydrosim.waves.sea_state import sea_state
 from hydrosim.wording.run import radiation_verdict
 

@@ -23,9 +23,8 @@ from hydrosim.presentation.nodes import (
     Verdict,
 )
 from hydrosim.presentation.units import units_of
-from hydrosim.statistics.headings import MIRROR_REASON as SIDES
-from hydrosim.statistics.headings import image_of, without_images
-from hydrosim.statistics.weather import MAX_HEADING_GAP
+from hydrosim.statistics.weather import MAX_HEADING_GAP, image_of, without_images
+from hydrosim.statistics.weather import MIRROR_REASON as SIDES
 from hydrosim.wording.sections import (
     Sections,
     attribute_text,

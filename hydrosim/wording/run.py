@@ -30,16 +30,16 @@ from hydrosim.presentation.nodes import (
 )
 from hydrosim.presentation.units import DEFAULT, Units, unit_of_dof, units_of
 from hydrosim.results.channels import largest_loads
-from hydrosim.results.error_figures import (
+from hydrosim.results.dataset import is_part
+from hydrosim.results.ledger import (
     COMPANION,
     CONTACT_FORCE,
     EVALUATIONS,
+    MAX_RESIDUAL_FRACTION,
     RELATIVE,
     reported_beyond,
 )
-from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
-from hydrosim.results.netcdf import is_part
-from hydrosim.results.stages import FIGURES, STAGE_TIME
+from hydrosim.results.phases import FIGURES, STAGE_TIME
 from hydrosim.statistics.criteria import Criterion, criteria_of
 from hydrosim.wording.sections import attribute_text, lines_of, title_of
 

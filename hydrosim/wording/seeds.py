@@ -11,17 +11,19 @@ import xarray as xr
 from hydrosim.presentation.layout import text_of, value_text
 from hydrosim.presentation.nodes import Between, Cell, Node, Sentence, Table, Value
 from hydrosim.presentation.units import units_of
-from hydrosim.results.stages import FIGURES, STAGE_TIME
+from hydrosim.results.phases import FIGURES, STAGE_TIME
 from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
-from hydrosim.statistics.ends import (
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY, VALUES_FOR_INTERVAL
+from hydrosim.statistics.over_seeds import (
+    GUMBEL_METHOD,
+    MIN_RUNS,
+    SeedExtremes,
     SmallestAndLargest,
     ends_of_channels,
     ends_of_figures,
     ends_of_motions,
+    find_extremes,
 )
-from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
-from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
-from hydrosim.statistics.over_seeds import GUMBEL_METHOD, MIN_RUNS, SeedExtremes, find_extremes
 from hydrosim.wording.sections import MAX_TABLE_ROWS
 
 MAX_COMBINATIONS = 5

@@ -12,11 +12,10 @@ import xarray as xr
 from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
 from hydrosim.presentation.nodes import Chart, Node, Table, Value
-from hydrosim.results.channels import channel_names
+from hydrosim.results.channels import channel_names, group_by_size
 from hydrosim.results.channels import channel_series as channel
-from hydrosim.results.similar_sizes import group_by_size
-from hydrosim.results.stages import CONTACT_WEIGHT, GROUP_IMPULSE, transferred_fraction
-from hydrosim.statistics.contact import crawl
+from hydrosim.results.phases import CONTACT_WEIGHT, GROUP_IMPULSE, transferred_fraction
+from hydrosim.statistics.results import crawl
 
 CHART_ROUNDING_FRACTION = 1e-9
 """Of the largest of a chart's lines: what is less throughout is rounding."""

@@ -25,9 +25,9 @@ from hydrosim.presentation.nodes import (
 from hydrosim.presentation.units import unit_of_dof, units_of
 from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
-from hydrosim.statistics.ends import UNIT_DIMS
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
-from hydrosim.statistics.orders import VALUES_FOR_INTERVAL
+from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
+from hydrosim.statistics.over_seeds import UNIT_DIMS
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
 from hydrosim.wording.run import (
     criteria_nodes,

@@ -26,10 +26,9 @@ from hydrosim.presentation.nodes import (
     Verdict,
 )
 from hydrosim.presentation.units import units_of
-from hydrosim.results.error_figures import RELATIVE, reported_beyond
-from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION
+from hydrosim.results.journal import GATHERED
+from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, RELATIVE, reported_beyond
 from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
-from hydrosim.results.unfinished import GATHERED
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
 from hydrosim.statistics.criteria import Criterion, JudgedCriterion, judge_plan, judge_study

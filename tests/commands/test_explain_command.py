@@ -15,7 +15,7 @@ from scenes import block, moving, on_floor, scene, steady
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Harmonic, StickSlip
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 from hydrosim.scene import Scene
 
 MASS, WEIGHT = 1e5, 9.81e5

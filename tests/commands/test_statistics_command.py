@@ -11,7 +11,7 @@ from command_line import Command
 from recorded_runs import made_run
 
 from hydrosim.outputs import Output
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 
 
 @pytest.fixture

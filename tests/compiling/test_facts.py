@@ -40,7 +40,6 @@ BEFORE = {  # what is asked of a scene before there is a model, and by whom
         "compiling/derived.py",
         "compiling/model.py",
         "studies/linear/response.py",
-        "studies/linear/rest.py",
     },
 }
 

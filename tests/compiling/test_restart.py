@@ -30,8 +30,8 @@ import hydrosim as hs
 from hydrosim.compiling.restart import open_start
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
+from hydrosim.results.dataset import write_run
 from hydrosim.results.ledger import worst_gap
-from hydrosim.results.netcdf import write_run
 from hydrosim.scene import (
     ConvolutionRadiation,
     Method,

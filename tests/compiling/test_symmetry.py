@@ -54,7 +54,7 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 from hydrosim.scene import (
     Body,
     ConstantRadiation,

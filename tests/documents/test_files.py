@@ -14,7 +14,7 @@ from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
 from hydrosim.recordings import read_recording
-from hydrosim.results.netcdf import read_run
+from hydrosim.results.dataset import read_run
 
 READERS: dict[str, Callable[[Path], object]] = {
     "a run": read_run,

@@ -18,10 +18,10 @@ from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.forces.given.view import BodyState
 from hydrosim.presentation.nodes import Table
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
 from hydrosim.scene.joint import Resistance
-from hydrosim.studies.run.repeat import case_of
+from hydrosim.studies.run.provenance import case_of
 from hydrosim.wording.run import summary
 
 MASS, STIFFNESS = 1e3, 1e4

@@ -13,7 +13,7 @@ from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Harmonic
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 from hydrosim.scene import Scene, Start
 
 moordyn = pytest.importorskip("moordyn")

@@ -70,7 +70,7 @@ from scipy.integrate import solve_ivp
 from hydrosim.forces import AppliedForce, constant
 from hydrosim.forces.rope import BROKEN, Rope
 from hydrosim.scene import Body, LinearScenes, Scene, Solver, Start
-from hydrosim.studies.run.resolution import scene_combinations
+from hydrosim.studies.run.step_limits import scene_combinations
 
 m, k, eta, weight = 1000.0, 1e5, 2e5, 5000.0
 

@@ -21,7 +21,7 @@ from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Bushing, Harmonic, Strut, TorsionSpring
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 from hydrosim.scene import (
     Active,
     Body,

@@ -17,7 +17,7 @@ import xarray as xr
 
 from hydrosim.__main__ import app
 from hydrosim.errors import HydrosimError
-from hydrosim.results.stages import FIGURES, STAGE_TIME
+from hydrosim.results.phases import FIGURES, STAGE_TIME
 from tests.generators.mutants import CASES, SHORT, Mutant, text_of
 
 WORDY = 3000  # characters of a message: more is not read

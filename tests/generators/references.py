@@ -21,8 +21,8 @@ from hydrosim.linear.stability import smallest_step
 from hydrosim.scene import LinearScenes, Method, Scene, Solver, Tolerance
 from hydrosim.scene.solver import fitting_step
 from hydrosim.studies.run.error_estimate import MIN_CHOSEN_RANGE, TOLERANCES_IN_RANGE
-from hydrosim.studies.run.resolution import scene_combinations
 from hydrosim.studies.run.simulation import run_compiled
+from hydrosim.studies.run.step_limits import scene_combinations
 
 COARSE, FINE = 1e-10, 1e-11  # tolerances of references
 SPACING = 0.05

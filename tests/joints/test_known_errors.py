@@ -11,7 +11,7 @@ from jointed import TIGHT
 from known_motions import CHAOTIC, KNOWN, OUTPUT_STEP, Known
 
 import hydrosim as hs
-from hydrosim.results.error_figures import REPORTED
+from hydrosim.results.ledger import REPORTED
 from hydrosim.scene import Method, Solver
 from tests.generators.references import motion_errors
 

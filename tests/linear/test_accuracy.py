@@ -24,9 +24,9 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.modes import SLIP, STICK
 from hydrosim.integrate import ESDIRK4, HEUN, RK2, RK4
-from hydrosim.linear.accuracy import Vibration, memory_response, vibration_errors
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
+from hydrosim.linear.stability import Vibration, memory_response, vibration_errors
 from hydrosim.scene import (
     Body,
     LinearScenes,
@@ -37,7 +37,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.run.resolution import MAX_MOTION_ERROR
+from hydrosim.studies.run.step_limits import MAX_MOTION_ERROR
 from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]

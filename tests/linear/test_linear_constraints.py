@@ -47,17 +47,15 @@ from hydrosim.forces import (
 )
 from hydrosim.integrate.exponential import extend_nodes
 from hydrosim.linear import equilibrium as places
-from hydrosim.linear.contacts import Contacts
-from hydrosim.linear.equilibrium import equilibrium
-from hydrosim.linear.freedom import nullspace_of
+from hydrosim.linear.coordinates import nullspace_of
+from hydrosim.linear.equilibrium import Contacts, equilibrium
 from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
 from hydrosim.studies.linear.response import responder
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
-from hydrosim.studies.run.resolution import scene_combinations
-from hydrosim.studies.run.step_limits import scene_step_limits
+from hydrosim.studies.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.waves import WaveComponents
 
 Figure = Callable[[str, float], None]

@@ -13,9 +13,8 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.forces import LinearMooring, Spring
 from hydrosim.linear import linearise as module
-from hydrosim.linear.components import find_components
 from hydrosim.linear.impedance import find_admittances
-from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.linear.linearise import Linear, find_components, linearise
 from hydrosim.scene import Scene
 from hydrosim.studies.run.step_limits import add_step_warnings
 

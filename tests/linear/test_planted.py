@@ -27,7 +27,7 @@ from dataclasses import replace
 from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.scene import Body, LinearScenes, Scene, Solver
-from hydrosim.studies.run.resolution import scene_combinations
+from hydrosim.studies.run.step_limits import scene_combinations
 from hydrosim.studies.run.step_limits import scene_step_limits
 
 bodies = tuple(

@@ -34,8 +34,7 @@ from hydrosim.forces.contact.modes import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.stability import GROWTH, REACH, Combination, ray_limits
 from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
-from hydrosim.studies.run.resolution import scene_combinations
-from hydrosim.studies.run.step_limits import scene_step_limits
+from hydrosim.studies.run.step_limits import scene_combinations, scene_step_limits
 
 Figure = Callable[[str, float], None]
 DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go

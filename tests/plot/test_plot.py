@@ -16,7 +16,7 @@ from hydrosim.plot.panels import PictureFrame, TimeWindow, bands, lines, picture
 from hydrosim.plot.pictures import Format, View, phases
 from hydrosim.plot.pictures import figure as figure_of
 from hydrosim.presentation.units import DisplayUnit, as_attribute
-from hydrosim.results.similar_sizes import group_by_size
+from hydrosim.results.channels import group_by_size
 
 TIME = np.linspace(0.0, 60.0, 121)
 KILO = DisplayUnit("kN", 1e-3)

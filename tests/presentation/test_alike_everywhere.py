@@ -20,7 +20,7 @@ from hydrosim.plot.pictures import figure as picture_of
 from hydrosim.presentation.units import as_attribute
 from hydrosim.report.document import run_document as report_of
 from hydrosim.report.page import html
-from hydrosim.results.netcdf import read_run, write_run
+from hydrosim.results.dataset import read_run, write_run
 from hydrosim.wording.run import run_document
 
 Shown = tuple[str, float]

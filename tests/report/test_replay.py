@@ -27,7 +27,7 @@ from hydrosim.report.scenery import (
     tanks_of,
     waves_of,
 )
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 from hydrosim.waves.elevation import elevations
 
 ROOT = Path(__file__).parents[2]

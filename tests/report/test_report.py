@@ -16,7 +16,7 @@ from hydrosim.presentation.document import Document
 from hydrosim.report import document as run_report
 from hydrosim.report.document import RUN_SECTIONS, run_document
 from hydrosim.report.page import MAX_PAGE_BYTES, html, without_folders
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 
 
 @pytest.fixture

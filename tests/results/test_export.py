@@ -22,10 +22,13 @@ from hydrosim.documents.text import Source, escape_unprintable
 from hydrosim.errors import InputError
 from hydrosim.presentation.units import as_attribute
 from hydrosim.results.channels import channel_series
-from hydrosim.results.export import matlab
-from hydrosim.results.export.table import ExportColumn, identifiers
-from hydrosim.results.export.text import escape_formula
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
+from hydrosim.results.export import (
+    MAX_MATLAB_NAME_LETTERS,
+    ExportColumn,
+    escape_formula,
+    identifiers,
+)
 
 SUFFIXES = (".nc", ".csv", ".mat", pytest.param(".parquet", marks=pytest.mark.extras))
 HOSTILE = '=HYPERLINK("http://a.b";"c")'
@@ -319,8 +322,8 @@ def test_it_is_made_again_and_nothing_else_is_replaced(export: Command, suffix: 
 def test_names_of_variables_are_short_and_apart() -> None:
     names = ["a.b c", "a.b_c", "x" * 90 + "1", "x" * 90 + "2", "1.a", "time", "=", ""]
     columns = [ExportColumn(name, "m", "", np.zeros(1)) for name in names]
-    found = [name for name, _ in identifiers(columns, matlab.MAX_MATLAB_NAME_LETTERS, "time")]
+    found = [name for name, _ in identifiers(columns, MAX_MATLAB_NAME_LETTERS, "time")]
     assert found[:2] == ["a_b_c", "a_b_c_2"]
     assert len({*found, "time"}) == len(names) + 1
     assert all(name.isidentifier() and name[0].isalpha() for name in found)
-    assert max(map(len, found)) <= matlab.MAX_MATLAB_NAME_LETTERS
+    assert max(map(len, found)) <= MAX_MATLAB_NAME_LETTERS

@@ -13,9 +13,16 @@ from command_line import Command
 from damaged import message
 
 from hydrosim.errors import InputError
-from hydrosim.results.journal import FIRST_RUN_FILE, KNOWN, RUNS, Journal, StoredRun
+from hydrosim.results.journal import (
+    FIRST_RUN_FILE,
+    KNOWN,
+    RUNS,
+    Journal,
+    StoredRun,
+    read_unfinished,
+    runs_at,
+)
 from hydrosim.results.runs_file import RUN, RunsWriter
-from hydrosim.results.unfinished import read_unfinished, runs_at
 
 COUNT = 6
 PLAN = {"design": "grid", "samples": None, "parameters": {"height": ["height"]}}
@@ -144,7 +151,7 @@ def test_a_folder_that_goes_while_it_is_read(folder: Path, monkeypatch: pytest.M
     def gone(_: Path) -> None:
         (folder / RUNS).unlink()
 
-    monkeypatch.setattr("hydrosim.results.unfinished.first_of", gone)
+    monkeypatch.setattr("hydrosim.results.journal.first_of", gone)
     with pytest.raises(InputError, match="no longer exists, because its sweep has ended"):
         runs_at(folder)
 

@@ -16,7 +16,7 @@ from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, check_balance, worst_gap
 from hydrosim.scene import Method, Scene
 from hydrosim.stepping.record import unpack_channels
-from hydrosim.studies.run import blow_up, course
+from hydrosim.studies.run import course, failure
 
 MASS, OMEGA = 2e4, 1.5
 
@@ -149,7 +149,7 @@ def test_a_run_is_looked_at_once_however_often_its_records_are(
 
     wall = itertools.count(0.0, 10.0)
     monkeypatch.setattr(course, "running_time", lambda: next(wall))
-    monkeypatch.setattr(blow_up, "unpack_channels", counted)
+    monkeypatch.setattr(failure, "unpack_channels", counted)
     run = hs.simulate(oscillator(0.05, 4000))
     assert looks < 40
     assert seen <= run.time.size + looks

@@ -18,9 +18,9 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.frictionless import Frictionless
 from hydrosim.forces.contact.normal import PrescribedNormal
 from hydrosim.forces.signal import Table
-from hydrosim.results import stages
+from hydrosim.results import phases
 from hydrosim.results.channels import CHANNEL_KINDS, channel_series
-from hydrosim.results.netcdf import read_run, write_run
+from hydrosim.results.dataset import read_run, write_run
 from hydrosim.results.variables import MIXED, VARIABLES
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
 
@@ -115,7 +115,7 @@ def test_what_has_translations_and_rotations_says_the_unit_of_each(base_run: xr.
 def test_every_unit_is_one_that_others_know() -> None:
     """Those of variables, of stages and of channels that follow, by pint, which refuses others."""
     units = {unit for v in VARIABLES.values() for unit in v.units.split(" or ")} - {MIXED}
-    units |= {unit for _, unit in stages.FIGURES.values()} | {
+    units |= {unit for _, unit in phases.FIGURES.values()} | {
         kind.unit for kind in CHANNEL_KINDS.values()
     }
     known = pint.UnitRegistry()

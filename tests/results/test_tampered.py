@@ -16,10 +16,10 @@ from scenes import block, scene
 import hydrosim as hs
 from hydrosim.commands.options import tells_absent_variables
 from hydrosim.errors import InputError
-from hydrosim.plot.load import open_run
 from hydrosim.report.document import replay_of, report_of
-from hydrosim.results import netcdf
+from hydrosim.results import dataset
 from hydrosim.results.runs_file import open_runs
+from hydrosim.studies.run.simulation import open_run
 
 Change = Callable[[netCDF4.Dataset], None]
 
@@ -30,7 +30,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("runs") / "run.nc"
     run = hs.simulate(scene(block(2.0), {}, 2.0, 0.1))
     attributes = {"units_read": '{"N": "kN"}', "title_block": '{"author": "me"}'}
-    netcdf.write_run(run.assign_attrs(attributes, criteria_asked="[]"), path)
+    dataset.write_run(run.assign_attrs(attributes, criteria_asked="[]"), path)
     return path
 
 
@@ -83,7 +83,7 @@ TAMPERED: dict[str, tuple[Change, str]] = {
 
 
 @pytest.mark.parametrize("name", TAMPERED)
-@pytest.mark.parametrize("read", [netcdf.read_run, open_run, report_of, replay_of])
+@pytest.mark.parametrize("read", [dataset.read_run, open_run, report_of, replay_of])
 def test_tampered_runs_are_refused(
     written: Path, tmp_path: Path, name: str, read: Callable[[Path], Any]
 ) -> None:
@@ -129,7 +129,7 @@ def test_a_variable_that_a_command_lacks_is_told(
 ) -> None:
     @tells_absent_variables
     def show(run_file: Path) -> None:
-        look(netcdf.read_run(run_file))
+        look(dataset.read_run(run_file))
 
     with pytest.raises(InputError, match=r"run\.nc: found no variable slip, which .*was changed"):
         show(run_file=written)

@@ -23,7 +23,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.contact.group import GROUP_STATES as GROUP_STATES
 from hydrosim.plot.pictures import PICTURES
-from hydrosim.results.stages import STAGES, TRANSFER_FRACTIONS, stages
+from hydrosim.results.phases import STAGES, TRANSFER_FRACTIONS, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
 from hydrosim.statistics.explain import WHOLE_RUN, explain_run
 from hydrosim.wording.run import run_document

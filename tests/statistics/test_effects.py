@@ -14,7 +14,7 @@ from hydrosim.errors import InputError
 from hydrosim.presentation.layout import render_table
 from hydrosim.presentation.units import DEFAULT
 from hydrosim.statistics import effects
-from hydrosim.statistics.effect_table import as_csv
+from hydrosim.statistics.over_seeds import as_csv
 from hydrosim.wording.study import study_tables
 
 GAMMA = 0.5772156649015329

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from random_records import DURATION, KINDS, Process, jonswap
 
-from hydrosim.statistics.excursions import Excursions, find_excursions
+from hydrosim.statistics.gaussian import Excursions, find_excursions
 
 PROBABILITIES = (0.05, exp(-1.0), 0.95)
 

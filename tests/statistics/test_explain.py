@@ -14,8 +14,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.tally import MODES
 from hydrosim.presentation.document import Document
-from hydrosim.results.phases import Phase
-from hydrosim.results.stages import STAGES
+from hydrosim.results.phases import STAGES, Phase
 from hydrosim.statistics.explain import (
     COVARIANCE,
     DIRECTION,

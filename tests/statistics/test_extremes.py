@@ -16,13 +16,15 @@ from scipy.special import owens_t
 from scipy.stats import gumbel_r, norm
 
 from hydrosim.evidence import Feature, Kind
-from hydrosim.statistics.crossings import Crossings, crossings
 from hydrosim.statistics.extremes import LAWS, SHAPE_SCATTER, ExtremeModel, extremes
-from hydrosim.statistics.gaussian import fit_gaussian
+from hydrosim.statistics.gaussian import Crossings, crossings, fit_gaussian
 from hydrosim.statistics.gumbel import fit_maxima, length_ratio
-from hydrosim.statistics.peaks import fit_upper_tail
-from hydrosim.statistics.series import independent_samples, upcrossings
-from hydrosim.statistics.stationarity import changes_of_moments
+from hydrosim.statistics.series import (
+    changes_of_moments,
+    fit_upper_tail,
+    independent_samples,
+    upcrossings,
+)
 
 RECORDS = 150
 PROMISED = (0.88, 0.92)

@@ -7,8 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hydrosim.statistics.gumbel import fit_maxima, follows_gumbel, length_ratio
-from hydrosim.statistics.orders import VALUES_FOR_INTERVAL, find_confidence, find_prediction
+from hydrosim.statistics.gumbel import (
+    VALUES_FOR_INTERVAL,
+    find_confidence,
+    find_prediction,
+    fit_maxima,
+    follows_gumbel,
+    length_ratio,
+)
 
 Draw = Callable[[np.random.Generator, int], np.ndarray]
 STUDIES = 600

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import fmin
 from scipy.stats import weibull_min
 
-from hydrosim.statistics.peaks import fit_weibull, peaks
+from hydrosim.statistics.series import fit_weibull, peaks
 
 
 @pytest.mark.parametrize(("shape", "scale", "count"), [(0.8, 3e6, 40), (2.0, 0.5, 1000), (5, 1, 9)])

@@ -12,7 +12,7 @@ from scenes import block, moving, on_floor, scene, steady, table
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Frictionless, Landing, NormalCurve, StickSlip
-from hydrosim.results.stages import STAGES
+from hydrosim.results.phases import STAGES
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import EXPLAINED_PHASES, FRICTION_PARTS, explain_run
 from hydrosim.statistics.figures import figure_of

@@ -11,15 +11,17 @@ import xarray as xr
 
 from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
-from hydrosim.statistics.waiting import Hindcast, waiting, windows
 from hydrosim.statistics.weather import (
     AlphaFactors,
+    Hindcast,
     LimitCurve,
     LimitSurface,
     ScatterDiagram,
+    waiting,
+    windows,
     workability,
 )
-from hydrosim.studies.operability.weather_files import read_hindcast, read_scatter
+from hydrosim.studies.operability.weather import read_hindcast, read_scatter
 
 HOUR = 3600.0
 

@@ -15,7 +15,7 @@ from hydrosim.presentation.nodes import Outcome, Table, Value, Verdict
 from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.statistics.criteria import criteria_of
 from hydrosim.studies.run import simulation
-from hydrosim.studies.run.asked import blank_run
+from hydrosim.studies.run.simulation import blank_run
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.studies.sweep.sweep import run_study
 from hydrosim.wording.run import criteria_nodes, run_document

@@ -13,10 +13,15 @@ import xarray as xr
 from hydrosim.dofs import DOFS
 from hydrosim.presentation.nodes import Between, Sentence, Table, Value
 from hydrosim.statistics import effects
-from hydrosim.statistics.effect_table import EXTREME_COLUMNS, as_csv
-from hydrosim.statistics.ends import ends_of_channels, ends_of_figures
 from hydrosim.statistics.gumbel import fit_maxima
-from hydrosim.statistics.over_seeds import MIN_RUNS, extremes_over_seeds
+from hydrosim.statistics.over_seeds import (
+    EXTREME_COLUMNS,
+    MIN_RUNS,
+    as_csv,
+    ends_of_channels,
+    ends_of_figures,
+    extremes_over_seeds,
+)
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES
 from hydrosim.wording.seeds import extreme_nodes
 from hydrosim.wording.study import results_table

@@ -16,7 +16,7 @@ from hydrosim.presentation.nodes import Outcome, Table, Value, Verdict
 from hydrosim.report.page import html
 from hydrosim.statistics import effects
 from hydrosim.statistics.criteria import judge_plan, judge_study
-from hydrosim.statistics.effect_table import as_csv
+from hydrosim.statistics.over_seeds import as_csv
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.studies.sweep.sweep import run_study
 from hydrosim.wording.study import study_document, study_tables

@@ -1,6 +1,6 @@
 """Worker processes that end when their parent process ends.
 
-Like those of `hydrosim.studies.many.processes`, they hold one end of a pipe, and the parent holds
+Like those of `hydrosim.studies.many.executors`, they hold one end of a pipe, and the parent holds
 the other. It closes however the parent ends. A thread watches it, because workers are in long calls
 then.
 """

@@ -11,7 +11,12 @@ from hydrosim.forces.contact.fender import normal_load_of
 from hydrosim.forces.contact.geometry import EARTH, ContactKinematics, contact_kinematics
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS, friction
 from hydrosim.forces.contact.modes import STICK
-from hydrosim.linear.contacts import Contacts, find_rigid_tractions, pressed_points, with_contacts
+from hydrosim.linear.equilibrium import (
+    Contacts,
+    find_rigid_tractions,
+    pressed_points,
+    with_contacts,
+)
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.stepping.names import contact_names

@@ -8,12 +8,30 @@ amplitude are
 K, M and the damping come from the linearised equation of motion of the scene (`linear`). A(w) and
 B(w) are those of the radiation model or of the database. A Gaussian sea of density S(w) gives the
 response density |q|^2 S. Its most probable largest value is that of
-`hydrosim.statistics.excursions`.
+`hydrosim.statistics.gaussian`.
+
+Response to gusts in the frequency domain, linear about the mean wind.
+
+    D(w) q = sum_z F_z u_z(w),   F_z = dF / du_z
+
+D(w): dynamic stiffness of the scene (`hydrosim.studies.linear.response`), with the damping that the
+mean wind gives; u_z: amplitudes of the gusts at each height that a load feels; F_z: change of all
+loads with the wind speed there. Gusts and waves are independent, so their variances add.
+
+Limits: the square of the gusts is left out, |U + u|^2 = U^2 + 2 U u. The mean load is larger than
+that of the mean wind by (s / U)^2, with the standard deviation s of the gusts.
+
+Viscous roll damping in the frequency domain, by stochastic linearisation.
+
+The damping B2 |p| p + B3 p^3 of a Gaussian roll rate p of standard deviation s takes the same mean
+power as (sqrt(8/pi) s B2 + 3 s^2 B3) p (`hydrosim.forces.damping.viscous_roll.linearise_damping`).
+The rate depends on the damping in turn, so both are iterated in the random waves of the scene. In a
+scene without random waves, the linear part B1 alone is there, for motions that are small.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -23,22 +41,25 @@ from scipy import linalg
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.compiling.without_waves import wave_bodies
-from hydrosim.dofs import about_z
-from hydrosim.forces import heights_of_wind, with_linear_rolls
-from hydrosim.linear.contacts import Contacts, with_contacts
+from hydrosim.dofs import DOFS, about_z
+from hydrosim.errors import InputError
+from hydrosim.forces import heights_of_wind, in_gusts, with_linear_rolls, without_friction
+from hydrosim.forces.damping.viscous_roll import VISCOUS_ROLL_KIND
+from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest, equilibrium, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.rigid.free import coordinate_map, positions_at, slopes_at
-from hydrosim.scene import Body, Environment, Place, Scene
+from hydrosim.scene import Body, Environment, Place, Scene, SecondOrder, WaveForces
+from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import contact_names
-from hydrosim.streams.gusts import gust_components
+from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_components
 from hydrosim.streams.wind import mean_wind
-from hydrosim.studies.ballast.loading import state_with_contents_at
-from hydrosim.studies.linear.gusts import change_with_wind
-from hydrosim.waves.build import first_order
-from hydrosim.waves.components import WaveComponents
+from hydrosim.studies.ballast import state_with_contents_at
+from hydrosim.waves.build import first_order, wave_loads_model
+from hydrosim.waves.components import WaveComponents, sea
 from hydrosim.waves.dispersion import wavenumber
+from hydrosim.waves.displaced_loads import following_model
 from hydrosim.waves.wave_reference import met_by_waves
 
 if TYPE_CHECKING:
@@ -46,6 +67,27 @@ if TYPE_CHECKING:
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
     from hydrosim.waves.body import WaveBody
+
+WIND_SPEED_STEP = 1e-3  # m/s, of differences
+
+
+def change_with_wind(linear: Linear, model: Model, state: State, time: float) -> np.ndarray:
+    """Change (nh, n) [N s/m, N s] of the generalised loads with the wind speed at each height."""
+    n = model.bodies.active.size
+    count = len(heights_of_wind(model.elements))
+    work = new_work(model)
+    slope = np.empty(model.size)
+    change = np.zeros((count, n))
+    for column in range(count):
+        for sign in (1.0, -1.0):
+            values = np.zeros((1, count))
+            values[0, column] = sign * WIND_SPEED_STEP
+            steady = GustTable(time, 1.0, 0.0, 0.0, values)
+            there = model._replace(elements=in_gusts(model.elements, steady))
+            rhs(time, state.y, state.modes, state.history, there, work, slope)
+            change[column] += sign * slope[n : 2 * n]
+    return np.asarray(change @ linear.inertia.T / (2.0 * WIND_SPEED_STEP))
+
 
 MIN_RELATIVE_MOTION = 1e-12  # of the largest motion: smaller ones count as none
 
@@ -57,7 +99,7 @@ class Responder:
     ``linear`` has all matrices; with ``databases``, it lacks added mass and damping. ``map`` S (6
     nb, n) maps velocities, v = S q', and loads, S^T F. Added mass and damping are in axes that are
     turned by the headings of the ``bodies``. ``wind_loads`` (nh, n) are the changes of loads with
-    the wind speed at the ``wind_heights`` [m], see `hydrosim.studies.linear.gusts`.
+    the wind speed at the ``wind_heights`` [m], see `hydrosim.studies.linear.response`.
     """
 
     linear: Linear
@@ -96,7 +138,7 @@ class Responder:
 
     def in_gusts(self) -> np.ndarray:
         """Standard deviations (6 nb,) [m, rad] of all coordinates in the gusts of the scene, see
-        `hydrosim.studies.linear.gusts`."""
+        `hydrosim.studies.linear.response`."""
         water = self.environment
         if water.gusts is None:
             return np.zeros(len(self.displacements))
@@ -217,3 +259,109 @@ def _of_model(model: Model, state: State, start: State) -> State:
     y[:n] = state.y[:n]
     y[held] = start.y[held]
     return state._replace(y=y)
+
+
+# Equilibrium of a scene under its mean loads, without friction.
+
+
+def at_rest(
+    scene: Scene | Compiled, time: float = 0.0, mean_drift: bool = False, free: bool = False
+) -> Rest:
+    """Equilibrium near the start of the scene, with applied forces at ``time`` [s].
+
+    ``mean_drift`` includes the mean second-order loads of the sea. Raises InputError with the
+    remaining loads if there is no equilibrium. With ``free``, only directions with a stiffness must
+    be in equilibrium. The others keep their position, and `Rest.drift` has the loads along them.
+    """
+    calm = (
+        scene
+        if isinstance(scene, Compiled)
+        else compile_for_linear(scene, Radiation.DATABASE, time)
+    )
+    elements = in_gusts(without_friction(calm.model.elements), NO_GUSTS)
+    model = calm.model._replace(elements=elements, following=following_model((), ()))
+    weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
+    rest = equilibrium(model, state_with_contents_at(calm, time), time, weight)
+    if mean_drift:
+        model = _in_mean_drift(model, calm, time)
+        rest = equilibrium(model, rest.state, time, weight, rest.held)
+    if not free and np.abs(rest.drift).max(initial=0.0) > RESIDUAL_RTOL * weight:
+        share = np.abs(rest.drift).max() / weight
+        raise InputError(
+            f"equilibrium at {time:g} s: none found, because loads of {share:.1e} of the weight"
+            " act in directions without stiffness. Look for an unbalanced force, or hold the"
+            " bodies by a mooring."
+        )
+    return rest
+
+
+def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
+    """Model with the mean second-order loads of the whole sea."""
+    scene = calm.scene
+    seas = calm.sea or sea(calm.scene.environment)
+    pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
+    databases = calm.facts.databases
+    drifting = wave_bodies(pushed, databases, met_by_waves(pushed, databases))
+    steady = [replace(waves, ramp=0.0) for waves in seas]
+    loads = wave_loads_model(steady, drifting, time, scene.solver.step / 2, 0.0)
+    return model._replace(waves=loads)
+
+
+def _drifting(body: Body) -> Body:
+    """Body with mean second-order loads only, if it has any."""
+    any_order = body.wave_forces.second_order != SecondOrder.NONE
+    load = SecondOrder.MEAN_DRIFT if any_order else SecondOrder.NONE
+    drift = WaveForces(False, load, headings=Place.MEAN, position=Place.MEAN)
+    return replace(body, wave_forces=drift)
+
+
+ROLL_INDEX = DOFS.index("roll")
+MAX_ITERATIONS = 50  # iterations
+RATE_RTOL = 1e-6  # relative change of the rates at which they end
+
+
+def respond(
+    compiled: Compiled,
+    respond_at: Callable[[np.ndarray | None], Responder],
+    seas: Sequence[WaveComponents],
+) -> tuple[Responder, np.ndarray | None]:
+    """Linearise a scene by ``respond_at`` the roll rates [rad/s] in its ``seas``, one per element
+    with viscous roll damping; the rates are None if they do not matter."""
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
+    about = respond_at(None)
+    if not seas or not (rolling["quadratic"].any() or rolling["cubic"].any()):
+        return about, None
+    rates = _roll_rates(about, seas, rolling["body"])
+    for _ in range(MAX_ITERATIONS):
+        about = respond_at(rates)
+        new_rates = _roll_rates(about, seas, rolling["body"])
+        if np.abs(new_rates - rates).max() <= RATE_RTOL * rates.max():
+            break
+        rates = np.sqrt(new_rates * rates)
+    return about, rates
+
+
+def _roll_rates(about: Responder, seas: Sequence[WaveComponents], bodies: np.ndarray) -> np.ndarray:
+    """Standard deviations (ne,) [rad/s] of the roll rate of each of the ``bodies`` (ne,)."""
+    energy = sum(
+        0.5 * np.sum(np.abs(waves.omega[:, None] * about.motions(waves)) ** 2, axis=0)
+        for waves in seas
+    )
+    return np.sqrt(np.asarray(energy)[6 * bodies + ROLL_INDEX])
+
+
+def rolling_remarks(compiled: Compiled, rates: np.ndarray | None) -> Iterator[str]:
+    """Remarks on viscous roll damping that is linear for the sea, or left out."""
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
+    if rates is not None:
+        values = ", ".join(f"{np.degrees(rate):.3g}" for rate in rates)
+        yield (
+            "quadratic and cubic roll damping is linearised for the roll rates in this sea, of"
+            f" {values} deg/s (std). RAOs and natural modes are those of this sea; another height"
+            " gives others."
+        )
+    elif rolling["quadratic"].any() or rolling["cubic"].any():
+        yield (
+            "quadratic and cubic roll damping is left out, because there are no random waves to"
+            " linearise it for. Roll near resonance is too large: simulate it."
+        )

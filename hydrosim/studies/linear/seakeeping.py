@@ -19,22 +19,19 @@ from hydrosim.compiling.questions import describe_doubts
 from hydrosim.compiling.questions.query import describe_start
 from hydrosim.dofs import DOFS
 from hydrosim.forces.line.kind import CATENARY_KIND as LINES
-from hydrosim.linear.contacts import Contacts
-from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Rest
+from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
 from hydrosim.rigid.free import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface, Question
-from hydrosim.statistics.excursions import find_excursions
+from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
 from hydrosim.streams.gusts import gust_band
 from hydrosim.streams.spectra import variance
 from hydrosim.streams.wind import REFERENCE_HEIGHT, mean_wind
 from hydrosim.studies.linear.held import contact_remarks
-from hydrosim.studies.linear.response import Responder, responder
-from hydrosim.studies.linear.rest import at_rest
-from hydrosim.studies.linear.rolling import respond, rolling_remarks
+from hydrosim.studies.linear.response import Responder, at_rest, respond, responder, rolling_remarks
 from hydrosim.tanks.loading import contents_at
 from hydrosim.tanks.shapes import heel_and_trim
 from hydrosim.waves.components import WaveComponents, sea

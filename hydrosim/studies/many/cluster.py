@@ -27,14 +27,14 @@ from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
+from hydrosim.studies.many.executors import outcome_of
 from hydrosim.studies.many.outcome import RunOutcome
-from hydrosim.studies.many.pools import outcome_of
-from hydrosim.studies.many.work import PackedTask, RunTask, pack, unpack
+from hydrosim.studies.many.shared import PackedTask, RunTask, pack, unpack
 from hydrosim.studies.run.checkpoint import program_identity
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.studies.many.pools import Digest
+    from hydrosim.studies.many.executors import Digest
 
 CONNECT_TIMEOUT_S = 4  # s, to be answered by a scheduler, and again by a worker
 # s without a worker, after which none is waited for; between looks

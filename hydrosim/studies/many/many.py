@@ -33,9 +33,8 @@ from hydrosim.outputs import as_output
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter
 from hydrosim.scene import Scene
-from hydrosim.studies.many.garbage import collected_here
+from hydrosim.studies.many.executors import Pool, Threads, collected_here
 from hydrosim.studies.many.outcome import RunOutcome, pad_to_layout, reduce_run
-from hydrosim.studies.many.pools import Pool, Threads
 from hydrosim.studies.many.run_layout import TRIAL_STEPS, RunLayout, merge_layouts
 from hydrosim.studies.many.shared import SceneCache
 from hydrosim.studies.many.unfinished import folder_of, identity, is_complete, locked_journal

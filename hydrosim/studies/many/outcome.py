@@ -13,13 +13,7 @@ import xarray as xr
 from hydrosim.errors import InputError
 from hydrosim.results.channels import channel_names, match_channels
 from hydrosim.results.dataset import new_dataset
-from hydrosim.results.error_figures import (
-    COMPANION,
-    CONTACT_FORCE,
-    EVALUATIONS,
-    PARTED,
-    RELATIVE,
-)
+from hydrosim.results.ledger import COMPANION, CONTACT_FORCE, EVALUATIONS, PARTED, RELATIVE
 from hydrosim.results.memory import MEMORY_PREFIX
 from hydrosim.results.variables import describe_coordinates
 from hydrosim.statistics.figures import RequestedStatistic

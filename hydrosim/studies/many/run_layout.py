@@ -14,8 +14,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import Field, fields, is_dataclass, replace
+from numbers import Number
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -23,13 +25,43 @@ import xarray as xr
 from hydrosim.errors import HydrosimError
 from hydrosim.forces.layout import carried_weights
 from hydrosim.results.output import fixed_coordinates
+from hydrosim.results.phases import CONTACT_WEIGHT
 from hydrosim.results.runs_file import BY_RUN, DIFFER, IN_RUN, MISSING
-from hydrosim.results.stages import CONTACT_WEIGHT
 from hydrosim.stepping.names import force_names
-from hydrosim.studies.many.alike import scenes_equal
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
+
+# Whether two scenes are equal.
+
+PLAIN_TYPES = (str, Number, Path, type(None))
+
+
+def _compared_fields(part: Any) -> list[Field[Any]]:
+    """The fields that make a difference."""
+    return [field for field in fields(part) if field.compare]
+
+
+def scenes_equal(one: object, other: object) -> bool:
+    """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
+    entry, numbers and texts; anything else only if it is the same object."""
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, np.asarray(other))
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return list(one) == list(other) and all(scenes_equal(one[key], other[key]) for key in one)
+    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
+        return len(one) == len(other) and all(map(scenes_equal, one, other))
+    if is_dataclass(one):
+        return all(
+            scenes_equal(getattr(one, f.name), getattr(other, f.name))
+            for f in _compared_fields(one)
+        )
+    return isinstance(one, PLAIN_TYPES) and one == other
+
 
 TRIAL_STEPS = 8  # of output, for a trial
 MAX_LISTED_NAMES = 6  # names in a remark

@@ -22,8 +22,7 @@ from hydrosim.results.journal import (
 )
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.scene import Scene
-from hydrosim.studies.run.checkpoint import program_identity
-from hydrosim.studies.run.digest import IGNORED_FIELDS, digest
+from hydrosim.studies.run.checkpoint import IGNORED_FIELDS, digest, program_identity
 
 if TYPE_CHECKING:
     from hydrosim.outputs import Output

@@ -2,7 +2,7 @@
 
 A motion is Gaussian, and its standard deviation goes with the height of the sea. The limit is the
 height in which it stays within its limits with the probability that is asked for
-(`hydrosim.statistics.excursions`).
+(`hydrosim.statistics.gaussian`).
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ import scipy
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Scene, SecondOrder
-from hydrosim.statistics.excursions import LEVEL_RANGE, Excursions, find_excursions
-from hydrosim.studies.linear.response import Responder, responder
-from hydrosim.studies.linear.rest import at_rest
+from hydrosim.statistics.gaussian import LEVEL_RANGE, Excursions, find_excursions
+from hydrosim.studies.linear.response import Responder, at_rest, responder
 from hydrosim.studies.operability.seas import Sea, in_sea
 from hydrosim.waves.components import sea as drawn
 

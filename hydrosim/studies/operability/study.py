@@ -20,21 +20,23 @@ from hydrosim.presentation.units import units_of
 from hydrosim.program import program_version, versions
 from hydrosim.studies.many.shared import SceneCache
 from hydrosim.studies.many.unfinished import identity
-from hydrosim.studies.operability.mirrored import add_mirrored_limits
-from hydrosim.studies.operability.search import CONFIDENCE, LimitSearch, allowed_failures
-from hydrosim.studies.operability.seas import Sea, Swell, in_sea, wind_sea
+from hydrosim.studies.operability.search import CONFIDENCE, LimitSearch, Trials, allowed_failures
+from hydrosim.studies.operability.seas import Sea, Swell, add_mirrored_limits, in_sea, wind_sea
 from hydrosim.studies.operability.spectral import Spectral, spectral
-from hydrosim.studies.operability.trials import Trials
 from hydrosim.studies.run.simulation import prepare_scene
-from hydrosim.studies.sweep.study import fixed_settings, read_study, settings_with
-from hydrosim.studies.sweep.trial import check_figures, check_units
+from hydrosim.studies.sweep.study import (
+    check_figures,
+    check_units,
+    fixed_settings,
+    read_study,
+    settings_with,
+)
 
 if TYPE_CHECKING:
     from hydrosim.results.journal import Journal
     from hydrosim.scene import Scene
     from hydrosim.statistics.figures import RequestedStatistic
-    from hydrosim.studies.operability_file import Operability
-    from hydrosim.studies.study_file import StudyFile
+    from hydrosim.studies.study_file import Operability, StudyFile
 
 ALL_STAGES = "all"  # stages together
 DEFAULT_SEEDS = 50  # where the study says none

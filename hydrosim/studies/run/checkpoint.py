@@ -7,10 +7,11 @@ for one model, start and program, which it identifies by digests.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from difflib import unified_diff
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -26,11 +27,52 @@ from hydrosim.outputs import Output
 from hydrosim.program import program_version, versions
 from hydrosim.results.validation import FUNCTION_STATES
 from hydrosim.stepping.state import GRID_POINT, IN_PROGRESS, RECORDS, STATUS, Run
-from hydrosim.studies.run.digest import digest
 from hydrosim.studies.run.functions import describe_functions, restore_functions, states_of
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
+
+# `digest`: a checksum of all data in a model or a scene, which changes with any bit.
+
+IGNORED_FIELDS = {"title", "source", "places"}  # of a scene: they change no number
+
+
+def digest(tree: Any) -> str:
+    """SHA-256 (hex) of nested tuples, lists, mappings and dataclasses with arrays, numbers and
+    texts. Databases count by their checksum, datasets by their values."""
+    checksum = hashlib.sha256()
+    for leaf in _digest_leaves(tree):
+        if isinstance(leaf, np.ndarray) and not leaf.dtype.hasobject:
+            checksum.update(f"{leaf.shape} {leaf.dtype.str};".encode())
+            checksum.update(np.ascontiguousarray(leaf).tobytes())
+        else:
+            text = repr(leaf.tolist() if isinstance(leaf, np.ndarray) else leaf)
+            checksum.update(f"{len(text)} {text};".encode("utf-8", "backslashreplace"))
+    return checksum.hexdigest()
+
+
+def _digest_leaves(tree: Any) -> Iterator[Any]:
+    if hasattr(tree, "checksum") and isinstance(tree.checksum, str):
+        yield tree.checksum
+    elif hasattr(tree, "data_vars"):  # a dataset; xarray is slow to load
+        for name, variable in tree.variables.items():
+            yield name
+            yield variable.values
+    elif is_dataclass(tree):
+        yield type(tree).__name__
+        for item in fields(tree):
+            if item.name not in IGNORED_FIELDS:
+                yield item.name
+                yield from _digest_leaves(getattr(tree, item.name))
+    elif isinstance(tree, Mapping):
+        yield from _digest_leaves([part for item in tree.items() for part in item])
+    elif isinstance(tree, tuple | list):
+        yield len(tree)
+        for branch in tree:
+            yield from _digest_leaves(branch)
+    else:
+        yield tree
+
 
 CHECKPOINT_INTERVAL_S = 60.0  # s of wall time
 MAX_COST_SHARE = 0.01  # of the wall time: largest cost of checkpoints

@@ -15,8 +15,7 @@ from hydrosim.errors import SimulationError
 from hydrosim.forces import function_errors
 from hydrosim.jit.refs import StructReference, clear_references
 from hydrosim.jit.waiting import Torn, running_time
-from hydrosim.results.error_figures import ErrorEstimate, add_error_estimate
-from hydrosim.results.ledger import append_warnings
+from hydrosim.results.ledger import ErrorEstimate, add_error_estimate, append_warnings
 from hydrosim.results.output import to_dataset
 from hydrosim.stepping.record import MEMORY_SPACING, new_record, unpack_channels
 from hydrosim.stepping.run import advance_until, count_evaluations
@@ -35,9 +34,8 @@ from hydrosim.stepping.state import (
     Run,
     new_run,
 )
-from hydrosim.studies.run.blow_up import find_blow_up
 from hydrosim.studies.run.checkpoint import Checkpoint, CheckpointWriter
-from hydrosim.studies.run.failure import failure
+from hydrosim.studies.run.failure import failure, find_blow_up
 from hydrosim.studies.run.functions import (
     delay_warnings,
     function_attributes,
@@ -45,7 +43,7 @@ from hydrosim.studies.run.functions import (
 )
 from hydrosim.studies.run.post_run_checks import validity_warnings
 from hydrosim.studies.run.provenance import provenance
-from hydrosim.studies.run.resolution import unresolved_vibration_warnings
+from hydrosim.studies.run.step_limits import unresolved_vibration_warnings
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,26 +2,154 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.integrate import methods_for_any_step
-from hydrosim.linear.stability import smallest_step, step_limits
+from hydrosim.linear.stability import (
+    WRONG,
+    Combination,
+    Vibration,
+    Watch,
+    combinations,
+    smallest_step,
+    step_limits,
+    vibrations,
+    without_progress,
+)
 from hydrosim.radiation.threads import one_thread
+from hydrosim.rigid.free import coordinate_groups
 from hydrosim.scene import Unstable
 from hydrosim.scene.solver import fitting_step
-from hydrosim.studies.ballast.loading import with_contents_at
-from hydrosim.studies.run.resolution import (
-    scene_combinations,
-    scene_vibrations,
-)
+from hydrosim.stepping.record import unpack_channels
+from hydrosim.studies.ballast import with_contents_at
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
-    from hydrosim.linear.stability import Combination, StepLimit
+    from hydrosim.linear.stability import StepLimit
     from hydrosim.scene import Scene
+    from hydrosim.stepping.state import Record
+
+# Accuracy of the step of a scene: modes that a run excites and that its method does not
+# resolve.
+
+MAX_MOTION_ERROR = 1e-3  # of the range of a motion: an error that is worth a warning
+MAX_FADING, FADING_ERROR_RATIO = 0.1, 8.0
+"""If the method damps a vibration by more than the first number, a finer step leaves more of it.
+Its accepted error is then smaller by the second number."""
+MAX_AMPLITUDE_ERROR = 1e-2  # of the amplitude of a vibration, at the end of a run
+MIN_MOTION_RANGE = 1e-6  # m, rad: a smaller range counts as none
+
+
+class StepNeed(NamedTuple):
+    """The ``step`` [s] that a vibration needs, and the ``error`` of motions, relative to their
+    range, at the step of the run."""
+
+    step: float
+    error: float
+    vibration: Vibration
+
+
+@one_thread
+def scene_combinations(
+    compiled: Compiled, each_alone: bool = False, watch: Watch = without_progress
+) -> list[Combination]:
+    """Combinations of contacts for which a scene is linearised, see `stability`."""
+    return combinations(compiled.scene, compiled.model, compiled.state, each_alone, watch)
+
+
+@one_thread
+def scene_vibrations(
+    compiled: Compiled, found: Sequence[Combination], error: float = MAX_MOTION_ERROR
+) -> tuple[Vibration, ...]:
+    """Vibrations in the combinations ``found`` with an error of more than ``error`` of their
+    amplitude at the step of the scene, see `accuracy`."""
+    scene = compiled.scene
+    of = (scene.duration, scene.solver.step, error)
+    return tuple(vibrations(found, compiled.method, compiled.model, compiled.facts.layout, *of))
+
+
+def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
+    """Line on the largest step that resolves all possible vibrations in the combinations of
+    contacts ``found``. Only a run can tell which vibrations are excited."""
+    scene = compiled.scene
+    of = (compiled.method, scene.solver.step, scene.duration, MAX_AMPLITUDE_ERROR)
+    needs = [
+        (v.accurate_step(*of), v) for v in scene_vibrations(compiled, found, MAX_AMPLITUDE_ERROR)
+    ]
+    if not needs:
+        return (
+            f"at {scene.solver.step:g} s all vibrations are accurate within"
+            f" {MAX_AMPLITUDE_ERROR:g} of their amplitude"
+        )
+    step, vibration = min(needs, key=lambda need: need[0])
+    return (
+        f"largest accurate step {step:.3g} s, within {MAX_AMPLITUDE_ERROR:g} of its amplitude over"
+        f" the run: {describe_vibration(vibration, compiled)} at {scene.solver.step:g} s. It"
+        " matters if waves, impacts or the start excite it; the run reports whether they do"
+    )
+
+
+def unresolved_vibration_warnings(compiled: Compiled, record: Record, count: int) -> Iterator[str]:
+    """Warning if a vibration that a run with ``count`` records excited has an error above
+    `MAX_MOTION_ERROR` of the range of a motion. The error is that of one vibration alone. If
+    contacts change often, errors are several times as large, see
+    `hydrosim.studies.run.error_estimate`."""
+    needs = list(_needs(compiled, record, count))
+    if needs:
+        step = min(need.step for need in needs)
+        scene = compiled.scene
+        worst = max(needs, key=lambda need: need.error)
+        yield (
+            f"solver.step {scene.solver.step:g} s does not resolve"
+            f" {describe_vibration(worst.vibration, compiled)}. The run excites it, and motions"
+            f" may be wrong by {worst.error:.1g} of their range. Choose solver.step:"
+            f" {fitting_step(scene.output_step, step):.6g} s, or solver.method: dopri5."
+        )
+
+
+def describe_vibration(vibration: Vibration, compiled: Compiled) -> str:
+    """Text on a vibration, and on the error of the method."""
+    scene = compiled.scene
+    omega = vibration.eigenvalue.imag
+    error = vibration.error(compiled.method, scene.solver.step, 2 * np.pi / omega)
+    return (
+        f"{vibration.what} at {omega:.3g} rad/s ({vibration.contact}), which"
+        f" {scene.solver.method} changes by {error:.1g} of its amplitude in each period"
+    )
+
+
+def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]:
+    if count < 2 or not compiled.vibrations:
+        return
+    values = unpack_channels(compiled.model, record, count)
+    scene = compiled.scene
+    bodies = compiled.model.bodies
+    n = bodies.active.size
+    method = compiled.method
+    place, rate = values["y"][:n], values["y"][n : 2 * n]
+    ranges = _ranges(place, coordinate_groups(bodies))
+    for vibration in compiled.vibrations:
+        fading = vibration.fading(method, scene.solver.step)
+        seen = values["time"], rate, record.modes[:count]
+        excited, lasting = vibration.largest_amplitudes(*seen, fading)
+        part = min(float((excited / ranges).max()), 1.0)
+        error = part * vibration.error(method, scene.solver.step, lasting)
+        if error > MAX_MOTION_ERROR:
+            room = FADING_ERROR_RATIO if fading * lasting > MAX_FADING else 1.0
+            of = (method, scene.solver.step, lasting, MAX_MOTION_ERROR / (room * part))
+            yield StepNeed(vibration.accurate_step(*of), min(error, WRONG), vibration)
+
+
+def _ranges(motion: np.ndarray, kind: np.ndarray) -> np.ndarray:
+    """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in the direction of its
+    largest range, or about the axis of its largest range."""
+    own = np.ptp(motion, axis=0)
+    return np.maximum([own[kind == k].max() for k in kind], MIN_MOTION_RANGE)
 
 
 @one_thread

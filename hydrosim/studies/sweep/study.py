@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,13 +25,16 @@ from hydrosim.case.checks import RELATIVE
 from hydrosim.case.load import Case, laid_over
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.messages import Problem, validate_document
+from hydrosim.documents.units import Scale, factor
 from hydrosim.documents.yaml_nodes import SETTING, locating_in
-from hydrosim.errors import InputError
+from hydrosim.errors import HydrosimError, InputError
 from hydrosim.outputs import settings_text
 from hydrosim.presentation.layout import letter_of
 from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
 from hydrosim.statistics.effects import CYCLIC
-from hydrosim.studies.run.simulation import prepare_scene
+from hydrosim.statistics.figures import RequestedStatistic
+from hydrosim.statistics.results import RunResults
+from hydrosim.studies.run.simulation import NotAskable, prepare_scene, simulate
 from hydrosim.studies.study_file import (
     Criterion,
     DesignPlan,
@@ -43,10 +46,9 @@ from hydrosim.studies.study_file import (
     as_study_criterion,
 )
 from hydrosim.studies.sweep import designs
-from hydrosim.studies.sweep.coordinates import CaseValue, label_values, value_at_key
+from hydrosim.studies.sweep.designs import CaseValue, label_values, value_at_key
 
 if TYPE_CHECKING:
-    from hydrosim.documents.units import Scale
     from hydrosim.scene import Scene
     from hydrosim.statistics.figures import ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
@@ -393,3 +395,73 @@ def _values_of_key(key: str, rows: list[_Combination]) -> tuple[list[Any], dict[
 
 def _attributes(of: CaseValue) -> dict[str, Any]:
     return {"units": of.unit or "1", **({CYCLIC: 1} if of.cyclic else {})}
+
+
+# A few steps of a scene, to see before many runs whether it has what is asked of them.
+
+TRIAL_STEPS = 4  # of output
+
+
+def check_figures(
+    file: Path, scenes: Sequence[Scene], figures: Sequence[RequestedStatistic]
+) -> dict[str, str]:
+    """The units of the ``figures`` that a study ``file`` asks of runs like those of the ``scenes``,
+    of which some may lack some; none where no scene can be run, which its own run will say. Raises
+    InputError where no run has such a channel, or a case of the study has not those of its own
+    criteria."""
+    units: dict[str, str] = {}
+    refused: dict[str, str] = {}
+    for scene in scenes:
+        left = [figure for figure in figures if figure.name not in units]
+        if not left or scene.initial is not None:
+            break
+        for name, unit in _try_figures(scene, left).items():
+            if isinstance(unit, InputError):
+                refused.setdefault(name, f"{file}: {name}: {unit}")
+            else:
+                units[name] = unit
+    for name, message in refused.items():
+        if name not in units:
+            raise InputError(message)
+    return units
+
+
+def _try_figures(
+    scene: Scene, figures: Sequence[RequestedStatistic]
+) -> dict[str, str | InputError]:
+    """The unit of each figure in a few steps of a scene, or why there is none; nothing where the
+    scene cannot be run."""
+    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
+    try:
+        run = simulate(short)
+    except NotAskable:
+        raise
+    except HydrosimError:
+        return {}
+    units: dict[str, str | InputError] = {}
+    results = RunResults(run)
+    for figure in figures:
+        try:
+            units[figure.name] = str(figure.evaluate(results).attrs["units"])
+        except InputError as error:
+            units[figure.name] = error
+    return units
+
+
+def check_units(
+    file: Path, bounds: Mapping[str, tuple[str, Scale]], units: Mapping[str, str]
+) -> None:
+    """Refuse bounds of figures, by key of the study ``file``, of another kind than the figures,
+    whose ``units`` are known."""
+    for key, (figure, bound) in bounds.items():
+        if figure not in units or bound.unit is None:
+            continue
+        what = "limit" if key.endswith("limit") else "width"
+        unit = "" if units[figure] == "1" else units[figure]
+        try:
+            factor(bound.unit, unit)
+        except ValueError as error:
+            raise InputError(
+                f'{file}: {key}: found "{bound.text}"; expected a {what} in'
+                f" {unit or 'plain numbers'}, which {figure} has; {error}"
+            ) from None

@@ -28,7 +28,7 @@ from hydrosim.forces.line.drum import (
     SLIPPING_OUT,
     STUCK,
 )
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 from hydrosim.scene import Active, Scene, Start, When
 
 Figure = Callable[[str, float], None]

@@ -19,8 +19,7 @@ from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, FreeSurface, Pump, Tank, TankTable, Weight
-from hydrosim.studies.ballast.ballasting import find_pump_plan
-from hydrosim.studies.ballast.loading import conditions
+from hydrosim.studies.ballast import conditions, find_pump_plan
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 G, DENSITY, LEVEL = 9.81, 1025.0, 9.0

@@ -17,7 +17,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.evidence import Feature, Kind
 from hydrosim.linear.linearise import Linear
 from hydrosim.scene import RegularWave, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.statistics.excursions import find_excursions
+from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.studies.linear.response import responder
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 

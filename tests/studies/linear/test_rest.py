@@ -22,7 +22,7 @@ from hydrosim.forces import (
 )
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL
 from hydrosim.scene import Body, ForceElement, Scene, SecondOrder, WaveForces
-from hydrosim.studies.linear.rest import at_rest
+from hydrosim.studies.linear.response import at_rest
 
 Figure = Callable[[str, float], None]
 LIFT = 316.1e6  # N

@@ -27,7 +27,7 @@ import hydrosim as hs
 from hydrosim.compiling.compile import Radiation, compile_for_linear
 from hydrosim.errors import InputError
 from hydrosim.forces import AppliedForce, Coulomb, StickSlip, constant
-from hydrosim.linear.contacts import Contacts
+from hydrosim.linear.equilibrium import Contacts
 from hydrosim.linear.modes import ModeKind
 from hydrosim.plot.analysis import draw_response
 from hydrosim.scene import (
@@ -44,8 +44,7 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.linear.response import responder
-from hydrosim.studies.linear.rest import at_rest
+from hydrosim.studies.linear.response import at_rest, responder
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 Figure = Callable[[str, float], None]

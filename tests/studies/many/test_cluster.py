@@ -25,7 +25,7 @@ from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.studies.many.cluster import Cluster, run_batch
 from hydrosim.studies.many.outcome import RunOutcome
-from hydrosim.studies.many.work import RunTask
+from hydrosim.studies.many.shared import RunTask
 
 pytest.importorskip("distributed")
 import xarray as xr

@@ -15,7 +15,7 @@ from scenes import scene as dry
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, StickSlip
-from hydrosim.results.unfinished import read_unfinished
+from hydrosim.results.journal import read_unfinished
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import explain_run, explanations_of_runs
 from hydrosim.statistics.figures import ScalarResult

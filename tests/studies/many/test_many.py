@@ -16,12 +16,12 @@ from scenes import CASES, SEA, in_contact, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
+from hydrosim.results.journal import read_unfinished
 from hydrosim.results.runs_file import LARGE
-from hydrosim.results.unfinished import read_unfinished
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
 from hydrosim.studies.many import shared
-from hydrosim.studies.many.alike import scenes_equal
+from hydrosim.studies.many.run_layout import scenes_equal
 
 SHORT = 60.0  # s: with contact from the start
 

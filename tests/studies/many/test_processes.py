@@ -20,9 +20,8 @@ from scenes import CASES, SEA, in_contact, in_waves
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
-from hydrosim.studies.many.processes import Processes
-from hydrosim.studies.many.shared import SceneCache
-from hydrosim.studies.many.work import RunTask
+from hydrosim.studies.many.executors import Processes
+from hydrosim.studies.many.shared import RunTask, SceneCache
 
 FATAL, REFUSED = 3, 5  # seeds
 

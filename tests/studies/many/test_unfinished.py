@@ -22,7 +22,7 @@ from hydrosim.outputs import Output
 from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsWriter
 from hydrosim.scene import Scene, WaveTrain
-from hydrosim.studies.many import pools, shared
+from hydrosim.studies.many import executors, shared
 from hydrosim.studies.many.unfinished import folder_of, locked_folder, open_journal
 
 
@@ -67,8 +67,10 @@ def test_a_set_goes_on_to_the_same_result(tmp_path: Path, monkeypatch: pytest.Mo
     assert part.status.values.tolist()[-1] == "not run"
     part.close()
     made = []
-    once = pools.run_compiled
-    monkeypatch.setattr(pools, "run_compiled", lambda *a, **of: made.append(1) or once(*a, **of))
+    once = executors.run_compiled
+    monkeypatch.setattr(
+        executors, "run_compiled", lambda *a, **of: made.append(1) or once(*a, **of)
+    )
     hs.simulate_many(scenes, path, workers=2, resume=True).close()
     assert len(made) <= 4
     assert differences(result(path), result(tmp_path / "whole.nc")) == []
@@ -96,7 +98,7 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
 
 def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever it raises, where it runs and where it is made."""
-    once, prepared = pools.run_compiled, shared.check_scene
+    once, prepared = executors.run_compiled, shared.check_scene
 
     def run(compiled: object, watch: object, **of: object) -> xr.Dataset:
         if compiled.scene.environment.waves[0].seed == 1:
@@ -108,7 +110,7 @@ def test_one_run_that_fails_ends_nothing(tmp_path: Path, monkeypatch: pytest.Mon
             raise MemoryError
         prepared(scene)
 
-    monkeypatch.setattr(pools, "run_compiled", run)
+    monkeypatch.setattr(executors, "run_compiled", run)
     monkeypatch.setattr(shared, "check_scene", check)
     runs = hs.simulate_many(seeds(4), tmp_path / "runs.nc")
     assert runs.status.values.tolist() == ["complete", "failed", "failed", "complete"]

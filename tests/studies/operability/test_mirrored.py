@@ -17,12 +17,11 @@ from scenes import CASES
 from hydrosim.plot.studies import _panel
 from hydrosim.scene import Scene
 from hydrosim.statistics.figures import ScalarResult
-from hydrosim.statistics.headings import image_of, without_images
 from hydrosim.statistics.results import MotionCauseResult, StageResult
-from hydrosim.studies.operability.mirrored import add_mirrored_limits
-from hydrosim.studies.operability.seas import Swell
+from hydrosim.statistics.weather import image_of, without_images
+from hydrosim.studies.operability.search import Trials
+from hydrosim.studies.operability.seas import Swell, add_mirrored_limits
 from hydrosim.studies.operability.study import limits_of, load_limits
-from hydrosim.studies.operability.trials import Trials
 from hydrosim.studies.operability.weather import assess_weather, read_weather
 from hydrosim.wording.limits import distinct_lines, limits_tables
 

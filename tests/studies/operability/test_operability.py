@@ -17,10 +17,10 @@ from hydrosim.compare.exact import differences
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Scene
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
-from hydrosim.studies.many import pools
+from hydrosim.studies.many import executors
 from hydrosim.studies.many.outcome import RunOutcome
+from hydrosim.studies.operability.search import Trials
 from hydrosim.studies.operability.study import limits_of, load_limits
-from hydrosim.studies.operability.trials import Trials
 
 SPHERE = CASES.parent / "sphere" / "irregular.yaml"
 HEAVE = "{channel: position.sphere.heave, statistic: largest_absolute, limit: 1 m}"
@@ -266,9 +266,9 @@ def test_a_search_that_is_interrupted_goes_on_to_the_same_limits(
     assert not Path("part.nc").exists()
     assert "--resume goes on" in operability("-o", "part.nc").err
     made: list[dict[str, object]] = []
-    run_once = pools.run_compiled
+    run_once = executors.run_compiled
     monkeypatch.setattr(
-        pools, "run_compiled", lambda *a, **of: made.append(of) or run_once(*a, **of)
+        executors, "run_compiled", lambda *a, **of: made.append(of) or run_once(*a, **of)
     )
     operability("-o", "part.nc", "--resume")
     found, whole = (xr.load_dataset(name) for name in ("part.nc", "whole.nc"))

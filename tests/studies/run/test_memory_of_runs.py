@@ -15,7 +15,7 @@ from pathlib import Path
 
 import hydrosim as hs
 from hydrosim.case.load import load_case
-from hydrosim.results.netcdf import write_run
+from hydrosim.results.dataset import write_run
 
 
 def peak():

@@ -13,7 +13,7 @@ from markers import few
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.studies.run.repeat import case_of
+from hydrosim.studies.run.provenance import case_of
 from hydrosim.studies.sweep.study import load_study
 from hydrosim.studies.sweep.sweep import run_study
 

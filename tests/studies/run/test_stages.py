@@ -14,7 +14,7 @@ from command_line import Command
 from scenes import ROOT, SWINGING_BLOCK
 
 import hydrosim as hs
-from hydrosim.studies.run.stages import outdated_reason
+from hydrosim.studies.run.simulation import outdated_reason
 
 FIRST = SWINGING_BLOCK.replace(", linear: step", "")
 SECOND = """\

@@ -18,7 +18,7 @@ from hydrosim.linear.modes import natural_modes
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.nodes import Value, Verdict
 from hydrosim.scene import Box, Environment, Method, Pump, Scene, Tank, Unstable, Weight
-from hydrosim.studies.ballast.loading import with_contents_at
+from hydrosim.studies.ballast import with_contents_at
 from hydrosim.wording.check import check_document
 
 MASS, STIFFNESS, RATE = 2e4, 8e5, 80.0

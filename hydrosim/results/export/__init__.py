@@ -1,1 +1,0 @@
-"""Export of channels to files of other programs: one module per format."""

@@ -1,1 +1,0 @@
-"""Bodies with tanks: loading conditions, and pump plans."""
