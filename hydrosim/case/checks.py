@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 
+from hydrosim.case.elements.catenary import Lines
 from hydrosim.case.elements.drive import Drive
-from hydrosim.case.elements.lines import Lines
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.signals import Recorded
@@ -24,7 +24,7 @@ from hydrosim.case.waves import (
 from hydrosim.documents.messages import Keys, Problem, suggestion
 from hydrosim.documents.units import value_text
 from hydrosim.documents.yaml_nodes import with_hint
-from hydrosim.scene.arrangement import arrange_joints
+from hydrosim.scene.joint import arrange_joints
 
 # The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")

@@ -15,8 +15,7 @@ import numpy as np
 from pydantic import Discriminator, StrictStr, model_validator
 
 from hydrosim import scene
-from hydrosim.case.elements.active import Active
-from hydrosim.case.elements.element import Exemplary
+from hydrosim.case.elements.element import Active, Exemplary
 from hydrosim.documents import quantities as of
 from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem

@@ -52,7 +52,7 @@ class Case:
 
     def document(self) -> Document:
         """Its title, and its surroundings, bodies and elements."""
-        from hydrosim.case.resolve import resolved_case_text
+        from hydrosim.case.build import resolved_case_text
         from hydrosim.case.tables import case_tables, plain
 
         data = self.data

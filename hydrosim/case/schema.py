@@ -24,9 +24,8 @@ from pydantic.config import JsonDict
 
 from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
-from hydrosim.case.elements.fender import Plane
-from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, files_of
-from hydrosim.case.hydrostatics import Hydrostatics
+from hydrosim.case.elements.contacts import Plane
+from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, Hydrostatics, files_of
 from hydrosim.case.joints import AnyJoint
 from hydrosim.case.streams import Current, Wind
 from hydrosim.case.tanks import Lightship, Pump, Tank
@@ -48,7 +47,7 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.scene.radiation import LENGTH
-from hydrosim.scene.solver import ACCURACIES, ACCURACY
+from hydrosim.scene.scene import ACCURACIES, ACCURACY
 
 ROTATION_DOFS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say

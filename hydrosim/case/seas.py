@@ -2,19 +2,167 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from hydrosim import scene
 from hydrosim.case import schema, waves
-from hydrosim.case.components import read_components
-from hydrosim.case.directional import read_directional
 from hydrosim.case.elements import BuildContext
-from hydrosim.case.records import read_record
+from hydrosim.case.signals import read_record
+from hydrosim.case.waves import Component
+from hydrosim.documents.messages import validation_problems
 from hydrosim.documents.series import read_series
-from hydrosim.documents.text import Source
+from hydrosim.documents.text import (
+    Source,
+    TextTable,
+    check_spectral_units,
+    is_heading,
+    name_and_unit,
+    parse,
+    unit_of_column,
+    without_repeats,
+)
+from hydrosim.scene import DirectionalTable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Given components of a sea from a text file, a line for each.
+
+COLUMN_UNITS = {
+    "frequency": "rad/s",
+    "period": "s",
+    "amplitude": "m",
+    "phase": "rad",
+    "heading": "rad",
+}
+"""Of the columns, where the file says none."""
+ANGLES = ("phase", "heading")
+EXPECTED = "frequency [rad/s] or period [s], amplitude [m], and if wanted phase and heading [rad]"
+
+
+def read_components(source: Source) -> tuple[Component, ...]:
+    """The components in a text file with the columns frequency or period, amplitude, phase and
+    heading, in the units that their names say: "frequency [Hz]". InputError says what is wrong."""
+    source.head(1)
+    table = parse(source, first="a component")
+    columns = dict(_columns(source, table))
+    return tuple(
+        _wave_component(source, dict(zip(columns, map(float, row), strict=True)), line)
+        for line, row in zip(table.lines, np.transpose([*columns.values()]), strict=True)
+    )
+
+
+def _columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray]]:
+    """Each column by its name, in SI; those of other names are refused, not passed over."""
+    names = [name_and_unit(name)[0].strip().lower() for name in table.names]
+    unknown = [name for name in names if name not in COLUMN_UNITS]
+    if unknown or len({*names}) < len(names) or not names:
+        found = ", ".join(table.names) or "no names of columns"
+        source.wrong(f"found {found}; expected the columns {EXPECTED}, each once")
+    for k, name in enumerate(names):
+        unit = unit_of_column(table, k)
+        values = table.rows[:, k]
+        if name in ANGLES and unit is None and np.abs(values).max() > 2.0 * np.pi:
+            source.wrong(
+                f"found a {name} of {np.abs(values).max():g} and no unit: degrees or radians? Name"
+                f" the column {name} [deg] or {name} [rad]"
+            )
+        yield name, values * _scale(source, name, unit or COLUMN_UNITS[name])
+
+
+def _scale(source: Source, name: str, unit: str) -> float:
+    """What a number in a unit is multiplied with to be in SI."""
+    others = {"amplitude": 1.0} | ({} if name == "frequency" else {"period": 1.0})
+    one = _wave_component(source, {**others, name: f"1 {unit}"})
+    return float(getattr(one, name))
+
+
+def _wave_component(source: Source, values: dict[str, Any], line: int | None = None) -> Component:
+    """A component with these values, which are checked as those in a case file are."""
+    readers: dict[int, Any] = {}
+    try:
+        return Component.model_validate(values, context=readers)
+    except ValidationError as error:
+        problem = next(validation_problems(error, values, readers))
+        source.wrong(": ".join([*map(str, problem.keys), problem.text]), line)
+
+
+# Spectra over frequency and direction from netCDF, in the layout of the package wavespectra.
+
+LAYOUT = "efth over freq [Hz] and dir [degrees]"
+_TURN = 2.0 * np.pi
+
+
+def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -> DirectionalTable:
+    """The spectrum in a netCDF file, at the indices ``select`` of its other dimensions.
+
+    In the file: efth [m^2/Hz/degree] over freq [Hz] and dir [degrees], the direction that waves
+    come from, clockwise from north, or go to, if the attributes of dir say so. ``x_axis`` [rad] is
+    the compass bearing of +x, pi / 2 if +x is east, so that waves from dir go to the heading
+    x_axis - dir - pi. A circle may be closed (0 and 360). Raises InputError where the file has
+    another layout, or values that are negative or not numbers.
+    """
+    efth = without_repeats(source, _read(source, select))
+    bearing = np.radians(efth["dir"].values.astype(float))
+    if is_heading(source, "dir", efth["dir"].attrs):
+        bearing += np.pi
+    frequency = _TURN * efth["freq"].values.astype(float)
+    density = efth.transpose("freq", "dir").values.astype(float) * np.degrees(1.0) / _TURN
+    if not np.all(density >= 0.0):
+        source.wrong("found densities that are negative or missing; expected none; select others")
+    if frequency.size < 2 or np.any(np.diff(frequency) <= 0.0) or frequency[0] < 0.0:
+        source.wrong("found frequencies that do not rise; expected two or more that do")
+    heading, order = _in_order(source, x_axis - bearing - np.pi)
+    return DirectionalTable(frequency, heading, density[:, order])
+
+
+def _read(source: Source, select: Mapping[str, int]) -> xr.DataArray:
+    import xarray as xr
+
+    try:
+        data = xr.load_dataset(source.file, engine="netcdf4", decode_times=False)
+    except (OSError, ValueError, RuntimeError) as error:
+        source.wrong(f"cannot be read as netCDF ({error}); expected {LAYOUT}")
+    if "efth" not in data or not {"freq", "dir"} <= {*data["efth"].dims}:
+        source.wrong(f"found the variables {', '.join(map(str, data))}; expected {LAYOUT}")
+    efth = data["efth"]
+    if not {"freq", "dir"} <= {*efth.coords}:
+        source.wrong(f"found no values of freq or dir; expected {LAYOUT}")
+    check_spectral_units(source, efth)
+    if "rad" in (units := str(efth.attrs.get("units", ""))):
+        source.wrong(f"found efth in {units}; expected m^2/Hz/degree")
+    others = {str(dim): efth.sizes[dim] for dim in efth.dims if dim not in ("freq", "dir")}
+    for dim, size in others.items():
+        index = select.get(dim, 0 if size == 1 else size)
+        if not -size <= index < size:
+            source.wrong(f"found {size} of {dim}; expected one; select: {{{dim}: 0}} is the first")
+        efth = efth.isel({dim: index})
+    if unknown := [dim for dim in select if dim not in others]:
+        source.unknown("dimension", unknown[0], list(others))
+    return efth
+
+
+def _in_order(source: Source, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Headings that rise, equally far apart, from the one after the widest gap, and their order."""
+    order = np.argsort(np.mod(heading, _TURN))
+    angle = np.mod(heading[order], _TURN)
+    gaps = np.diff(angle, append=angle[0] + _TURN)
+    first = int(np.argmax(gaps)) + 1
+    order, angle = np.roll(order, -first), np.unwrap(np.roll(angle, -first))
+    steps = np.diff(angle)
+    if steps.size == 0 or np.ptp(steps) > 1e-6 or steps.min() <= 0.0:
+        apart = ", ".join(f"{step:.4g}" for step in np.unique(np.degrees(steps).round(4))[:4])
+        found_text = (
+            f"directions unequally far apart ({apart} deg)" if apart else "one direction alone"
+        )
+        source.wrong(f"found {found_text}; expected equal steps of two or more")
+    return angle, order
+
 
 COPIED_TRAIN_FIELDS = ("heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading")
 

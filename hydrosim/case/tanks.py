@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim import scene
-from hydrosim.case.elements.active import AtTime, Event
-from hydrosim.case.hydrostatics import Depth, MeshHull, RecipeHull
+from hydrosim.case.elements.element import AtTime, Event
+from hydrosim.case.hydrodynamics import Depth, MeshHull, RecipeHull
 from hydrosim.documents import quantities as of
 from hydrosim.documents.mesh_keys import Axes, Scale
 from hydrosim.documents.quantities import SchemaModel

@@ -245,7 +245,7 @@ def _show(
 
 
 def _print_keys(file: Path) -> None:
-    from hydrosim.case.lines.keys import case_keys
+    from hydrosim.case.lines.chains import case_keys
 
     typer.echo(case_keys(file), nl=False)
 

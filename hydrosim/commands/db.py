@@ -25,7 +25,7 @@ from hydrosim.errors import InputError
 if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.outputs import Output
-    from hydrosim.scene.given import Given
+    from hydrosim.scene.hydrodynamics import Given
 
 app = typer.Typer(
     no_args_is_help=True, help="Print, check, convert and compute hydrodynamic databases."

@@ -45,7 +45,7 @@ from hydrosim.linear.stability import all_open, combinations, smallest_step
 from hydrosim.radiation.threads import one_thread
 from hydrosim.rigid.free import coordinate_owners
 from hydrosim.scene import Method, Tolerance
-from hydrosim.scene.solver import ACCURACY
+from hydrosim.scene.scene import ACCURACY
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

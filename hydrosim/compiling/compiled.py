@@ -2,26 +2,122 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import inf
+from math import inf, nan
 from typing import TYPE_CHECKING
 
+from hydrosim.compiling.hydrodynamic_groups import each_alone
 from hydrosim.compiling.memory_errors import MemoryErrors, memory_errors
-from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.restart import start_time
+from hydrosim.compiling.restart import initial_headings, start_time
 from hydrosim.integrate import IntegrationMethod, method_named
+from hydrosim.linear.linearise import nonlinearities
+from hydrosim.scene import LinearScenes
+from hydrosim.stepping.names import force_names
+from hydrosim.stepping.state_layout import state_layout
+from hydrosim.waves.wave_reference import met_by_waves
 
 if TYPE_CHECKING:
-    from hydrosim.compiling.derived import Facts
+    from collections.abc import Sequence
+
     from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
+    from hydrosim.database.database import HydroDatabase
     from hydrosim.linear.stability import Vibration
-    from hydrosim.scene import Scene
+    from hydrosim.scene import Scene, WaveForces
     from hydrosim.stepping.dynamics import Model
     from hydrosim.stepping.state import State
+    from hydrosim.stepping.state_layout import StateLayout
     from hydrosim.waves.components import WaveComponents
+
+# `Notes`: messages and data from compiling a scene.
+
+
+@dataclass(frozen=True)
+class Notes:
+    """Messages and data from compiling: ``skipped`` parts; ``warnings``; ``records`` that are
+    interpolated; the ``seas``, a line for each wave train; the ``meetings`` of bodies with waves
+    and current; figures of the ``streams``, wind and current. ``symmetry`` is a text on the
+    use of symmetry, and ``zero`` has the names of coordinates that are zero by it. ``memory`` holds
+    the errors of the radiation memory. ``radiation_error`` is the largest change of motions by
+    them, NaN if unknown. ``method`` is the chosen method, and the reason. ``drag`` is about
+    drag and friction of lines.
+    """
+
+    skipped: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    records: tuple[str, ...] = ()
+    seas: tuple[str, ...] = ()
+    meetings: tuple[str, ...] = ()
+    streams: tuple[str, ...] = ()
+    symmetry: str = ""
+    zero: tuple[str, ...] = ()
+    memory: tuple[str, ...] = ()
+    radiation_error: float = nan
+    method: str = ""
+    drag: tuple[str, ...] = ()
+
+    def of_memory(self, errors: Iterable[MemoryErrors]) -> Notes:
+        """Notes with messages on the ``errors`` of the radiation memory."""
+        errors = tuple(errors)
+        largest = max((each.largest for each in errors), default=nan)
+        found = replace(self, memory=tuple(map(str, errors)), radiation_error=largest)
+        return found.with_warnings(text for each in errors for text in each.warnings())
+
+    def with_warnings(self, more: Iterable[str]) -> Notes:
+        """Notes with ``more`` warnings."""
+        return replace(self, warnings=(*self.warnings, *more))
+
+
+# `Facts`: derived data of a compiled scene.
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """Data derived from a scene, its databases and its ``model``.
+
+    ``rows`` are the names of the rows of forces, ``layout`` is the layout of y. ``databases`` has,
+    by name of a wet body, its own part of its database. ``met`` has, by name of a body, the
+    position where waves act. ``headings`` are the headings of all bodies at the start of the first
+    run [rad]. ``nonlinear`` names the parts that are not linear. An ``exact`` run is propagated,
+    not stepped.
+    """
+
+    model: Model
+    rows: tuple[str, ...]
+    layout: StateLayout
+    databases: Mapping[str, HydroDatabase]
+    met: Mapping[str, WaveForces]
+    headings: tuple[float, ...]
+    nonlinear: tuple[str, ...]
+    exact: bool
+
+
+def facts_of(scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model) -> Facts:
+    """Facts of a scene of `open_start`. Raises InputError if waves cannot act on a body as
+    asked."""
+    databases = each_alone(wet)
+    nonlinear = tuple(nonlinearities(scene, model))
+    met = met_by_waves(scene, databases)
+    return Facts(
+        model=model,
+        rows=force_names(scene),
+        layout=state_layout(scene, model, met),
+        databases=databases,
+        met=met,
+        headings=tuple(initial_headings(scene)),
+        nonlinear=nonlinear,
+        exact=not nonlinear and scene.solver.linear == LinearScenes.EXACT,
+    )
+
+
+def solution(scene: Scene, facts: Facts) -> str:
+    """Text on how the motions of a scene are computed."""
+    if scene.solver.linear == LinearScenes.STEP:
+        return "stepped, as solver.linear asks"
+    reasons = "; ".join(facts.nonlinear)
+    return f"stepped, not linear: {reasons}" if reasons else "propagated exactly: linear"
 
 
 @dataclass(frozen=True, eq=False)

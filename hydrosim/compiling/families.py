@@ -19,7 +19,7 @@ from hydrosim.compiling.hydrodynamic_groups import (
     wet_groups,
     with_states,
 )
-from hydrosim.compiling.hydrostatics.hulls import with_hulls
+from hydrosim.compiling.hydrostatics import with_hulls
 from hydrosim.database.hull import immersed_triangles, integrals
 from hydrosim.errors import InputError
 from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene

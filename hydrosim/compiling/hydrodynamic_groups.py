@@ -11,10 +11,15 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrosim import database, radiation
-from hydrosim.compiling.coefficients import SOURCE, no_memory
-from hydrosim.compiling.databases import DatabaseGroup, database_groups
-from hydrosim.compiling.hydrostatics.hulls import with_hulls
-from hydrosim.compiling.validate_database import database_warnings, suitable_database
+from hydrosim.compiling.databases import (
+    SOURCE,
+    DatabaseGroup,
+    database_groups,
+    database_warnings,
+    no_memory,
+    suitable_database,
+)
+from hydrosim.compiling.hydrostatics import with_hulls
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS

@@ -10,15 +10,12 @@ import numpy as np
 
 from hydrosim import forces, radiation
 from hydrosim.compiling import families
-from hydrosim.compiling.drag.roll_mode import roll_mode
 from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup, each_alone, moving, resonance
-from hydrosim.compiling.hydrostatics.hulls import hulls_of
-from hydrosim.compiling.hydrostatics.liquids import liquids_of
-from hydrosim.compiling.hydrostatics.tanks import tanks_of
-from hydrosim.compiling.hydrostatics.weights import weights_of
-from hydrosim.compiling.joints.bodies import bodies_of
+from hydrosim.compiling.hydrostatics import hulls_of, liquids_of
+from hydrosim.compiling.joints import bodies_of
 from hydrosim.compiling.restart import initial_headings
-from hydrosim.compiling.streams.currents import currents_on, draught_of
+from hydrosim.compiling.roll_mode import roll_mode
+from hydrosim.compiling.tanks import tanks_of, weights_of
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
@@ -40,7 +37,7 @@ from hydrosim.rigid.kinematics import Bodies
 from hydrosim.scene import Scene
 from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
-from hydrosim.streams.current import current_table
+from hydrosim.streams.current import current_table, currents_on, draught_of
 from hydrosim.streams.wind import mean_wind
 from hydrosim.tanks.contents import Tanks, tank_names
 from hydrosim.tanks.events import triggered_pumps

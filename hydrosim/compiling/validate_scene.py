@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints.closed import check_closed, check_joints
-from hydrosim.compiling.joints.drives import check_drives
-from hydrosim.compiling.joints.trees import check_trees
+from hydrosim.compiling.closed_joints import check_closed, check_joints
+from hydrosim.compiling.drives import check_drives
+from hydrosim.compiling.joints import check_trees
 from hydrosim.compiling.restart import start_time
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
@@ -24,7 +24,7 @@ from hydrosim.linear.coordinates import find_constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
 from hydrosim.scene import Kinematics, Scene
-from hydrosim.scene.solver import ACCURACIES
+from hydrosim.scene.scene import ACCURACIES
 from hydrosim.stepping.dynamics import Model, motion_at
 from hydrosim.stepping.names import spring_names
 

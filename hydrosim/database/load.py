@@ -17,7 +17,7 @@ from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
 from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
-from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
 HEAD_BYTES = 4096  # bytes by which a format is recognised
 NOTHING_CHANGED = Changes()

@@ -21,7 +21,7 @@ from hydrosim.documents import files
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.interrupts import delay_interrupts
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 if TYPE_CHECKING:
     import netCDF4

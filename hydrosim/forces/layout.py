@@ -12,7 +12,7 @@ import numpy as np
 from hydrosim.dofs import about_z
 from hydrosim.rigid.tree import NO_TREE, Tree
 from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
-from hydrosim.scene.trees import arrangement, tree_joints
+from hydrosim.scene.scene import arrangement, tree_joints
 
 if TYPE_CHECKING:
     from hydrosim.streams.current import TabulatedCurrent
@@ -73,7 +73,7 @@ class ResonanceTerms(NamedTuple):
 
 class RollMode(NamedTuple):
     """Natural mode of roll of a body, per unit of roll: ``frequency`` [rad/s], ``mass`` [kg m^2]
-    with the added mass (`hydrosim.compiling.drag.roll_mode`), and ``damping`` [N m s/rad] by
+    with the added mass (`hydrosim.compiling.roll_mode`), and ``damping`` [N m s/rad] by
     radiated waves, both at that frequency."""
 
     frequency: float

@@ -26,7 +26,7 @@ from hydrosim.modes import NO_INDEX
 from hydrosim.report.page import base64_of
 from hydrosim.rigid.kinematics import LINE_PIECE
 from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
-from hydrosim.scene.tanks import TankShape
+from hydrosim.scene.body import TankShape
 from hydrosim.studies.run.provenance import case_of
 from hydrosim.waves import WaveComponents, sea
 

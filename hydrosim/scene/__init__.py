@@ -6,30 +6,50 @@ compiles it to arrays. Nothing here computes.
 
 from hydrosim.scene.body import (
     Body,
+    Box,
     Clearance,
+    FreeSurface,
     Place,
+    Plan,
+    Pump,
     SecondOrder,
+    Tank,
+    TankMesh,
+    TankShape,
+    TankTable,
     WaveForces,
     Weight,
 )
 from hydrosim.scene.environment import (
     Amplitudes,
     CurrentProfile,
+    Density,
+    DirectionalTable,
     Environment,
+    GivenComponents,
     Gusts,
     GustSpectrum,
+    Jonswap,
+    OchiHubble,
+    OchiHubblePeak,
+    RecordedElevation,
+    RegularWave,
+    Spectrum,
+    SpectrumTable,
     Stream,
+    Tma,
+    Torsethaugen,
     WaveTrain,
+    WhiteNoise,
     WindLaw,
     WindProfile,
 )
 from hydrosim.scene.force import (
+    Active,
     ForceElement,
+    LevelReached,
     Turns,
-)
-from hydrosim.scene.given import (
-    FrequencyColumn,
-    Given,
+    When,
 )
 from hydrosim.scene.hydrodynamics import (
     AtDraught,
@@ -37,6 +57,8 @@ from hydrosim.scene.hydrodynamics import (
     Changes,
     Coefficients,
     Family,
+    FrequencyColumn,
+    Given,
     Hull,
     Hydrodynamics,
     Without,
@@ -60,49 +82,17 @@ from hydrosim.scene.radiation import (
     StateSpaceRadiation,
 )
 from hydrosim.scene.scene import (
-    OmittedEntry,
-    Question,
-    Scene,
-    Start,
-)
-from hydrosim.scene.solver import (
     Kinematics,
     LinearScenes,
     Method,
+    OmittedEntry,
+    Question,
+    Scene,
     Solver,
+    Start,
     Symmetry,
     Tolerance,
     Unstable,
-)
-from hydrosim.scene.spectra import (
-    Density,
-    DirectionalTable,
-    GivenComponents,
-    Jonswap,
-    OchiHubble,
-    OchiHubblePeak,
-    RecordedElevation,
-    RegularWave,
-    Spectrum,
-    SpectrumTable,
-    Tma,
-    Torsethaugen,
-    WhiteNoise,
-)
-from hydrosim.scene.tanks import (
-    Box,
-    FreeSurface,
-    Plan,
-    Pump,
-    Tank,
-    TankMesh,
-    TankShape,
-    TankTable,
-)
-from hydrosim.scene.triggers import (
-    Active,
-    LevelReached,
-    When,
 )
 
 __all__ = [

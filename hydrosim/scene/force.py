@@ -8,7 +8,38 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.scene.triggers import Active
+# Conditions for the start and the end of an action.
+
+
+@dataclass(frozen=True)
+class LevelReached:
+    """The moment when the level of a tank [m] is above this ``level``, or below it if ``above`` is
+    false."""
+
+    tank: str
+    level: float
+    above: bool
+
+
+@dataclass(frozen=True)
+class When:
+    """A ``time`` [s], or the moment when a ``channel`` has been ``above`` or ``below`` a value for
+    ``lasting`` [s]. `hydrosim.forces.channels` lists the names of channels."""
+
+    time: float = 0.0
+    channel: str | None = None
+    above: float | None = None
+    below: float | None = None
+    lasting: float = 0.0
+
+
+@dataclass(frozen=True)
+class Active:
+    """Period in which an element acts: from ``start`` (the beginning if None) ``until`` the given
+    moment (the end if None). Neither start nor end occurs twice."""
+
+    start: When | None = None
+    until: When | None = None
 
 
 @dataclass(frozen=True)
@@ -96,3 +127,21 @@ class Turns:
     exact: bool
     elements: Any
     row: int
+
+
+# Chain by its bar diameter d: mass per length and axial stiffness (Orcina, OrcaFlex manual,
+# "Chain: mechanical properties"), and the breaking load of offshore grades (IACS UR W22),
+#
+#     C d^2 (44 - 0.08 d) kN,   d in mm,   C = 0.0223 (R3), 0.0249 (R3S), 0.0274 (R4), 0.0320 (R5).
+
+STEEL = 7850.0  # kg/m^3
+CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
+"""Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter
+[N/m^2]."""
+STRONGEST = 0.0320  # C of grade R5
+
+
+def strongest_breaking_load(diameter: float) -> float:
+    """Breaking load [N] of chain of grade R5 with this bar ``diameter`` [m]."""
+    d = 1e3 * diameter
+    return 1e3 * STRONGEST * d**2 * (44.0 - 0.08 * d)

@@ -22,7 +22,7 @@ from hydrosim.forces.layout import (
     row_names,
 )
 from hydrosim.scene import ForceElement, Scene
-from hydrosim.scene.trees import arrangement, tree_joints
+from hydrosim.scene.scene import arrangement, tree_joints
 from hydrosim.stepping.dynamics import Model
 
 WAVE_ROWS = (BODY_ROWS[WAVE_FIRST_ORDER], BODY_ROWS[WAVE_SECOND_ORDER])

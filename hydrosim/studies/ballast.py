@@ -32,8 +32,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.derived import facts_of
-from hydrosim.compiling.hydrostatics.liquids import cut_tanks
+from hydrosim.compiling.compiled import facts_of
+from hydrosim.compiling.hydrostatics import cut_tanks
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names

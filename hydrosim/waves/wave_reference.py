@@ -13,7 +13,7 @@ from dataclasses import replace
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, Kinematics, Place, Scene, SecondOrder, WaveForces
-from hydrosim.scene.trees import is_anchored, joined_with
+from hydrosim.scene.scene import is_anchored, joined_with
 from hydrosim.waves.transfer import TransferFunctions, all_round
 
 BLOCK = 2.0

@@ -13,15 +13,12 @@ import numpy as np
 from hydrosim.case import load_case
 from hydrosim.compiling import sizes
 from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.derived import solution
+from hydrosim.compiling.compile import add_waves, compile_calm, compile_scene
+from hydrosim.compiling.compiled import Notes, solution
+from hydrosim.compiling.drives import drives_of, is_turn, motion_at, sample_times
 from hydrosim.compiling.hydrodynamic_groups import in_states
-from hydrosim.compiling.joints.drives import drives_of, is_turn, motion_at, sample_times
-from hydrosim.compiling.notes import Notes
-from hydrosim.compiling.questions.extents import extents
-from hydrosim.compiling.questions.query import describe_start
+from hydrosim.compiling.questions.query import describe_start, extents
 from hydrosim.compiling.restart import resumed_state, started_from
-from hydrosim.compiling.without_waves import add_waves, compile_calm
 from hydrosim.database.database import require_array
 from hydrosim.documents.yaml_nodes import add_source_lines, source_context
 from hydrosim.forces.damping.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
@@ -49,7 +46,7 @@ from hydrosim.presentation.nodes import (
 from hydrosim.presentation.units import units_of
 from hydrosim.scene import Body, Joint, Scene, Weight
 from hydrosim.scene.joint import JointType
-from hydrosim.scene.trees import arrangement, floating_roots
+from hydrosim.scene.scene import arrangement, floating_roots
 from hydrosim.stepping.names import coordinate_at
 from hydrosim.stepping.start_loads import start_loads
 from hydrosim.studies.ballast import with_contents_at

@@ -12,8 +12,7 @@ import pytest
 import yaml
 from validation_data import unpacked
 
-from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
-from hydrosim.case.lines.keys import case_keys
+from hydrosim.case.lines.chains import case_keys, mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.system import MooringLine
 from hydrosim.case.load import load_case
 from hydrosim.documents.text import Source

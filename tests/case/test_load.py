@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scenes import ROOT
 
 from hydrosim.case import Case, load_case
-from hydrosim.case.resolve import resolved_case_text
+from hydrosim.case.build import resolved_case_text
 from hydrosim.errors import InputError
 
 Load = Callable[..., Case]

@@ -9,8 +9,7 @@ import mooring_files as files
 import numpy as np
 import pytest
 
-from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
-from hydrosim.case.lines.keys import case_keys
+from hydrosim.case.lines.chains import case_keys, mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.case.load import load_case
 from hydrosim.compiling.compile import compile_scene

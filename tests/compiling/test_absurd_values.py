@@ -15,7 +15,7 @@ from markers import few
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.errors import InputError
-from hydrosim.scene.chain import strongest_breaking_load
+from hydrosim.scene.force import strongest_breaking_load
 from hydrosim.wording.check import check, describe_direction
 
 Mistake = tuple[str, str, Any, Any, str]

@@ -10,8 +10,8 @@ from scenes import ROOT, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
+from hydrosim.compiling.databases import database_warnings
 from hydrosim.compiling.hydrodynamic_groups import moving
-from hydrosim.compiling.validate_database import database_warnings
 from hydrosim.database import HydroDatabase, Use, body_of, check, doubt_warnings, load
 from hydrosim.database.changes import apply_changes
 from hydrosim.dofs import DOFS

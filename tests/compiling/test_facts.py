@@ -13,8 +13,8 @@ from scenes import SEA, in_contact, in_waves
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.compiling import derived
-from hydrosim.compiling.derived import Facts, facts_of
+from hydrosim.compiling import compiled
+from hydrosim.compiling.compiled import Facts, facts_of
 from hydrosim.scene import WaveTrain
 
 PACKAGE = Path(hydrosim.__file__).parent
@@ -29,15 +29,15 @@ MAKERS = (
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom
     "each_alone": {
-        "compiling/derived.py",
+        "compiling/compiled.py",
         "compiling/model.py",
         "compiling/symmetry.py",
     },
-    "initial_headings": {"compiling/derived.py", "compiling/model.py"},
-    "state_layout": {"compiling/derived.py"},
-    "nonlinearities": {"compiling/derived.py"},
+    "initial_headings": {"compiling/compiled.py", "compiling/model.py"},
+    "state_layout": {"compiling/compiled.py"},
+    "nonlinearities": {"compiling/compiled.py"},
     "met_by_waves": {
-        "compiling/derived.py",
+        "compiling/compiled.py",
         "compiling/model.py",
         "studies/linear/response.py",
     },
@@ -50,7 +50,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
     asked: Counter[str] = Counter()
 
     def counted(name: str) -> Any:
-        made = getattr(derived, name)
+        made = getattr(compiled, name)
 
         def found(*arguments: Any) -> Any:
             asked[name] += 1
@@ -59,7 +59,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
         return found
 
     for name in MAKERS:
-        monkeypatch.setattr(derived, name, counted(name))
+        monkeypatch.setattr(compiled, name, counted(name))
     run = hs.simulate(in_waves(in_contact(20.0), WaveTrain(SEA, seed=1)))
     assert run.attrs["status"] == "complete"
     assert {*asked.values()} == {MODELS}, asked

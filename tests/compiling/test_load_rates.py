@@ -12,8 +12,8 @@ from scenes import block, scene, steady
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
+from hydrosim.compiling.clock import MAX_PHASE_RAD, held_step, signal_step
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.load_rates import MAX_PHASE_RAD, held_step, signal_step
 from hydrosim.forces import (
     AppliedForce,
     External,

@@ -10,8 +10,8 @@ from scenes import block, hull, scene_of
 
 from hydrosim import check, simulate
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.notes_of_sea import OUTSIDE_WARNED, range_warnings
-from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, ranges
+from hydrosim.compiling.questions.waters import OUTSIDE_REFUSED, ranges
+from hydrosim.compiling.scene_notes import OUTSIDE_WARNED, range_warnings
 from hydrosim.report.document import run_document as report_document
 from hydrosim.scene import (
     Environment,

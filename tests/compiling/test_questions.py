@@ -15,8 +15,7 @@ import hydrosim as hs
 from hydrosim.case import load_case
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.questions import QUESTIONS
-from hydrosim.compiling.questions.extents import extents
-from hydrosim.compiling.questions.query import text_beyond
+from hydrosim.compiling.questions.query import extents, text_beyond
 from hydrosim.compiling.questions.sloshing import mode_period, width
 from hydrosim.database import HydroDatabase, load
 from hydrosim.errors import InputError

@@ -35,9 +35,8 @@ from scenes import scene as dry
 from scipy.linalg import block_diag
 
 import hydrosim as hs
-from hydrosim.compiling.mirror import LATERAL, SYMMETRY_RTOL
 from hydrosim.database import HydroDatabase
-from hydrosim.dofs import DOFS
+from hydrosim.dofs import DOFS, SYMMETRY_RTOL
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     AppliedForce,
@@ -54,6 +53,7 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
+from hydrosim.forces.mirroring import LATERAL
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import (
     Body,

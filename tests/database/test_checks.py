@@ -19,7 +19,7 @@ from hydrosim.database.checks.use import EVERYTHING
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 ROOT = Path(__file__).parents[2]
 RHO_G = 1025 * 9.81

@@ -9,9 +9,8 @@ from typing import Any, get_args
 from pydantic import TypeAdapter
 
 from hydrosim.case.elements import AnyElement, BuildContext
-from hydrosim.case.elements.fender import Fender
-from hydrosim.case.elements.friction import Friction
-from hydrosim.case.elements.lines import Lines
+from hydrosim.case.elements.catenary import Lines
+from hydrosim.case.elements.contacts import Fender, Friction
 from hydrosim.scene import ForceElement
 
 KINDS = [kind for kind in get_args(get_args(AnyElement)[0]) if kind is not Lines]

@@ -10,13 +10,13 @@ import pytest
 from scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.compiling.streams.currents import draught_of
 from hydrosim.forces import CurrentLoad, LinearDamping, QuadraticDamping
 from hydrosim.scene import CurrentProfile, Environment, Hull, Scene, Stream
 from hydrosim.streams.current import (
     current_at,
     current_table,
     current_velocity,
+    draught_of,
     mean_current,
     power_profile,
 )

@@ -14,7 +14,7 @@ from scenes import moving, scene, steady, with_step
 
 import hydrosim as hs
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.hydrostatics.hulls import at_rest
+from hydrosim.compiling.hydrostatics import at_rest
 from hydrosim.database import load
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.closed import barge_with_deck, hull_of_recipe

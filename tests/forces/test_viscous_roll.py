@@ -13,7 +13,7 @@ from scenes import block, hull, in_waves, moving, scene, scene_of
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.compiling.drag.roll_mode import roll_mode
+from hydrosim.compiling.roll_mode import roll_mode
 from hydrosim.decay.fit import fit_decays
 from hydrosim.decay.record import decay_of
 from hydrosim.evidence import Feature, Kind

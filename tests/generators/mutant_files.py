@@ -23,8 +23,14 @@ import numpy as np
 import yaml
 
 from hydrosim.__main__ import app
-from hydrosim.case.lines.chains import is_mooring_file, mooring_lines, read_mooring_system, water_of
-from hydrosim.case.lines.keys import DEFAULT_WATER, case_keys
+from hydrosim.case.lines.chains import (
+    DEFAULT_WATER,
+    case_keys,
+    is_mooring_file,
+    mooring_lines,
+    read_mooring_system,
+    water_of,
+)
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
 from hydrosim.decay.fit import fit_files

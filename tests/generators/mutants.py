@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from hydrosim.case import load_case
-from hydrosim.case.resolve import resolved_case_text
+from hydrosim.case.build import resolved_case_text
 from hydrosim.documents.layers import read_case
 from hydrosim.documents.yaml_nodes import plain_values
 

@@ -19,7 +19,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.linear.stability import smallest_step
 from hydrosim.scene import LinearScenes, Method, Scene, Solver, Tolerance
-from hydrosim.scene.solver import fitting_step
+from hydrosim.scene.scene import fitting_step
 from hydrosim.studies.run.error_estimate import MIN_CHOSEN_RANGE, TOLERANCES_IN_RANGE
 from hydrosim.studies.run.simulation import run_compiled
 from hydrosim.studies.run.step_limits import scene_combinations

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hydrosim.scene import Body, Joint, JointType, Scene
-from hydrosim.scene.arrangement import arrange_joints
-from hydrosim.scene.trees import arrangement, floating_roots, is_anchored, joined_with
+from hydrosim.scene.joint import arrange_joints
+from hydrosim.scene.scene import arrangement, floating_roots, is_anchored, joined_with
 
 
 def random_scene(seed: int, count: int = 12) -> Scene:

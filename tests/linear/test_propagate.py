@@ -26,7 +26,7 @@ from scenes import (
 from scipy import linalg
 
 import hydrosim as hs
-from hydrosim.compiling.derived import solution
+from hydrosim.compiling.compiled import solution
 from hydrosim.dofs import DOFS
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (

@@ -15,8 +15,7 @@ from command_line import Command
 from numpy.testing import assert_allclose, assert_array_equal
 from recorded_runs import made_run
 
-from hydrosim.case.records import read_record
-from hydrosim.case.signals import Recorded
+from hydrosim.case.signals import Recorded, read_record
 from hydrosim.documents.series import read_series
 from hydrosim.documents.text import Source, escape_unprintable
 from hydrosim.errors import InputError

@@ -13,7 +13,7 @@ from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.radiation import fits, retardation
-from hydrosim.scene.given import Given
+from hydrosim.scene.hydrodynamics import Given
 
 DATA = unpacked("volturnus")
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")

@@ -6,23 +6,13 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator
 
-from hydrosim.case.elements.applied_force import AppliedForce
-from hydrosim.case.elements.bushing import Bushing
-from hydrosim.case.elements.catenary import Catenary
-from hydrosim.case.elements.compensator import Compensator
+from hydrosim.case.elements.catenary import Catenary, Lines
+from hydrosim.case.elements.contacts import Fender, Landing
+from hydrosim.case.elements.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.case.elements.drive import Drive
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.elements.fender import Fender
-from hydrosim.case.elements.landing import Landing
-from hydrosim.case.elements.linear_damping import LinearDamping
-from hydrosim.case.elements.linear_mooring import LinearMooring
-from hydrosim.case.elements.lines import Lines
-from hydrosim.case.elements.quadratic_damping import QuadraticDamping
-from hydrosim.case.elements.spring import Spring
-from hydrosim.case.elements.stream_load import CurrentLoad, WindLoad
-from hydrosim.case.elements.strut import Strut
-from hydrosim.case.elements.torsion_spring import TorsionSpring
-from hydrosim.case.elements.viscous_roll import ViscousRoll
+from hydrosim.case.elements.loads import AppliedForce, CurrentLoad, LinearMooring, WindLoad
+from hydrosim.case.elements.springs import Bushing, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.case.elements.winch import Winch
 from hydrosim.documents.units import problem
 

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import cos, isfinite, sin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, cast
 
 import numpy as np
 from pydantic import AfterValidator, StrictStr, model_validator
 
-from hydrosim.case.elements.breaking import Breaking
-from hydrosim.case.elements.element import BuildContext
-from hydrosim.case.elements.paid import LengthOverTime, length_signal
-from hydrosim.case.lines.system import MAX_SEGMENTS
+from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
+from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
+from hydrosim.case.lines.system import MAX_SEGMENTS, MooringLine, System
 from hydrosim.case.signals import Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
 from hydrosim.documents.quantities import SchemaModel
+from hydrosim.documents.text import Source
 from hydrosim.documents.units import problem
 from hydrosim.modes import NO_INDEX
-from hydrosim.scene.chain import CHAIN, STEEL
+from hydrosim.scene.force import CHAIN, STEEL
 
 if TYPE_CHECKING:
-    from hydrosim.forces.line.catenary import Catenary as Built
+    from hydrosim.forces.line.catenary import Catenary as BuiltCatenary
+    from hydrosim.scene import ForceElement
 
 ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
 MAX_CHAIN_DIAMETER_M = 0.4  # m: twice the largest chain that is made
@@ -176,8 +179,8 @@ class Catenary(Breaking):
             if isinstance(segment.length, Recorded):
                 yield ("segments", i, "length"), segment.length
 
-    def build(self, where: BuildContext) -> Built:
-        from hydrosim.forces.line.catenary import Catenary as Built  # loads numba
+    def build(self, where: BuildContext) -> BuiltCatenary:
+        from hydrosim.forces.line.catenary import Catenary as BuiltCatenary  # loads numba
 
         paid = None
         first = self.segments[0].length
@@ -187,7 +190,7 @@ class Catenary(Breaking):
         density, gravity = where.water
         weight = [s.chain.weight(density, gravity) if s.chain else s.weight for s in self.segments]
         stiffness = [s.chain.stiffness if s.chain else s.stiffness for s in self.segments]
-        return Built(
+        return BuiltCatenary(
             self.body,
             point=self.point,
             anchor=self.anchor,
@@ -202,3 +205,117 @@ class Catenary(Breaking):
             paying=NO_INDEX if paid is None else 0,
             capacity=self.capacity,
         )
+
+
+# `lines` in a case file: a mooring system in a file of MoorDyn or MoorPy, as catenaries.
+
+NEARLY = 1e-6  # m: depths that are the same
+
+
+class Vessel(NamedTuple):
+    """A body at rest: ``place`` (x, y) [m] of its database's origin in the earth frame, ``heading``
+    [rad], ``centre`` of gravity [m] in the frame of the database; ``depth`` [m] of the water."""
+
+    place: tuple[float, ...]
+    heading: float
+    centre: tuple[float, ...]
+    depth: float
+
+
+class Lines(Breaking):
+    """A mooring system from a file of MoorDyn or MoorPy: a catenary for each of its lines."""
+
+    tension_channel: ClassVar[str] = "line_tension"
+    example: ClassVar[dict[str, Any]] = {"type": "lines", "body": "barge", "file": "lines.txt"}
+
+    type: Literal["lines"]
+    """A mooring system from a file, a catenary for each of its lines."""
+    file: StrictStr
+    """Input file of MoorDyn or MoorPy. The origin of its axes is the body's database at rest.
+    Example: lines.txt."""
+    capacity: of.ReferenceForce | None = None
+    """Allowable tension of each line, which statistics compare with."""
+
+    def source(self, where: BuildContext) -> Source:
+        """The file."""
+        return Source(where.path.parent / self.file, f"{where.path}: {where.key}.file")
+
+    def build(self, where: BuildContext) -> ForceElement:
+        raise NotImplementedError("a file with lines is several elements")
+
+    def elements(self, where: BuildContext, vessel: Vessel) -> dict[str, ForceElement]:
+        """The elements of the scene by name: that of this element, and that of the line."""
+        name = where.key.removeprefix("forces.")
+        system = read_mooring_system(self.source(where))
+        elements = {
+            f"{name}_{key}": line.build_active(
+                BuildContext(f"forces.{name}_{key}", where.path, where.water)
+            )
+            for key, line in self.read_lines(system, where, vessel).items()
+        }
+        left_out = tuple(each._replace(key=f"{where.key}.file") for each in system.left_out)
+        first, line = next(iter(elements.items()))
+        elements[first] = replace(cast("BuiltCatenary", line), left_out=left_out)
+        return elements
+
+    def read_lines(
+        self, system: System, where: BuildContext, vessel: Vessel
+    ) -> dict[str, Catenary]:
+        """The lines of the ``system`` in the file, by their names there. Raises InputError for a
+        file that does not fit the case."""
+        source = self.source(where)
+        _check_water(system, where.water, vessel.depth, source)
+        lines = mooring_lines(system, water_of(system, where.water), source)
+        depth = system.depth if system.depth is not None else vessel.depth
+        bed = Seabed(friction=system.friction) if isfinite(depth) else None
+        return {name: self._catenary(line, vessel, bed) for name, line in lines.items()}
+
+    def _catenary(self, line: MooringLine, vessel: Vessel, bed: Seabed | None) -> Catenary:
+        return Catenary.model_construct(
+            type="catenary",
+            body=self.body,
+            point=tuple(float(v) for v in np.subtract(line.fairlead, vessel.centre)),
+            anchor=earth_place(line.anchor, vessel),
+            segments=tuple(
+                Segment.model_construct(
+                    length=s.length,
+                    weight=s.weight,
+                    stiffness=s.stiffness,
+                    drag=LineDrag.model_construct(coefficient=s.drag, diameter=s.diameter)
+                    if s.drag > 0.0
+                    else None,
+                    clump=s.hung if s.hung > 0.0 else None,
+                    buoy=-s.hung if s.hung < 0.0 else None,
+                )
+                for s in line.segments
+            ),
+            seabed=bed,
+            capacity=self.capacity,
+            breaks_at=self.breaks_at,
+            active=self.active,
+            when=self.when,
+        )
+
+
+def earth_place(place: tuple[float, ...], vessel: Vessel) -> tuple[float, ...]:
+    """A place of the file in the earth frame."""
+    x, y, z = place
+    c = cos(vessel.heading)
+    s = sin(vessel.heading)
+    return vessel.place[0] + c * x - s * y, vessel.place[1] + s * x + c * y, z
+
+
+def _check_water(system: System, water: tuple[float, float], depth: float, source: Source) -> None:
+    """Refuse a file for other water than that of the case."""
+    if system.depth is not None and not abs(system.depth - depth) <= NEARLY:
+        found_text = "without end" if not isfinite(depth) else f"{depth:g} m"
+        text = f"found depth {system.depth:g} m there and water {found_text} in the case"
+        source.wrong(f"{text}; expected the same; set environment.water_depth")
+    pairs: Mapping[str, tuple[float | None, float, str]] = {
+        "density": (system.density, water[0], "kg/m^3"),
+        "gravity": (system.gravity, water[1], "m/s^2"),
+    }
+    for name, (there, here, unit) in pairs.items():
+        if there is not None and abs(there - here) > 0.01 * here:
+            text = f"found {name} {there:g} {unit} there and {here:g} {unit} in the case"
+            source.wrong(f"{text}; expected the same within 1 %")

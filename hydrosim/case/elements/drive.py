@@ -140,7 +140,7 @@ class Drive(Element):
         return Built(body, dof=motion, position=signal, joint=self.joint, quantity=key)
 
     def _signal(self, where: BuildContext) -> Signal:
-        from hydrosim.case.records import read_record
+        from hydrosim.case.signals import read_record
         from hydrosim.forces import signal
 
         key, form = ("offset", self.offset) if self.offset is not None else ("angle", self.angle)

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
-from hydrosim.case.elements.breaking import Breaking
-from hydrosim.case.elements.element import BuildContext
-from hydrosim.case.elements.paid import LengthOverTime, length_signal
+from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
 from hydrosim.case.signals import Harmonic, Recorded
 from hydrosim.documents import quantities as of
 from hydrosim.documents.messages import Keys
@@ -297,7 +295,7 @@ class Winch(Breaking):
 
 def speed_signal(form: Any, key: str, path: Path) -> Signal:
     """The signal of a speed [m/s]. Raises as `records.signal_of` does."""
-    from hydrosim.case.records import signal_of
+    from hydrosim.case.signals import signal_of
     from hydrosim.forces import signal
 
     if isinstance(form, float):

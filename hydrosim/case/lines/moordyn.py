@@ -19,13 +19,13 @@ from math import cos, radians, sin
 
 import numpy as np
 
-from hydrosim.case.lines import quantities
-from hydrosim.case.lines.options import read_options
+from hydrosim.case.lines import sections
 from hydrosim.case.lines.sections import (
     COLUMN_NAMES,
     WITHOUT_TABLE,
     FileSection,
     SectionTable,
+    read_options,
     read_sections,
     read_table,
 )
@@ -163,10 +163,10 @@ def _types(rows: SectionTable) -> dict[str, LineType]:
     for line, words in rows:
         _refuse_repeated(rows.source, found, words[0], "line type", line)
         found[words[0]] = LineType(
-            rows.number(line, words, diameter, quantities.DIAMETER, "the diameter"),
-            rows.number(line, words, mass, quantities.MASS_PER_LENGTH, "the mass per length"),
-            rows.number(line, words, stiffness, quantities.AXIAL_STIFFNESS, "EA"),
-            rows.optional_number(line, words, "drag", quantities.DRAG_COEFFICIENT),
+            rows.number(line, words, diameter, sections.DIAMETER, "the diameter"),
+            rows.number(line, words, mass, sections.MASS_PER_LENGTH, "the mass per length"),
+            rows.number(line, words, stiffness, sections.AXIAL_STIFFNESS, "EA"),
+            rows.optional_number(line, words, "drag", sections.DRAG_COEFFICIENT),
         )
     return found
 
@@ -181,7 +181,7 @@ def _find_stiffness_left_out(rows: SectionTable) -> Iterator[OmittedEntry]:
             found_text = f"EA of {fast} under fast loads for {words[0]} in line {line}"
             advice = "The stiffness of the line is that of slow loads. In waves it is too soft."
             yield OmittedEntry(Question.FILES, found_text, "it is left out", advice)
-        stiffness = rows.optional_number(line, words, "bending", quantities.BENDING_STIFFNESS)
+        stiffness = rows.optional_number(line, words, "bending", sections.BENDING_STIFFNESS)
         if stiffness > 0.0:
             yield OmittedEntry(
                 Question.BENDING,
@@ -213,8 +213,8 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
         if held is None or "pin" in kind:
             text = f"found a body that is {words[1]}; expected coupled, fixed or free"
             rows.source.wrong(f"{text}; model its joint in the case", line)
-        place = [rows.number(line, words, c, quantities.COORDINATE) for c in (2, 3, 4)]
-        angles = [rows.number(line, words, c, quantities.ANGLE_DEG) for c in (5, 6, 7)]
+        place = [rows.number(line, words, c, sections.COORDINATE) for c in (2, 3, 4)]
+        angles = [rows.number(line, words, c, sections.ANGLE_DEG) for c in (5, 6, 7)]
         if np.count_nonzero(angles) > 1:
             text = "found rotations about several axes; expected one of r0, p0, y0"
             rows.source.wrong(f"{text}: MoorDyn and MoorPy differ in their order", line)
@@ -255,17 +255,17 @@ def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> d
     found: dict[str, Point] = {}
     for line, words in rows:
         for name in ("fx", "fy", "fz"):
-            if rows.optional_number(line, words, name, quantities.ANY_FORCE) != 0.0:
+            if rows.optional_number(line, words, name, sections.ANY_FORCE) != 0.0:
                 text = f"found a force on point {words[0]}; expected 0"
                 rows.source.wrong(f"{text}; give mass and volume, or a load in the case", line)
         if words[columns[2]].lower() == "seabed" and depth is not None:
             words[columns[2]] = str(-depth)
-        x, y, z = (rows.number(line, words, c, quantities.COORDINATE) for c in columns)
+        x, y, z = (rows.number(line, words, c, sections.COORDINATE) for c in columns)
         number = _identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, found, number, "point", line)
         held, body, place = _locate_point(rows.source, line, words[1], (x, y, z), bodies)
-        mass = rows.optional_number(line, words, "mass", quantities.MASS)
-        volume = rows.optional_number(line, words, "volume", quantities.VOLUME)
+        mass = rows.optional_number(line, words, "mass", sections.MASS)
+        volume = rows.optional_number(line, words, "volume", sections.VOLUME)
         found[number] = Point(held, place, mass, volume, body, line)
     return found
 
@@ -307,7 +307,7 @@ def _pieces(rows: SectionTable) -> dict[str, Piece]:
             line,
             words,
             length,
-            quantities.LINE_LENGTH,
+            sections.LINE_LENGTH,
             f"the unstretched length of line {words[0]}",
         )
         found[words[0]] = Piece(words[1], (ends[0], ends[1]), size, line)

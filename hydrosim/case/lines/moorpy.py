@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from yaml.nodes import Node
 
-from hydrosim.case.lines import quantities
+from hydrosim.case.lines import sections
 from hydrosim.case.lines.sections import read_number
 from hydrosim.case.lines.system import LineType, Piece, Point, PointSupport, System
 from hydrosim.documents.text import Source
@@ -93,9 +93,7 @@ class MappingEntry:
         value = self.find_value(key)
         if not isinstance(value, list) or len(value) != 3:
             self.refuse(f"found {value_text(value)}; expected three coordinates", key)
-        x, y, z = (
-            self._number(each, quantities.COORDINATE, key, k) for k, each in enumerate(value)
-        )
+        x, y, z = (self._number(each, sections.COORDINATE, key, k) for k, each in enumerate(value))
         return x, y, z
 
     def _number(self, value: object, quantity: Quantity, *keys: str | int) -> float:
@@ -157,9 +155,9 @@ def _system(system: MappingEntry) -> System:
     for kind, entries in parts.items():
         for entry in entries:
             unknown += entry.unknown_keys(kind)
-    density = system.optional_number("rho", quantities.DENSITY)
+    density = system.optional_number("rho", sections.DENSITY)
     if density is None:
-        density = system.optional_number("water_density", quantities.DENSITY)
+        density = system.optional_number("water_density", sections.DENSITY)
     lines = {str(entry.values.get("name", k)): entry for k, entry in enumerate(parts["lines"], 1)}
     if len(lines) < len(parts["lines"]):
         system.refuse("found one name of two lines; expected each once", "lines")
@@ -169,7 +167,7 @@ def _system(system: MappingEntry) -> System:
         {name: _point(entry) for name, entry in _named_entries(parts["points"])},
         {name: _piece(entry) for name, entry in lines.items()},
         density=density,
-        depth=system.optional_number("water_depth", quantities.DEPTH),
+        depth=system.optional_number("water_depth", sections.DEPTH),
         left_out=tuple(unknown),
     )
 
@@ -187,10 +185,10 @@ def _named_entries(parts: list[MappingEntry]) -> Iterator[tuple[str, MappingEntr
 
 def _type(entry: MappingEntry) -> LineType:
     return LineType(
-        entry.number("diameter", quantities.DIAMETER),
-        entry.number("mass_density", quantities.MASS_PER_LENGTH),
-        entry.number("stiffness", quantities.AXIAL_STIFFNESS),
-        entry.optional_number("transverse_drag", quantities.DRAG_COEFFICIENT) or 0.0,
+        entry.number("diameter", sections.DIAMETER),
+        entry.number("mass_density", sections.MASS_PER_LENGTH),
+        entry.number("stiffness", sections.AXIAL_STIFFNESS),
+        entry.optional_number("transverse_drag", sections.DRAG_COEFFICIENT) or 0.0,
     )
 
 
@@ -202,8 +200,8 @@ def _point(entry: MappingEntry) -> Point:
     return Point(
         held,
         entry.place("location"),
-        entry.optional_number("mass", quantities.MASS) or 0.0,
-        entry.optional_number("volume", quantities.VOLUME) or 0.0,
+        entry.optional_number("mass", sections.MASS) or 0.0,
+        entry.optional_number("volume", sections.VOLUME) or 0.0,
         kind if "body" in kind else "",
         entry.row,
     )
@@ -212,4 +210,4 @@ def _point(entry: MappingEntry) -> Point:
 def _piece(entry: MappingEntry) -> Piece:
     ends = (entry.read_name("endA"), entry.read_name("endB"))
     kind = entry.read_name("type", "lineType")
-    return Piece(kind, ends, entry.number("length", quantities.LINE_LENGTH), entry.row)
+    return Piece(kind, ends, entry.number("length", sections.LINE_LENGTH), entry.row)

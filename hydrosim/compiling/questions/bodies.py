@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
-from hydrosim.compiling.questions.extents import COMPACT, extents
-from hydrosim.compiling.questions.periods import natural_periods
-from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond, text_outside
+from hydrosim.compiling.questions.query import (
+    COMPACT,
+    Extents,
+    Query,
+    SceneContext,
+    extents,
+    natural_periods,
+    peak_wavelength,
+    text_beyond,
+    text_outside,
+)
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.forces.applied_force import AppliedForce
+from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Signal
 from hydrosim.scene import Body, Question, Weight
+from hydrosim.scene.body import Box
 from hydrosim.tanks.loading import at_start, body_without, least_moment
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question
@@ -263,3 +274,152 @@ def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
         ends = np.interp([0.0, duration], time, value)
         found = np.concatenate([ends, value[time <= duration]])
     return min(float(found.min()), 0.0), max(float(found.max()), 0.0)
+
+
+# Questions about hulls and tanks beside the centre of gravity, and about drag beside a hull.
+
+# drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
+# little more than friction; a flat plate has about 2, edges and bilge keels more
+# in yaw, of cross flow over the length: T L^4 / 32 in place of the area
+LEAST_DRAG = {"surge": 0.001, "sway": 0.02, "heave": 0.02, "yaw": 0.005}
+MOST_DRAG = 30.0
+TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
+
+
+def hulls(about: SceneContext) -> Iterator[Query]:
+    """Ask about hulls aside of the centre of gravity, and about tanks far outside a hull."""
+    for body in about.scene.bodies:
+        if body.hydrostatics is None:
+            continue
+        corners = body.hydrostatics.corners.reshape(-1, 3)[:, :2]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        centre = np.array(body.centre_of_gravity[:2])
+        off = float(np.linalg.norm(np.maximum(np.maximum(low - centre, centre - high), 0.0)))
+        size = float(np.linalg.norm(high - low))
+        if off > 0.5 * size:
+            yield Query(
+                f"bodies.{body.name}.hydrostatics",
+                f"a hull {text_beyond(off, 0.5 * size)} m aside of the centre of gravity of"
+                f" {body.name}",
+                "usual is a centre of gravity above or within the hull",
+                "Its file is in the frame of centre_of_gravity; location moves both.",
+            )
+    for _, body, db in about.floating_bodies():
+        size_of = extents(body, db)
+        for tank in body.tanks:
+            if size_of is None or not isinstance(tank.shape, Box):
+                continue
+            middle = np.mean([tank.shape.low, tank.shape.high], axis=0) - body.centre_of_gravity
+            aside = np.abs(middle - size_of.centre)[:2] / size_of.half
+            if aside.max() > 1.0 + TANK_MARGIN:
+                axis = int(aside.argmax())
+                found_text = (
+                    f"a tank whose middle is {aside[axis] * size_of.half[axis]:.3g} m from the"
+                    f" middle of the water plane along {'xy'[axis]}"
+                )
+                usual = f"usual is up to {size_of.half[axis]:.3g} m, half of its size"
+                yield Query(f"bodies.{body.name}.tanks.{tank.name}", found_text, usual)
+
+
+def drag(about: SceneContext) -> Iterator[Query]:
+    """Ask about quadratic damping that is not that of a hull of this size."""
+    density = about.scene.environment.water_density
+    wet = {body.name: (body, db) for _, body, db in about.floating_bodies()}
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, QuadraticDamping) or of.body not in wet:
+            continue
+        size = extents(*wet[of.body])
+        if size is None:
+            continue
+        length, breadth = 2.0 * size.half
+        areas = {
+            "surge": (breadth * size.draught, "m^2"),
+            "sway": (length * size.draught, "m^2"),
+            "heave": (length * breadth, "m^2"),
+            "yaw": (size.draught * max(length, breadth) ** 4 / 32.0, "m^5"),
+        }
+        for dof, (area, unit) in areas.items():
+            least = LEAST_DRAG[dof]
+            k = DOFS.index(dof)
+            found = float(of.damping[k, k])
+            coefficient = found / (0.5 * density * area)
+            if found > 0.0 and not least <= coefficient <= MOST_DRAG:
+                text = text_outside(coefficient, least, MOST_DRAG, ".2g")
+                yield Query(
+                    f"forces.{name}.damping.{dof}",
+                    f"{found:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
+                    f"usual is {least:g} to {MOST_DRAG:g}",
+                    "Is it in kN?",
+                )
+
+
+# Questions about hulls close to each other.
+
+NEIGHBOUR_BREADTHS = 2.0  # times the larger breadth
+DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
+DIRECTION_VECTORS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
+
+
+def shielding(about: SceneContext) -> Iterator[Query]:
+    """Ask about hulls close to each other in waves whose databases do not include each other."""
+    if not about.sea:
+        return
+    sizes = {
+        body.name: extents(body, db)
+        for body in about.scene.bodies
+        if (db := about.facts.databases.get(body.name)) is not None and db.heading.size
+    }
+    known = [body for body in about.scene.bodies if sizes.get(body.name)]
+    for one, other in combinations(known, 2):
+        first, second = sizes[one.name], sizes[other.name]
+        if (
+            first is None
+            or second is None
+            or _share_database(one, other)
+            or not (one.dofs or other.dofs)
+        ):
+            continue
+        breadth = 2.0 * max(first.half.min(), second.half.min())
+        gap = _gap(about, (one, first), (other, second))
+        if gap < NEIGHBOUR_BREADTHS * breadth:
+            length = peak_wavelength(about.sea)
+            yield Query(
+                f"bodies.{one.name}, bodies.{other.name}",
+                f"hulls with separate databases that are {_gap_text(gap)}, with a breadth of"
+                f" {breadth:.3g} m and waves of {length:.3g} m",
+                f"usual is more than {NEIGHBOUR_BREADTHS:g} breadths",
+                "Neither hull shields the other from waves, and neither feels the waves radiated"
+                " by the other. Compute one database of both with `hydrosim db build` (bodies:"
+                " in the recipe).",
+            )
+
+
+def _gap_text(gap: float) -> str:
+    return f"about {gap:.3g} m apart" if gap > 0.0 else "overlapping in plan"
+
+
+def _share_database(one: Body, other: Body) -> bool:
+    """Whether two bodies belong to one database."""
+    places = ((tuple(body.location), body.heading, body.hydrodynamics) for body in (one, other))
+    first, second = places
+    return first == second and one.database_body != other.database_body
+
+
+def _gap(about: SceneContext, one: tuple[Body, Extents], other: tuple[Body, Extents]) -> float:
+    """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
+    middles, reaches = zip(
+        *(_projected_extents(about, *each) for each in (one, other)), strict=True
+    )
+    apart = DIRECTION_VECTORS @ (middles[1] - middles[0]) - reaches[0] - reaches[1]
+    return max(float(apart.max()), 0.0)
+
+
+def _projected_extents(
+    about: SceneContext, body: Body, size: Extents
+) -> tuple[np.ndarray, np.ndarray]:
+    """Centre of a hull's rectangle (2,), and its extent from there in all directions
+    `DIRECTION_VECTORS`."""
+    b = about.index[body.name]
+    R = about.motion.rotation[b]
+    middle = (about.centre(b) + R @ size.centre)[:2]
+    return middle, np.abs(DIRECTION_VECTORS @ R[:2, :2]) @ size.half

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.questions.periods import natural_periods
-from hydrosim.compiling.questions.query import Query, SceneContext
+from hydrosim.compiling.questions.query import Query, SceneContext, natural_periods
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.linear import modes

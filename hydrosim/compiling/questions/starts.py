@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from hydrosim.compiling.questions.extents import extents
-from hydrosim.compiling.questions.query import Query, SceneContext, text_beyond
+from hydrosim.compiling.questions.query import Query, SceneContext, extents, text_beyond
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.plane import Plane
@@ -17,7 +16,7 @@ from hydrosim.forces.link import strut_kinematics as stretch_of_strut
 from hydrosim.forces.spring import Spring, kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
 from hydrosim.scene.joint import MotionKind
-from hydrosim.scene.trees import arrangement, joined_with, tree_joints
+from hydrosim.scene.scene import arrangement, joined_with, tree_joints
 
 FULL_TURN_RAD = 2.0 * np.pi * (1.0 + 1e-9)
 ROUND_DEG = (5.0, 10.0, 20.0, *range(15, 361, 15))

@@ -28,7 +28,7 @@ from hydrosim.database.readers import (
     veres,
     wamit,
 )
-from hydrosim.scene.given import Given
+from hydrosim.scene.hydrodynamics import Given
 
 
 class Reader(Protocol):

@@ -37,7 +37,7 @@ from hydrosim.database.readers.assembly import (
 )
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 NAME = "AQWA .AH1"
 

@@ -29,7 +29,7 @@ from hydrosim.database.readers.assembly import without_unused
 from hydrosim.database.readers.bemio_writer import write as write
 from hydrosim.database.readers.common import mirror_image, preferred_drift
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 if TYPE_CHECKING:
     import h5py

@@ -35,7 +35,7 @@ from hydrosim.database.readers.assembly import (
 from hydrosim.documents import files
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, POINTS_UNKNOWN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
 NAME = "Capytaine netCDF"
 

@@ -35,7 +35,7 @@ from hydrosim.database.readers.common import preferred_drift
 from hydrosim.database.readers.hydrostar_table import DIFFERENCE_TOLERANCE_RAD_S, QtfTable, table_of
 from hydrosim.database.readers.text import read_text
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, Given, first_given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given, first_given
 
 NAME = "HydroStar"
 

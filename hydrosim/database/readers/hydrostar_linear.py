@@ -38,7 +38,7 @@ from hydrosim.database.readers.hydrostar_table import (
 )
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
-from hydrosim.scene.given import Given, first_given
+from hydrosim.scene.hydrodynamics import Given, first_given
 
 MARK = b"#RAOTYPE"
 _MASS, _DAMPING, _LOAD = "ADDED-MASS", "WAVE-DAMPING", "LOAD"

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.database.database import Complex, Real
 from hydrosim.database.readers.assembly import Abscissa, frequencies
 from hydrosim.database.readers.text import Text
-from hydrosim.scene.given import Given
+from hydrosim.scene.hydrodynamics import Given
 
 DIFFERENCE_TOLERANCE_RAD_S = 1e-6  # rad/s
 

@@ -33,7 +33,7 @@ from hydrosim.database.readers.assembly import (
     with_fore_aft_headings,
 )
 from hydrosim.database.readers.text import Text, read_text
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 NAME = "MARIN .hyd"
 

@@ -37,7 +37,7 @@ from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import Text, parse_number, read_text
 from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 NAME = "Nemoh project (Nemoh.cal)"
 

@@ -44,7 +44,7 @@ from hydrosim.database.transfer import velocity_transfer
 from hydrosim.documents.units import value_text
 from hydrosim.documents.yaml_nodes import MAX_NESTING
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 NAME = "OrcaFlex vessel type"
 

@@ -39,7 +39,7 @@ from hydrosim.database.readers.veres_text import (
     ship_of,
 )
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 NAME = "ShipX (VERES) .re7"
 

@@ -30,7 +30,7 @@ from hydrosim.database.readers.common import mirror_image, preferred_drift
 from hydrosim.database.readers.tables import Index, NumberTable, read_table
 from hydrosim.database.readers.wamit_writer import write as write
 from hydrosim.errors import InputError
-from hydrosim.scene.given import (
+from hydrosim.scene.hydrodynamics import (
     NOTHING_GIVEN,
     ORIGIN_ASSUMED,
     FrequencyColumn,

@@ -11,7 +11,7 @@ import numpy as np
 from hydrosim.database.database import Real
 from hydrosim.database.readers.tables import number_in, read_lines
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 _MOST_BODIES = 1000
 _MAX_NUMBER = 1e12

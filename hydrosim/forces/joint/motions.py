@@ -38,7 +38,7 @@ from hydrosim.modes import (
 from hydrosim.rigid.tree import BALL, push_joint
 from hydrosim.rigid.vectors import dot, quaternion_of_parameters, rotation_vector
 from hydrosim.scene import JointResistance, Scene
-from hydrosim.scene.trees import tree_joints
+from hydrosim.scene.scene import tree_joints
 
 if TYPE_CHECKING:
     from hydrosim.forces.layout import Layout

@@ -38,9 +38,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import linalg
 
-from hydrosim.compiling.compile import Radiation, compile_for_linear
+from hydrosim.compiling.compile import Radiation, compile_for_linear, wave_bodies
 from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.without_waves import wave_bodies
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import heights_of_wind, in_gusts, with_linear_rolls, without_friction

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import xarray as xr
 
-from hydrosim.compiling.without_waves import add_waves
+from hydrosim.compiling.compile import add_waves
 from hydrosim.documents.yaml_nodes import source_context
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.interrupts import ENDING_SIGNALS

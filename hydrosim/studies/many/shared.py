@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compiling.compile import without_symmetric_motions
+from hydrosim.compiling.compile import compile_calm, without_symmetric_motions
 from hydrosim.compiling.databases import Source, database_groups, open_database
 from hydrosim.compiling.families import all_groups
-from hydrosim.compiling.questions.ranges import OUTSIDE_REFUSED, said_of_outside
+from hydrosim.compiling.questions.waters import OUTSIDE_REFUSED, said_of_outside
 from hydrosim.compiling.restart import memory_before, opened_start
 from hydrosim.compiling.symmetry import wave_asymmetries
 from hydrosim.compiling.validate_scene import check_scene
-from hydrosim.compiling.without_waves import compile_calm
 from hydrosim.database.database import HydroDatabase, all_headings
 from hydrosim.documents.yaml_nodes import source_context
 from hydrosim.errors import InputError

@@ -11,8 +11,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.mirror import without_image
-from hydrosim.compiling.symmetry import not_mirrored, plane_of
+from hydrosim.compiling.symmetry import not_mirrored, plane_of, without_image
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.scene import Jonswap, Scene, Tma, Torsethaugen, WaveTrain

@@ -10,7 +10,7 @@ from time import thread_time
 from typing import TYPE_CHECKING
 
 from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.derived import solution
+from hydrosim.compiling.compiled import solution
 from hydrosim.errors import SimulationError
 from hydrosim.forces import function_errors
 from hydrosim.jit.refs import StructReference, clear_references

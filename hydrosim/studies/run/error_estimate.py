@@ -43,7 +43,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.automatic import MIN_TOLERANCE
-from hydrosim.compiling.without_waves import add_waves, compile_calm, wave_load_error
+from hydrosim.compiling.compile import add_waves, compile_calm, wave_load_error
 from hydrosim.dofs import DOFS
 from hydrosim.forces import modes_of_kind
 from hydrosim.forces.contact.fender import NORMAL_FORCE
@@ -56,7 +56,7 @@ from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import REPORTED, ErrorEstimate
 from hydrosim.rigid.attitudes import rotation_vectors
 from hydrosim.scene import Kinematics, Scene, Tolerance
-from hydrosim.scene.solver import fitting_step
+from hydrosim.scene.scene import fitting_step
 from hydrosim.stepping.clock import Clock
 from hydrosim.stepping.record import new_record, unpack_channels
 from hydrosim.stepping.run import advance

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.joints.closed import driven_joints, singular_joints
-from hydrosim.compiling.joints.drives import drives_of, is_turn
+from hydrosim.compiling.closed_joints import driven_joints, singular_joints
+from hydrosim.compiling.drives import drives_of, is_turn
 from hydrosim.dofs import DOFS
 from hydrosim.forces import function_errors, losses, mode_row_names, undefined_units
 from hydrosim.forces.layout import RADIATION
 from hydrosim.scene import Method
-from hydrosim.scene.trees import joined_with
+from hydrosim.scene.scene import joined_with
 from hydrosim.stepping import state
 from hydrosim.stepping.dynamics import motion_at
 from hydrosim.stepping.names import element_of, force_names, is_work_row

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
-from hydrosim.compiling.hydrostatics.liquids import cut_shape
+from hydrosim.compiling.hydrostatics import cut_shape
 from hydrosim.compiling.questions.elements import SOFTEST
 from hydrosim.dofs import loads_about_z
 from hydrosim.forces.contact.fender import Contact

@@ -24,7 +24,7 @@ from hydrosim.linear.stability import (
 from hydrosim.radiation.threads import one_thread
 from hydrosim.rigid.free import coordinate_groups
 from hydrosim.scene import Unstable
-from hydrosim.scene.solver import fitting_step
+from hydrosim.scene.scene import fitting_step
 from hydrosim.stepping.record import unpack_channels
 from hydrosim.studies.ballast import with_contents_at
 

@@ -14,7 +14,7 @@ from hydrosim.database import HydroDatabase, check, load, move_reference, netcdf
 from hydrosim.database.load import read
 from hydrosim.database.readers import bemio, wamit
 from hydrosim.errors import InputError
-from hydrosim.scene.given import FrequencyColumn, Given
+from hydrosim.scene.hydrodynamics import FrequencyColumn, Given
 
 NO_PLACE = {
     "added_mass_zero",

@@ -15,7 +15,7 @@ from hydrosim.database.changes import apply_changes
 from hydrosim.database.load import load, read
 from hydrosim.errors import InputError
 from hydrosim.scene import ChangedDatabase, Changes
-from hydrosim.scene.given import Given
+from hydrosim.scene.hydrodynamics import Given
 
 RIGID = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
 USED = slice(0, 60, 10)

@@ -11,7 +11,7 @@ from hydrosim.database import HydroDatabase, move_reference
 from hydrosim.database.load import load, read
 from hydrosim.database.readers import marin
 from hydrosim.errors import InputError
-from hydrosim.scene.given import Given
+from hydrosim.scene.hydrodynamics import Given
 
 USED = slice(0, 40, 8)
 WATERLINE = 12.4  # above the file's origin, which is at the keel

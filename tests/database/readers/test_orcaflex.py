@@ -12,7 +12,7 @@ from orcaflex_files import CENTRE, COLUMNS, HULL, USED, contents, pair_columns, 
 from hydrosim.database.load import load, read
 from hydrosim.database.readers import orcaflex
 from hydrosim.errors import InputError
-from hydrosim.scene.given import Given
+from hydrosim.scene.hydrodynamics import Given
 from hydrosim.waves.dispersion import wavenumber
 
 

@@ -21,7 +21,7 @@ from hydrosim.database import HydroDatabase
 from hydrosim.database.load import read
 from hydrosim.database.readers import wamit
 from hydrosim.errors import InputError
-from hydrosim.scene.given import NOTHING_GIVEN, FrequencyColumn, Given
+from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, FrequencyColumn, Given
 
 Change = Callable[[bytes], bytes]
 

@@ -14,7 +14,7 @@ from hydrosim.database import HydroDatabase, check, load, netcdf
 from hydrosim.database.load import read
 from hydrosim.database.readers import READERS, bemio, wamit
 from hydrosim.errors import InputError
-from hydrosim.scene.given import FrequencyColumn, Given
+from hydrosim.scene.hydrodynamics import FrequencyColumn, Given
 
 SPHERE = Given(
     water_density=1000.0,

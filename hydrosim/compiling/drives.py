@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compiling.hydrostatics.liquids import cut_tanks
+from hydrosim.compiling.hydrostatics import cut_tanks
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import driven_coordinates
@@ -24,8 +24,7 @@ from hydrosim.forces.signal import (
 )
 from hydrosim.rigid.kinematics import LARGEST_TILT
 from hydrosim.scene.joint import MotionKind
-from hydrosim.scene.solver import Kinematics
-from hydrosim.scene.trees import arrangement, tree_joints
+from hydrosim.scene.scene import Kinematics, arrangement, tree_joints
 from hydrosim.stepping.dynamics import new_work
 
 if TYPE_CHECKING:

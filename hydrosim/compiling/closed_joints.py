@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import linalg
 
-from hydrosim.compiling.joints.drives import drives_of, motion_at
+from hydrosim.compiling.drives import drives_of, motion_at
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import driven_coordinates

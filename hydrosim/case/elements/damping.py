@@ -1,18 +1,88 @@
-"""`viscous_roll` in a case file."""
+"""`linear_damping` in a case file."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import StrictBool, StrictStr, model_validator
 
 from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import SchemaModel
+from hydrosim.documents.quantities import SchemaModel, as_matrix
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.damping.viscous_roll import ViscousRoll as Built
+    from hydrosim.forces.damping.linear_damping import LinearDamping as BuiltLinearDamping
+    from hydrosim.forces.damping.quadratic_damping import QuadraticDamping as BuiltQuadraticDamping
+    from hydrosim.forces.damping.viscous_roll import ViscousRoll as BuiltViscousRoll
+
+
+class LinearDamping(Element):
+    """Damping in the body's axes: per DOF, a full 6 x 6 matrix, or of critical."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "linear_damping",
+        "body": "barge",
+        "damping": {"roll": "2 MN*m*s/rad"},
+    }
+
+    type: Literal["linear_damping"]
+    """Linear damping in the axes of the body."""
+    damping: of.DampingMatrix | None = None
+    """Damping: per degree of freedom, or a 6 x 6 matrix."""
+    damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+    """Part of critical damping, per degree of freedom."""
+    relative_to_current: StrictBool = False
+    """Whether damping is of the velocity relative to the current."""
+
+    @model_validator(mode="after")
+    def _check_damping(self) -> Self:
+        given = self.keys_with_value("damping", "damping_ratio")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "none", "either damping or damping_ratio")
+        return self
+
+    def build(self, where: BuildContext) -> BuiltLinearDamping:
+        from hydrosim.forces.damping.linear_damping import (
+            LinearDamping as BuiltLinearDamping,  # loads numba
+        )
+
+        damping, ratio = self.damping, self.damping_ratio
+        return BuiltLinearDamping(
+            self.body,
+            damping=None if damping is None else as_matrix(damping),
+            damping_ratio=None if ratio is None else np.array(ratio.values()),
+            relative_to_current=self.relative_to_current,
+        )
+
+
+# `quadratic_damping` in a case file.
+
+
+class QuadraticDamping(Element):
+    """Damping with the squared velocity, in the body's axes: per DOF, or a full 6 x 6 matrix."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "quadratic_damping",
+        "body": "barge",
+        "damping": {"surge": "20 kN*s^2/m^2"},
+    }
+
+    type: Literal["quadratic_damping"]
+    """Damping by the squared velocity relative to the current, in the axes of the body."""
+    damping: of.QuadraticMatrix
+    """Coefficients: per degree of freedom, or a 6 x 6 matrix."""
+
+    def build(self, where: BuildContext) -> BuiltQuadraticDamping:
+        from hydrosim.forces.damping.quadratic_damping import (
+            QuadraticDamping as BuiltQuadraticDamping,  # loads numba
+        )
+
+        return BuiltQuadraticDamping(self.body, damping=as_matrix(self.damping))
+
+
+# `viscous_roll` in a case file.
 
 FITTED = ("p1", "p2", "p3")
 COEFFICIENT_KEYS = ("linear", "quadratic", "cubic")
@@ -102,9 +172,9 @@ class ViscousRoll(Element):
             raise problem(f"period with {used[0]}", "it with p1, p2, p3 of a decay test")
         return self
 
-    def build(self, where: BuildContext) -> Built:
+    def build(self, where: BuildContext) -> BuiltViscousRoll:
         from hydrosim.forces.damping.ikeda import WATER_VISCOSITY, SharpBarge  # loads numba
-        from hydrosim.forces.damping.viscous_roll import ViscousRoll as Built
+        from hydrosim.forces.damping.viscous_roll import ViscousRoll as BuiltViscousRoll
 
         keys = self.with_fitted_numbers(where)
         form = keys.ikeda
@@ -112,7 +182,7 @@ class ViscousRoll(Element):
         if form is not None:
             viscosity = form.viscosity or WATER_VISCOSITY
             barge = SharpBarge(form.length, form.beam, form.draught, viscosity)
-        return Built(
+        return BuiltViscousRoll(
             self.body,
             p1=keys.p1 or 0.0,
             p2=keys.p2 or 0.0,

@@ -1,18 +1,23 @@
-"""Joints of a scene as arrays: the trees whose motions are coordinates."""
+"""Joints of a scene as constants, and their start."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import cos, remainder, sin, tan
 
 import numpy as np
 
-from hydrosim.dofs import about_z
+from hydrosim.compiling.tanks import steady_surface
+from hydrosim.dofs import DOFS, about_z
+from hydrosim.rigid.free import slopes_at
+from hydrosim.rigid.kinematics import BODY, Bodies
 from hydrosim.rigid.tree import BALL, BRANCH, FULL_TURN, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
 from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
-from hydrosim.scene.arrangement import Branch
-from hydrosim.scene.joint import JointMotion, MotionKind
-from hydrosim.scene.trees import arrangement, tree_joints
+from hydrosim.scene.joint import Branch, JointMotion, MotionKind
+from hydrosim.scene.scene import arrangement, tree_joints
+
+# Joints of a scene as arrays: the trees whose motions are coordinates.
 
 SWIVEL = MotionKind.SWIVEL
 TREE_JOINT_CODES = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}
@@ -188,3 +193,61 @@ def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndar
                     S[child, :3, j] = np.cross(axis, -branch["to_child"])
                     S[child, 3:, j] = axis
     return np.ascontiguousarray(S.reshape(6 * len(origins), n))
+
+
+# Constants of bodies and of the joints between them, from a scene.
+
+DISPLACEMENT_RTOL = 1e-9  # of a displacement per coordinate: smaller ones are rounding
+SAMPLED_CONFIGURATIONS = 3  # at which joints are looked at, besides rest
+
+
+def bodies_of(scene: Scene) -> Bodies:
+    """Constants of all bodies of a scene and of their joints."""
+    carried = arrangement(scene).children
+    own = np.array(
+        [
+            6 * i + DOFS.index(dof)
+            for i, body in enumerate(scene.bodies)
+            for dof in sorted(body.dofs, key=DOFS.index)
+            if body.name not in carried
+        ],
+        dtype=np.int64,
+    )
+    each = [
+        (
+            b.mass,
+            b.inertia,
+            about_z(b.heading) @ b.centre_of_gravity + (*b.location, 0.0),
+            b.heading,
+            steady_surface(b, scene),
+        )
+        for b in scene.bodies
+    ]
+    constants = np.array(each, dtype=BODY)
+    tree = tree_of(scene, own, constants["origin"])
+    return Bodies(
+        each=constants,
+        active=np.concatenate([own, 6 * len(each) + np.arange(tree.coordinates)]),
+        locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
+        exact=scene.solver.kinematics == Kinematics.EXACT,
+        tree=tree,
+    )
+
+
+def with_dofs_of_joints(scene: Scene) -> Scene:
+    """Scene in which bodies that joints carry have the degrees of freedom that their joints leave.
+    Waves, memory and questions leave out the others."""
+    carried = arrangement(scene).children
+    if not carried:
+        return scene
+    bodies = bodies_of(scene)
+    draw = np.random.default_rng(1)
+    n = bodies.active.size
+    places = [np.zeros(n), *(draw.uniform(-1.0, 1.0, n) for _ in range(SAMPLED_CONFIGURATIONS))]
+    size = np.max([np.abs(slopes_at(bodies, q)).max(axis=1, initial=0.0) for q in places], axis=0)
+    moves = size.reshape(-1, 6) > DISPLACEMENT_RTOL
+    each = [
+        replace(body, dofs=tuple(np.array(DOFS)[own])) if body.name in carried else body
+        for body, own in zip(scene.bodies, moves, strict=True)
+    ]
+    return replace(scene, bodies=tuple(each))

@@ -1,1 +1,0 @@
-"""Hulls, weights and changing tanks as constants of a model."""

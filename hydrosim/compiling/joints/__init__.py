@@ -1,1 +1,0 @@
-"""Joints of a scene as constants, and their start."""

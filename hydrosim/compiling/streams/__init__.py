@@ -1,1 +1,0 @@
-"""Wind and current on the bodies of a scene."""
