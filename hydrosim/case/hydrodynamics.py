@@ -12,8 +12,7 @@ from pydantic import BeforeValidator, Discriminator, StrictBool, StrictStr, Tag,
 
 from hydrosim import scene
 from hydrosim.documents import quantities as of
-from hydrosim.documents.mesh_keys import MeshKeys
-from hydrosim.documents.quantities import SchemaModel, as_matrix
+from hydrosim.documents.quantities import MeshKeys, SchemaModel, as_matrix
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
 from hydrosim.scene import FrequencyColumn, Hull, Without
@@ -220,7 +219,7 @@ class RecipeHull(SchemaModel):
 
     def read(self, folder: Path, body: int) -> Hull:
         """The hull of this body of the recipe."""
-        from hydrosim.database.build.closed import hull_of_recipe
+        from hydrosim.database.build.recipe import hull_of_recipe
 
         return hull_of_recipe(folder / self.recipe, body, self.depth)
 

@@ -12,8 +12,7 @@ from hydrosim import scene
 from hydrosim.case.elements.element import AtTime, Event
 from hydrosim.case.hydrodynamics import Depth, MeshHull, RecipeHull
 from hydrosim.documents import quantities as of
-from hydrosim.documents.mesh_keys import Axes, Scale
-from hydrosim.documents.quantities import SchemaModel
+from hydrosim.documents.quantities import Axes, Scale, SchemaModel
 from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
 from hydrosim.scene import FreeSurface

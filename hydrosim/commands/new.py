@@ -372,7 +372,7 @@ def _digits(value: float) -> str:
 def _resolution(barge: Particulars, period: float, depth: float) -> dict[str, float]:
     """Panels and frequencies that the sea and the hull's own waves ask for, from the lowest that
     can be computed in water of this ``depth`` [m]."""
-    from hydrosim.database.build.water import Water
+    from hydrosim.database.build.drift import Water
 
     lowest = Water(barge.density, barge.gravity, depth).lowest_frequency
     start = FREQUENCY_STEP * max(ceil(lowest / FREQUENCY_STEP), 1)

@@ -37,8 +37,7 @@ from hydrosim.integrate import Control
 from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.free import are_lengths
 from hydrosim.stepping.clock import Clock
-from hydrosim.streams.gusts import gust_components
-from hydrosim.streams.wind import mean_wind
+from hydrosim.streams.wind import gust_components, mean_wind
 from hydrosim.waves.displaced_loads import STATES_PER_FOLLOWED_BODY
 from hydrosim.waves.wave_reference import grid_step, steps_per_block
 

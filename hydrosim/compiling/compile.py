@@ -34,7 +34,7 @@ from hydrosim.radiation.state_space import TOLERANCE
 from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Kinematics, Place, RadiationModel, Scene
 from hydrosim.scene.scene import arrangement
-from hydrosim.streams.gusts import gust_table
+from hydrosim.streams.wind import gust_table
 from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import WaveComponents, check_span, sea

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.database.changes import BODIES_APART, apply_changes
+from hydrosim.database.changes import BODIES_APART, apply_changes, body_of, velocity_transfer
 from hydrosim.database.checks import (
     SYMMETRIES,
     CheckSubject,
@@ -21,7 +21,6 @@ from hydrosim.database.checks import (
 )
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import overruled_values, read
-from hydrosim.database.transfer import body_of, velocity_transfer
 from hydrosim.errors import InputError
 from hydrosim.radiation.retardation import KernelReport, Retardation
 from hydrosim.scene import (

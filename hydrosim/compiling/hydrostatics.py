@@ -35,7 +35,7 @@ from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, Liquids
 
 if TYPE_CHECKING:
-    from hydrosim.database.hydrostatics import Hydrostatics
+    from hydrosim.database.hull import Hydrostatics
 
 # Closed meshes as `Solids`: groups of neighbouring triangles.
 

@@ -41,9 +41,14 @@ from hydrosim.scene import (
 from hydrosim.scene.scene import arrangement
 from hydrosim.stepping.names import dofs_of
 from hydrosim.streams.current import current_table, draught_of, is_sheared
-from hydrosim.streams.gusts import gust_band
-from hydrosim.streams.spectra import variance
-from hydrosim.streams.wind import REFERENCE_HEIGHT, MeanWind, gust_factor, mean_wind
+from hydrosim.streams.wind import (
+    REFERENCE_HEIGHT,
+    MeanWind,
+    gust_band,
+    gust_factor,
+    mean_wind,
+    variance,
+)
 from hydrosim.waves import components, shares_outside
 from hydrosim.waves.components import WaveComponents
 from hydrosim.waves.heading_aliasing import lost_between_headings

@@ -10,13 +10,122 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown_name_message
-from hydrosim.database.database import HydroDatabase, Real, of_frequencies
-from hydrosim.database.transfer import MATRICES
+from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
+
+# Change of a database to other centres of gravity; extraction of one body of several.
+
+MATRICES = (
+    "added_mass",
+    "radiation_damping",
+    "added_mass_zero",
+    "added_mass_infinite",
+    "hydrostatic_stiffness",
+    "inertia_matrix",
+)
+LOAD_NAMES = (
+    "excitation",
+    "froude_krylov",
+    "mean_drift",
+    "mean_drift_held",
+    "qtf_difference",
+    "qtf_sum",
+)
+BODY_POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
+
+
+def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
+    """Database with its coefficients about new centres of gravity (nb, 3), database frame.
+
+    The velocity of the reference points is v_ref = T v for the velocity v of the new ones. Equal
+    power then gives loads T^T X and matrices T^T A T (Newman 1977, Marine Hydrodynamics, chapter
+    4). Phases still refer to the elevation at the frame's origin.
+
+    The stiffness transforms in the same way, because it is the second derivative of an energy that
+    is stationary at rest. With weight equal to buoyancy, a centre of gravity that rises by dz also
+    reduces roll and pitch stiffness by rho g V dz (GM falls by dz; Newman 1977, chapter 6). A
+    sideways shift of the centre of gravity must be balanced by other means, because the body stays
+    at rest in the position of the database.
+
+    ``inertia_matrix`` is dropped when a centre of gravity moves, because it belongs to another
+    distribution of mass. Returns ``db`` itself if nothing moves.
+    """
+    new = np.reshape(np.asarray(centre_of_gravity, dtype=float), (db.bodies, 3))
+    old = require_array(db, "centre_of_gravity")
+    if np.array_equal(new, db.reference_point) and np.array_equal(new, old):
+        return db
+    T = velocity_transfer(db.reference_point - new)
+    stiffness = T.T @ require_array(db, "hydrostatic_stiffness") @ T
+    weight = db.water_density * db.gravity * require_array(db, "volume")
+    for body, loss in enumerate(weight * (new - old)[:, 2]):
+        for dof in (6 * body + 3, 6 * body + 4):
+            stiffness[dof, dof] -= loss
+    same_mass = np.array_equal(new, old)
+    return replace(
+        db,
+        reference_point=new,
+        centre_of_gravity=new,
+        hydrostatic_stiffness=stiffness,
+        added_mass=T.T @ db.added_mass @ T,
+        radiation_damping=T.T @ db.radiation_damping @ T,
+        added_mass_zero=_matrix(db.added_mass_zero, T),
+        added_mass_infinite=_matrix(db.added_mass_infinite, T),
+        inertia_matrix=_matrix(db.inertia_matrix, T) if same_mass else None,
+        excitation=db.excitation @ T,
+        froude_krylov=_loads(db.froude_krylov, T),
+        mean_drift=_loads(db.mean_drift, T),
+        mean_drift_held=_loads(db.mean_drift_held, T),
+        qtf_difference=_loads(db.qtf_difference, T),
+        qtf_sum=_loads(db.qtf_sum, T),
+    )
+
+
+def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
+    """Database of one body of several, counted from 0, while the others are held.
+
+    ``drift_imbalance`` is dropped, because it belongs to all bodies. Returns ``db`` itself if it
+    has only one body.
+    """
+    if db.bodies == 1:
+        return db
+    row, own = slice(index, index + 1), slice(6 * index, 6 * index + 6)
+
+    def part(value: Any, *axes: slice) -> Any:
+        return None if value is None else value[(..., *axes)]
+
+    return replace(
+        db,
+        **{name: part(getattr(db, name), own, own) for name in MATRICES},
+        **{name: part(getattr(db, name), own) for name in LOAD_NAMES},
+        **{name: part(getattr(db, name), row, slice(None)) for name in BODY_POINTS},
+        volume=part(db.volume, row),
+        drift_imbalance=None,
+    )
+
+
+def velocity_transfer(offset: Real) -> Real:
+    """Matrix T (n, n): the velocity at points ``offset`` (nb, 3) from the centres is T times
+    theirs."""
+    T = np.eye(6 * len(offset))
+    for body, (x, y, z) in enumerate(offset):
+        rows = slice(6 * body, 6 * body + 3)
+        columns = slice(6 * body + 3, 6 * body + 6)
+        T[rows, columns] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return T
+
+
+def _matrix(value: Real | None, T: Real) -> Real | None:
+    return None if value is None else T.T @ value @ T
+
+
+def _loads(value: Real | Complex | None, T: Real) -> Any:
+    return None if value is None else value @ T
+
 
 CHANGED_ATTRIBUTE = "changed"  # attribute: changes as text
 BODIES_APART = "bodies_apart"  # attribute: "yes" if bodies have no hydrodynamic interaction

@@ -79,8 +79,7 @@ from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
-from hydrosim.streams.gusts import GustTable
-from hydrosim.streams.wind import REFERENCE_HEIGHT
+from hydrosim.streams.wind import REFERENCE_HEIGHT, GustTable
 from hydrosim.tanks.contents import Tanks
 
 

@@ -19,7 +19,7 @@ from hydrosim.forces.joint.rows import REFERENCE_SIZE
 from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.modes import NO_INDEX
-from hydrosim.streams.gusts import has_gusts
+from hydrosim.streams.wind import has_gusts
 from hydrosim.tanks import pumping
 
 if TYPE_CHECKING:

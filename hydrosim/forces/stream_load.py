@@ -16,7 +16,7 @@ yaw, as for the hydrodynamics (`rigid.heading`). Booked as work.
 
 The current is the mean over the ``depth`` of the load, or over the draught of its body, or that at
 the depth of the point (`hydrosim.streams.current`). The wind is that at the ``height`` of the load,
-or of the point at rest, with the gusts there (`hydrosim.streams.gusts`).
+or of the point at rest, with the gusts there (`hydrosim.streams.wind`).
 
 Limits: a load feels one velocity at a time: no shear over its area, and gusts act on all of it at
 the same instant. Its depth and height are those at rest. The only resistance to yawing comes from
@@ -45,8 +45,14 @@ from hydrosim.rigid.tree import FULL_TURN
 from hydrosim.rigid.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 from hydrosim.streams.current import current_at, is_sheared, mean_current
-from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_at, has_gusts
-from hydrosim.streams.wind import MIN_HEIGHT, REFERENCE_HEIGHT
+from hydrosim.streams.wind import (
+    MIN_HEIGHT,
+    NO_GUSTS,
+    REFERENCE_HEIGHT,
+    GustTable,
+    gust_at,
+    has_gusts,
+)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from hydrosim.stepping.dynamics import (
     new_work,
     update_contents,
 )
-from hydrosim.streams.gusts import NO_GUSTS
+from hydrosim.streams.wind import NO_GUSTS
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.displaced_loads import following_model
 

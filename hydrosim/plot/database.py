@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from hydrosim.database import HydroDatabase
-from hydrosim.database.checks.scales import diagonal
+from hydrosim.database.checks.finding import diagonal
 from hydrosim.database.database import Real
 from hydrosim.database.kernels import Kernel
 from hydrosim.dofs import DOFS

@@ -95,7 +95,7 @@ def _recipe_hull(body: Body) -> np.ndarray | None:
     """Triangles of the hull of the recipe beside the database, if it exists and has a draught."""
     import netCDF4
 
-    from hydrosim.database.build.closed import shape_of_recipe
+    from hydrosim.database.build.recipe import shape_of_recipe
 
     source = body.hydrodynamics
     if isinstance(source, Family):

@@ -193,7 +193,7 @@ class WindProfile:
 
 
 class GustSpectrum(StrEnum):
-    """Spectrum of gusts, see `hydrosim.streams.spectra`."""
+    """Spectrum of gusts, see `hydrosim.streams.wind`."""
 
     NPD = "npd"
     API = "api"

@@ -25,7 +25,7 @@ from hydrosim.stepping.state import (
     RecordColumns,
 )
 from hydrosim.stepping.stepper import keep_reactions
-from hydrosim.streams.gusts import gust_at, has_gusts
+from hydrosim.streams.wind import gust_at, has_gusts
 from hydrosim.waves.loads import any_waves, wave_loads
 
 MEMORY_SPACING = 16  # records from one with radiation states to the next

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 import hydrosim as hs
 from hydrosim.database.build.barge import box
-from hydrosim.database.build.closed import barge_with_deck
+from hydrosim.database.build.recipe import barge_with_deck
 from hydrosim.errors import InputError
 from hydrosim.scene import Scene, Weight
 

@@ -15,12 +15,11 @@ import numpy as np
 import pytest
 from command_line import Command, command, files
 
+from hydrosim.commands import db as build_command
 from hydrosim.commands.db import TimeLeft
 from hydrosim.database import HydroDatabase, netcdf
-from hydrosim.database.build import command as build_command
 from hydrosim.database.checks import CHECKS
-from hydrosim.database.convert import WRITERS
-from hydrosim.database.load import read
+from hydrosim.database.load import WRITERS, read
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output
 

@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.case.particulars import Particulars
+from hydrosim.database.build.drift import MIN_TESTED_KH
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.database.build.water import MIN_TESTED_KH
 
 BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"
 SIDES = ("--length", "180 m", "--beam", 55, "--draught", "800 cm")

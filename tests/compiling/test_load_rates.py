@@ -29,8 +29,7 @@ from hydrosim.forces import (
 )
 from hydrosim.forces.signal import signal_rate
 from hydrosim.scene import ForceElement, Joint, JointType, Method, Scene
-from hydrosim.streams.gusts import gust_components
-from hydrosim.streams.wind import mean_wind
+from hydrosim.streams.wind import gust_components, mean_wind
 
 SPHERE = Path(__file__).parents[2] / "cases" / "sphere"
 MISSED = 3.3e-5  # of the amplitude: MAX_PHASE_RAD^4 / 1944

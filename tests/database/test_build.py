@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 from scipy.special import hankel1, jv, kn
 from validation_data import unpacked
 
-from hydrosim.database.build import barge, drift, store
-from hydrosim.database.build.water import MIN_TESTED_KH, Water
+from hydrosim.database.build import barge, drift
+from hydrosim.database.build.drift import MIN_TESTED_KH, Water
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.outputs import Output
@@ -24,10 +24,10 @@ pytest.importorskip("capytaine", reason="capytaine is not installed (pip install
 
 import capytaine as cpt
 
+from hydrosim.commands.db import build_database
 from hydrosim.database.build import bem, green, mesh, near_field
 from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.build import build
-from hydrosim.database.build.command import build_database
 from hydrosim.database.build.recipe import Recipe, load_recipe
 from hydrosim.database.netcdf import read
 from hydrosim.waves.bed_reflection import interpolate
@@ -364,7 +364,7 @@ def test_changed_inputs_are_solved_again(tmp_path):
         bem.solution_key(hull, water, 0.5, headings[:1]),
     ]
     assert len(set(keys)) == len(keys)
-    assert store.key_of("ab", "c") != store.key_of("a", "bc")
+    assert bem.key_of("ab", "c") != bem.key_of("a", "bc")
 
 
 def test_symmetry_changes_nothing_but_the_cost(tmp_path):

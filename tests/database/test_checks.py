@@ -14,8 +14,7 @@ from validation_data import unpacked
 from hydrosim.database import check, load, netcdf
 from hydrosim.database.changes import apply_changes as changed_database
 from hydrosim.database.checks import CHECKS, accepted_findings, doubt_warnings
-from hydrosim.database.checks.scales import radius
-from hydrosim.database.checks.use import EVERYTHING
+from hydrosim.database.checks.finding import EVERYTHING, radius
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import h1vp, hankel1, jv, jvp
 
 from hydrosim.database.build import drift
-from hydrosim.database.build.water import Water
+from hydrosim.database.build.drift import Water
 from hydrosim.evidence import Feature, Kind
 
 RHO, G, RADIUS = 1025.0, 9.81, 10.0

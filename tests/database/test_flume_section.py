@@ -101,7 +101,7 @@ def test_hydrostatics_are_those_of_its_polygon(section: ModuleType) -> None:
 def test_a_long_prism_is_near(section: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     """A prism of 8 m with a lid, per length, in three dimensions by Capytaine."""
     bem = pytest.importorskip("hydrosim.database.build.bem")
-    from hydrosim.database.build.water import Water
+    from hydrosim.database.build.drift import Water
 
     frequency, length = 6.065, 8.0
     flow = section.solve(frequency)

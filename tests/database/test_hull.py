@@ -9,9 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from hydrosim.database.build.barge import box, hydrostatics
-from hydrosim.database.build.closed import barge_with_deck, hull_of_recipe
+from hydrosim.database.build.recipe import barge_with_deck, hull_of_recipe
 from hydrosim.database.hull import close_hull, immersed_triangles, integrals, read_hull
-from hydrosim.documents.mesh_keys import MeshKeys
+from hydrosim.documents.quantities import MeshKeys
 from hydrosim.errors import InputError
 
 meshio = pytest.importorskip("meshio")

@@ -12,10 +12,10 @@ pytest.importorskip("capytaine", reason="capytaine is not installed (pip install
 from hydrosim.database.build import mesh
 from hydrosim.database.build.afloat import floating, hulls_afloat
 from hydrosim.database.build.build import build
+from hydrosim.database.build.drift import Water
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.database.build.water import Water
 from hydrosim.database.netcdf import read
-from hydrosim.documents.mesh_keys import MeshKeys
+from hydrosim.documents.quantities import MeshKeys
 from hydrosim.errors import InputError
 
 pytestmark = pytest.mark.bem

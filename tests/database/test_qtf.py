@@ -16,9 +16,9 @@ pytest.importorskip("capytaine", reason="capytaine is not installed (pip install
 
 from hydrosim.database import load
 from hydrosim.database.build import barge as hull
-from hydrosim.database.build import bem, drift, near_field, qtf
+from hydrosim.database.build import bem, drift, near_field, second_order
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.water import Water
+from hydrosim.database.build.drift import Water
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 
@@ -132,7 +132,9 @@ def test_a_turned_box_in_still_water(water, wetted_box, motion):
     rise = -near_field.displacement(xi[None], wetted.edge_arm)[..., 2]
     still = np.zeros((1, *wetted.arm.shape))
     flow = near_field.Flow(0.0, xi[None] + 0j, first[None] + 0j, still + 0j, rise + 0j)
-    load = 2 * mean(qtf.quadratic(water, wetted, [flow], 0, 0))[0]  # the mean is half the square
+    load = (
+        2 * mean(second_order.quadratic(water, wetted, [flow], 0, 0))[0]
+    )  # the mean is half the square
     scale = RHO * G * 1200.0 * np.array([1, 1, 1, 20, 20, 20])
     np.testing.assert_allclose(load / scale, second / step**2 / scale, atol=1e-2)
 
@@ -175,7 +177,7 @@ def test_fixed_cylinder(water, validated):
         exact = np.array(
             [[cylinder_qtf(radius, (v, w), directions) for w in frequencies] for v in frequencies]
         )
-        computed = qtf.quadratic(water, wetted, found, *headings)[..., :2]
+        computed = second_order.quadratic(water, wetted, found, *headings)[..., :2]
         error = np.abs(computed - exact).max() / np.abs(exact).max()
         claim = "QTF of a fixed cylinder in crossing waves, of the largest"
         validated(Kind.CLOSED_FORM, claim, "its known flow", error, 0.03, Feature.RECIPES)
@@ -186,7 +188,7 @@ def test_beam_seas_on_a_wall(water):
     lengths, and the far field of this mesh has 0.6 per cent more. The near field has 6 per cent
     more, 2 with four times as many panels."""
     body = box(100.0, 20.0, 8.0, (0.0, 0.0, 0.0))
-    load = mean(qtf.quadratic(water, *flows(body, None, [1.6], [np.pi / 2]), 0, 0))[0]
+    load = mean(second_order.quadratic(water, *flows(body, None, [1.6], [np.pi / 2]), 0, 0))[0]
     assert load[1] == pytest.approx(RHO * G / 2 * 100, rel=0.07)
     assert abs(load[0]) < 0.001 * load[1]
 
@@ -196,7 +198,7 @@ def test_long_waves_carry_the_body(water):
     -rho w^2 A / 2 in heave, A the waterplane, and the displacement times the gradient of the
     pressure twice as much upwards. Nothing is left in surge. The next order is k R = 0.004."""
     wetted, found = flows(hemisphere(6, 8), floating(RHO * 2 / 3 * np.pi, np.pi), [0.2])
-    load = mean(qtf.quadratic(water, wetted, found, 0, 0))[0]
+    load = mean(second_order.quadratic(water, wetted, found, 0, 0))[0]
     lift = RHO * 0.2**2 * -wetted.area[:, 2].sum() / 2
     assert load[2] == pytest.approx(lift, rel=0.03)
     assert abs(load[0]) < 1e-3 * lift
@@ -220,7 +222,7 @@ def test_near_field_comes_to_the_far_field(water, figure):
     errors = []
     for mesh in ((4, 6), (10, 14)):
         body = hemisphere(*mesh)
-        near = mean(qtf.quadratic(water, *flows(body, afloat, frequencies), 0, 0))[:, 0]
+        near = mean(second_order.quadratic(water, *flows(body, afloat, frequencies), 0, 0))[:, 0]
         far = [far_field(body, afloat, w) for w in frequencies]
         errors.append(np.abs(near / far - 1).max())
     figure("near field against far field, 48 panels", errors[0])
@@ -251,7 +253,7 @@ def test_yaw_drift_by_pressures_and_by_momentum(water, figure):
     for panels in ((6, 10), (10, 16)):
         body = egg(*panels)
         wetted, found = flows(body, None, frequencies, to)
-        near = np.array([qtf.mean_load(water, wetted, flow)[:, 5] for flow in found])
+        near = np.array([second_order.mean_load(water, wetted, flow)[:, 5] for flow in found])
         waves = [bem.solve(body, WATER, w, to).kochin_diffraction for w in frequencies]
         pairs = list(zip(waves, frequencies, strict=True))
         far = np.array(
@@ -277,7 +279,7 @@ def test_hemisphere_against_wamit(water, validated):
     given = np.interp(frequencies, known, [table[w] for w in known])
     afloat = floating(RHO * 2.07293, 3.128583)
     wetted, found = flows(hemisphere(10, 14), afloat, frequencies)
-    load = mean(qtf.quadratic(water, wetted, found, 0, 0))[:, 0] / (RHO * G)
+    load = mean(second_order.quadratic(water, wetted, found, 0, 0))[:, 0] / (RHO * G)
     error = np.abs(load / given - 1).max()
     claim = "mean drift of a hemisphere by pressures"
     validated(Kind.PROGRAM, claim, "WAMIT, by momentum", error, 0.06, Feature.RECIPES)
@@ -290,7 +292,7 @@ def test_near_the_diagonal(water, waves):
     """T(w + d/2, w - d/2) is the mean drift at w (Newman 1974) but for an imaginary part in d and a
     real one in d squared."""
     wetted, found = waves
-    T = qtf.quadratic(water, wetted, found, 0, 0)[..., 0]
+    T = second_order.quadratic(water, wetted, found, 0, 0)[..., 0]
     d = {0.2: T[5, 0], 0.1: T[4, 1], 0.05: T[3, 2]}
     assert d[0.2].imag / d[0.1].imag == pytest.approx(2, rel=0.05)
     assert d[0.1].imag / d[0.05].imag == pytest.approx(2, rel=0.02)
@@ -304,12 +306,12 @@ def test_hermitian_with_the_far_field_on_its_diagonal(made_up, waves):
     wetted, found = waves
     headings = np.radians([0.0, 40.0])
     db = made_up(frequency=np.linspace(0.1, 6.0, 4), heading=np.radians([0.0, 40.0, 180.0]))
-    pairs, T = qtf.difference_qtf(db, wetted, found, headings, crossing=True)
+    pairs, T = second_order.difference_qtf(db, wetted, found, headings, crossing=True)
     np.testing.assert_allclose(pairs, [[a, b] for a in headings for b in headings])
     T = T.reshape(2, 2, *T.shape[1:])
     other = np.conj(T.transpose(1, 0, 3, 2, 4))
     assert np.abs(T - other).max() <= 1e-12 * np.abs(T).max()
-    single = qtf.difference_qtf(db, wetted, found, headings)
+    single = second_order.difference_qtf(db, wetted, found, headings)
     np.testing.assert_array_equal(single[1], T[[0, 1], [0, 1]])
     for heading in (0, 1):
         for dof in (0, 1, 5):
@@ -325,7 +327,7 @@ def test_second_order_potential_of_one_pair(made_up):
     """-(w_1 / 2) (dw / g) X(w'), w' being a frequency of the database."""
     w_2, w_1 = 0.5, 0.9
     db = made_up(frequency=np.array([0.2, 0.5, np.sqrt(w_1**2 - w_2**2), 1.0]), gravity=G)
-    T = qtf.second_order_potential(db, np.array([w_2, w_1]), np.pi / 2, np.pi / 2)
+    T = second_order.second_order_potential(db, np.array([w_2, w_1]), np.pi / 2, np.pi / 2)
     expected = -0.45 * 0.4 / G * db.excitation[2, 1]
     np.testing.assert_allclose(T[1, 0], expected)
     np.testing.assert_allclose(T[0, 1], np.conj(expected))
@@ -344,7 +346,7 @@ def test_second_order_potential_of_crossing_waves(made_up):
         heading=np.array([0.0, aside, np.pi]),
         gravity=G,
     )
-    T = qtf.second_order_potential(db, np.array([w_2, w_1]), *to)[1, 0]
+    T = second_order.second_order_potential(db, np.array([w_2, w_1]), *to)[1, 0]
     v_1, v_2 = (
         1j * G / w * np.array([-1j * a, -1j * b, np.hypot(a, b)])
         for w, (a, b) in zip((w_1, w_2), k, strict=True)
@@ -362,7 +364,7 @@ def test_a_diagonal_through_zero_leaves_its_row_alone():
     both = [np.repeat(row[None, :, None], 2, axis=0) for row in (near, far)]
     transfer = np.full((3, 3, 1), 50.0 + 20.0j)
     transfer[[0, 1, 2], [0, 1, 2], 0] = near
-    result = qtf.correct_to_diagonals(transfer, *both)
+    result = second_order.correct_to_diagonals(transfer, *both)
     np.testing.assert_allclose(mean(result)[:, 0], far)
     assert abs(result[0, 1, 0] / transfer[0, 1, 0] - np.sqrt(0.9)) < 0.05
 
@@ -385,6 +387,8 @@ def test_what_the_database_must_have(made_up, waves):
     wetted, found = waves
     headings = np.radians([0.0, 40.0])
     with pytest.raises(InputError, match="expected it for all headings of the QTF"):
-        qtf.difference_qtf(made_up(frequency=np.linspace(0.1, 6.0, 4)), wetted, found, headings)
+        second_order.difference_qtf(
+            made_up(frequency=np.linspace(0.1, 6.0, 4)), wetted, found, headings
+        )
     with pytest.raises(InputError, match=r"covers 0\.2 to 1\.4 rad/s"):
-        qtf.difference_qtf(made_up(), wetted, found, headings)
+        second_order.difference_qtf(made_up(), wetted, found, headings)

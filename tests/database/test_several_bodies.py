@@ -12,12 +12,11 @@ from hydrosim.errors import InputError
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
-from hydrosim.database.build import bem, drift_of_each, mesh
+from hydrosim.database.build import bem, mesh, second_order
 from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.build import build
-from hydrosim.database.build.drift import mean_drift
+from hydrosim.database.build.drift import Water, mean_drift
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.database.build.water import Water
 from hydrosim.database.netcdf import read
 
 pytestmark = pytest.mark.bem
@@ -153,12 +152,12 @@ def test_drift_of_each_adds_up_to_that_of_all(tmp_path):
     water, headings = Water(), np.radians([0.0, 30.0, 90.0])
     floats = hulls_afloat(beside)
     solution = bem.solve(floats.hull, water, 1.2, headings)
-    near = drift_of_each._near_field_drifts(floats.hull, None, water, 1.2, headings)
+    near = second_order._near_field_drifts(floats.hull, None, water, 1.2, headings)
     far = mean_drift(solution.kochin_diffraction, 1.2, headings, water).force
     both = near.reshape(3, 2, 6).sum(axis=1)
     largest = np.abs(far[:, :2]).max()
     assert np.abs(both - far)[:, :2].max() < 0.15 * largest
-    found = drift_of_each.brought_to(near, far).reshape(3, 2, 6)
+    found = second_order.brought_to(near, far).reshape(3, 2, 6)
     np.testing.assert_allclose(found.sum(axis=1)[:, :2], far[:, :2], atol=1e-9 * largest)
     np.testing.assert_allclose(
         found[0, 0], found[0, 1] * [1, -1, 1, -1, 1, -1], atol=0.01 * largest

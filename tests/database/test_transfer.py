@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrosim.database import all_headings, move_reference
-from hydrosim.database.transfer import velocity_transfer
+from hydrosim.database.changes import velocity_transfer
 
 LENGTH, BEAM, DRAUGHT = 100.0, 20.0, 5.0
 RHO, G = 1025.0, 9.81

@@ -19,7 +19,7 @@ SCRIPT = """\
 import os, sys, time
 from pathlib import Path
 import joblib
-from hydrosim.database.build.workers import compute_all
+from hydrosim.database.build.bem import compute_all
 
 def wait(folder):
     Path(folder, str(os.getpid())).touch()
@@ -61,7 +61,7 @@ def test_workers_end_with_a_process_that_is_killed(tmp_path: Path) -> None:
 def test_results_come_in_their_order() -> None:
     import joblib
 
-    from hydrosim.database.build.workers import compute_all
+    from hydrosim.database.build.bem import compute_all
 
     for jobs in (1, 2):
         calls = (joblib.delayed(divmod)(k, 3) for k in range(7))

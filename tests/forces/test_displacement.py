@@ -17,7 +17,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.hydrostatics import at_rest
 from hydrosim.database import load
 from hydrosim.database.build.barge import box
-from hydrosim.database.build.closed import barge_with_deck, hull_of_recipe
+from hydrosim.database.build.recipe import barge_with_deck, hull_of_recipe
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.evidence import Feature, Kind

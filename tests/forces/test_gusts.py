@@ -29,9 +29,16 @@ from hydrosim.scene import (
     WindLaw,
     WindProfile,
 )
-from hydrosim.streams.gusts import gust_at, gust_components, gust_table
-from hydrosim.streams.spectra import density, variance
-from hydrosim.streams.wind import gust_factor, mean_wind, turbulence_intensity
+from hydrosim.streams.wind import (
+    density,
+    gust_at,
+    gust_components,
+    gust_factor,
+    gust_table,
+    mean_wind,
+    turbulence_intensity,
+    variance,
+)
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.operability.seas import Sea, in_sea
 from hydrosim.studies.sweep.study import scenes_with_seeds

@@ -20,7 +20,7 @@ from solutions import solved
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.database.build.barge import box
-from hydrosim.database.build.closed import barge_with_deck
+from hydrosim.database.build.recipe import barge_with_deck
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (

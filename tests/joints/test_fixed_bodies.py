@@ -17,7 +17,7 @@ import pytest
 
 from hydrosim import simulate
 from hydrosim.database.build.barge import box
-from hydrosim.database.build.closed import barge_with_deck
+from hydrosim.database.build.recipe import barge_with_deck
 from hydrosim.forces import (
     Fender,
     Frictionless,

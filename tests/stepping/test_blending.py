@@ -24,7 +24,7 @@ from hydrosim.compiling.compile import compile_scene
 from hydrosim.compiling.compiled import Compiled
 from hydrosim.database import load
 from hydrosim.database.build.barge import box
-from hydrosim.database.build.closed import barge_with_deck
+from hydrosim.database.build.recipe import barge_with_deck
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.integrate import RK4

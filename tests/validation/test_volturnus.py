@@ -12,7 +12,7 @@ from validation_data import unpacked
 
 from hydrosim.compiling.compile import Radiation
 from hydrosim.database import HydroDatabase, load
-from hydrosim.database.transfer import velocity_transfer
+from hydrosim.database.changes import velocity_transfer
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Body, Environment, Scene

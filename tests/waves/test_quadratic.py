@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from known_qtf import FREQUENCY, difference, with_qtf
 
-from hydrosim.database.readers.qtf import Pairs, quadratic
+from hydrosim.database.readers.assembly import Pairs, quadratic
 from hydrosim.errors import InputError
 from hydrosim.waves import WaveComponents
 from hydrosim.waves.quadratic import difference_factors, separate_headings, sum_factors

@@ -16,15 +16,22 @@ import numpy as np
 import scipy
 from scipy.linalg import block_diag
 
-from hydrosim.database.build import barge, mesh, sphere
-from hydrosim.database.build.assemble import Floating
+from hydrosim.database.build import barge, mesh
+from hydrosim.database.build.assemble import Floating, coarsen
 from hydrosim.database.build.barge import Panels, with_mirror_image
 from hydrosim.database.build.bem import Hull
-from hydrosim.database.build.extrapolate import coarsen
-from hydrosim.database.build.hull_keys import MeshFileHull, SphereHull, resolution
-from hydrosim.database.build.recipe import HullSymmetry, IntegralEquation, Lid, Recipe, RecipeBody
-from hydrosim.database.build.water import Water
-from hydrosim.database.hydrostatics import Hydrostatics
+from hydrosim.database.build.drift import Water
+from hydrosim.database.build.recipe import (
+    HullSymmetry,
+    IntegralEquation,
+    Lid,
+    MeshFileHull,
+    Recipe,
+    RecipeBody,
+    SphereHull,
+    resolution,
+)
+from hydrosim.database.hull import Hydrostatics
 from hydrosim.errors import InputError
 
 
@@ -159,8 +166,8 @@ def _hull_of_part(recipe: Recipe, part: RecipeBody, share: float) -> _PartHull:
         return _of_file(recipe, part.hull)
     if isinstance(part.hull, SphereHull):
         radius, size = part.hull.radius, part.hull.size() / share
-        half, lid = sphere.half_hull(radius, size), sphere.half_lid(radius, size)
-        integrals = sphere.hydrostatics(radius)
+        half, lid = barge.half_sphere(radius, size), barge.sphere_lid(radius, size)
+        integrals = barge.sphere_hydrostatics(radius)
     else:
         shape = part.hull.shape(recipe.data.water)
         counts = coarsen(resolution(part.hull, shape), share)

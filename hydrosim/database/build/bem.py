@@ -2,15 +2,27 @@
 
 Capytaine's time factor is exp(-i w t). Only this module conjugates loads, to exp(+i w t). The
 Kochin functions are unchanged, for `drift`.
+
+Worker processes that end when their parent process ends.
+
+Like those of `hydrosim.studies.many.executors`, they hold one end of a pipe, and the parent holds
+the other. It closes however the parent ends. A thread watches it, because workers are in long calls
+then.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import hashlib
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cache, cached_property
+from io import BytesIO
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from pathlib import Path
+from threading import Thread
 from typing import Any, NamedTuple
 
 import capytaine as cpt
@@ -20,13 +32,67 @@ from capytaine.bem.airy_waves import froude_krylov_force
 from capytaine.post_pro import compute_kochin
 
 import hydrosim
+from hydrosim.cache import store, stored
 from hydrosim.database.build import green
-from hydrosim.database.build.drift import DIRECTIONS, Complex, Real
-from hydrosim.database.build.store import key_of, remembered
-from hydrosim.database.build.water import Water
-from hydrosim.database.build.workers import compute_all
+from hydrosim.database.build.drift import DIRECTIONS, Complex, Real, Water
 from hydrosim.dofs import DOFS
 from hydrosim.program import digest_of_sources
+
+# Results of long computations, stored on the disk under a hash of all their inputs.
+
+
+def key_of(*parts: str | bytes | float | np.ndarray) -> str:
+    """Hash (hex) of numbers and texts; it changes with any bit of them."""
+    digest = hashlib.sha256()
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            digest.update(f"{part.shape}{part.dtype.str}".encode())
+            part = np.ascontiguousarray(part).tobytes()
+        data = part if isinstance(part, bytes) else repr(part).encode()
+        digest.update(f"{len(data)}:".encode() + data)
+    return digest.hexdigest()
+
+
+def entry_name(key: str) -> str:
+    """Name in the cache of what is stored under ``key``."""
+    return f"potential-flow/{key[:32]}.npz"
+
+
+def remembered(key: str, compute: Callable[[], Iterable[Any]]) -> list[np.ndarray]:
+    """Arrays stored under ``key``; if there are none, they are computed and stored.
+
+    A file is complete or absent, so the program may be interrupted at any time.
+    """
+    name = entry_name(key)
+    found = stored(name)
+    if found is not None:
+        with np.load(BytesIO(found), allow_pickle=False) as file:
+            return [file[name] for name in file.files]
+    arrays, content = [np.asarray(array) for array in compute()], BytesIO()
+    np.savez(content, *arrays)
+    store(name, content.getvalue())
+    return arrays
+
+
+WATCHED_END, HELD_END = Pipe(duplex=False)
+"""Reading end that workers watch, and writing end that this process holds open."""
+
+
+def compute_all(calls: Iterable[Any], jobs: int) -> Iterator[Any]:
+    """Results of delayed ``calls`` in order, by ``jobs`` processes."""
+    watch = {"initializer": _end_with, "initargs": (WATCHED_END,)} if jobs != 1 else {}
+    return iter(joblib.Parallel(n_jobs=jobs, return_as="generator", **watch)(calls))
+
+
+def _end_with(parent: Connection) -> None:
+    """End this process as soon as the other end of a pipe is closed."""
+    Thread(target=_wait_and_end, args=(parent,), daemon=True).start()
+
+
+def _wait_and_end(parent: Connection) -> None:
+    parent.poll(None)
+    os._exit(1)
+
 
 PACKAGE = Path(hydrosim.__file__).parent
 SOLVERS = "database/build/bem.py", "database/build/green.py", "waves/bed_reflection.py"

@@ -13,19 +13,30 @@ import numpy as np
 
 from hydrosim.database import HydroDatabase
 from hydrosim.database.build.afloat import FloatingHulls, floating, hulls_afloat
-from hydrosim.database.build.assemble import Floating, Rules, assemble, asymmetry
+from hydrosim.database.build.assemble import (
+    CoarseRadiation,
+    Floating,
+    Rules,
+    assemble,
+    asymmetry,
+    by_far_field,
+    extrapolate_radiation,
+)
 from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
-from hydrosim.database.build.drift import Drifting, Real
-from hydrosim.database.build.drift_of_each import drift_of_each
+from hydrosim.database.build.drift import MIN_TESTED_KH, Drifting, Real, Water
 from hydrosim.database.build.estimate import estimated_seconds
-from hydrosim.database.build.extrapolate import CoarseRadiation, extrapolate_radiation
-from hydrosim.database.build.far_field import by_far_field
-from hydrosim.database.build.hull_keys import AnyHull, MeshFileHull, SphereHull
 from hydrosim.database.build.mesh import narrowest_gap
 from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
-from hydrosim.database.build.qtf import difference_qtf
-from hydrosim.database.build.recipe import DifferenceQtf, OneBody, Recipe, SeveralBodies
-from hydrosim.database.build.water import MIN_TESTED_KH, Water
+from hydrosim.database.build.recipe import (
+    AnyHull,
+    DifferenceQtf,
+    MeshFileHull,
+    OneBody,
+    Recipe,
+    SeveralBodies,
+    SphereHull,
+)
+from hydrosim.database.build.second_order import difference_qtf, drift_of_each
 from hydrosim.database.database import PANELS_ATTRIBUTE
 from hydrosim.errors import InputError
 

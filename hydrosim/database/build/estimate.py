@@ -15,10 +15,8 @@ import numpy as np
 from scipy.linalg import lu_factor
 
 from hydrosim.cache import stored
-from hydrosim.database.build.bem import Hull, solution_key, solve
-from hydrosim.database.build.drift import Real
-from hydrosim.database.build.store import entry_name
-from hydrosim.database.build.water import Water
+from hydrosim.database.build.bem import Hull, entry_name, solution_key, solve
+from hydrosim.database.build.drift import Real, Water
 
 SAMPLE_PANELS = (150, 600)  # panels
 SAMPLE_MATRIX_SIZE = 700  # size of the sample of a matrix

@@ -12,8 +12,8 @@ import scipy
 from hydrosim.database import hull
 from hydrosim.database.build.barge import Panels
 from hydrosim.database.build.bem import mesh_of
-from hydrosim.database.hydrostatics import Hydrostatics
-from hydrosim.documents.mesh_keys import MeshKeys
+from hydrosim.database.hull import Hydrostatics
+from hydrosim.documents.quantities import MeshKeys
 from hydrosim.errors import InputError
 
 NO_PANELS: Panels = np.empty((0, 4, 3))

@@ -17,11 +17,17 @@ import numpy as np
 from capytaine.bem.airy_waves import airy_waves_potential, airy_waves_velocity, froude_krylov_force
 
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.bem import Hull, Progress, loads_of, solution_key, solver
-from hydrosim.database.build.drift import Complex, Real
-from hydrosim.database.build.store import key_of, remembered
-from hydrosim.database.build.water import Water
-from hydrosim.database.build.workers import compute_all
+from hydrosim.database.build.bem import (
+    Hull,
+    Progress,
+    compute_all,
+    key_of,
+    loads_of,
+    remembered,
+    solution_key,
+    solver,
+)
+from hydrosim.database.build.drift import Complex, Real, Water
 from hydrosim.program import digest_of_sources
 
 ROWS = 400  # points at a time, with 64 bytes for each panel of hull and lid

@@ -11,14 +11,20 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 
-from hydrosim.database.checks.finding import ACCEPTED_ATTRIBUTE, Check, Finding, accepted_findings
-from hydrosim.database.checks.haskind import HASKIND
+from hydrosim.database.checks.finding import (
+    ACCEPTED_ATTRIBUTE,
+    EVERYTHING,
+    Check,
+    CheckSubject,
+    Finding,
+    Use,
+    accepted_findings,
+)
 from hydrosim.database.checks.hydrostatics import HYDROSTATICS
 from hydrosim.database.checks.long_waves import LONG_WAVES
-from hydrosim.database.checks.radiation import RADIATION
+from hydrosim.database.checks.radiation import HASKIND, RADIATION
 from hydrosim.database.checks.ranges import ORDER_CHECKS, RANGES
 from hydrosim.database.checks.second_order import SECOND_ORDER
-from hydrosim.database.checks.use import EVERYTHING, CheckSubject, Use
 from hydrosim.database.database import HydroDatabase
 from hydrosim.errors import InputError
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, RelativeErrors
-from hydrosim.database.checks.scales import diagonal, displaced_mass
-from hydrosim.database.checks.use import CheckSubject
+from hydrosim.database.checks.finding import (
+    Check,
+    CheckSubject,
+    RelativeErrors,
+    diagonal,
+    displaced_mass,
+)
 from hydrosim.database.database import HydroDatabase, Real, require_array
 
 

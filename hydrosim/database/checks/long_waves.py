@@ -19,10 +19,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, RelativeErrors
-from hydrosim.database.checks.scales import diagonal, displaced_mass, first_wavenumber, is_compact
-from hydrosim.database.checks.scales import length as sides
-from hydrosim.database.checks.use import CheckSubject
+from hydrosim.database.checks.finding import (
+    Check,
+    CheckSubject,
+    RelativeErrors,
+    diagonal,
+    displaced_mass,
+    first_wavenumber,
+    is_compact,
+)
+from hydrosim.database.checks.finding import length as sides
 from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
 from hydrosim.waves.dispersion import wavenumber
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.database import netcdf
-from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors, single_error
-from hydrosim.database.checks.scales import (
+from hydrosim.database.checks.finding import (
+    Check,
+    CheckSubject,
+    LeftOut,
+    RelativeErrors,
     damping_floor,
     damping_scale,
     diagonal,
     load_floor,
+    single_error,
 )
-from hydrosim.database.checks.use import CheckSubject
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.radiation.retardation import (
     TAIL_EXPONENTS,

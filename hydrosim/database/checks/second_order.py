@@ -6,9 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.database.checks.finding import Check, LeftOut, RelativeErrors, single_error
-from hydrosim.database.checks.scales import length
-from hydrosim.database.checks.use import CheckSubject
+from hydrosim.database.checks.finding import (
+    Check,
+    CheckSubject,
+    LeftOut,
+    RelativeErrors,
+    length,
+    single_error,
+)
 from hydrosim.database.database import (
     SAME_HEADING,
     TURN_RAD,

@@ -2,18 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers.common import mirror_image
 from hydrosim.errors import InputError
+
+# Functions for several readers: exact inverse conversion, symmetry, choice of the mean drift.
+
+_ODD = 1e-2  # coupling relative to the diagonals by panels that are not exactly symmetric
+_MOMENTUM = [0, 1, 5]  # surge, sway, yaw
+
+
+def inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
+    """Numbers close to ``guess`` that ``forward`` maps to ``wanted`` to the bit, if a neighbour of
+    the guess does; else the guess. So a quotient times its divisor is the original number."""
+    result = np.array(guess, dtype=float)
+    for neighbour in (np.nextafter(guess, np.inf), np.nextafter(guess, -np.inf), guess):
+        result = np.where(forward(neighbour) == wanted, neighbour, result)
+    return result
+
+
+def quotient(value: Real, factor: Real | float) -> Real:
+    """``value`` / ``factor``, chosen so that its product with the factor is ``value`` again if
+    possible."""
+    return inverse(lambda x: x * factor, value / factor, value)
+
+
+def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:
+    """Whether each body is symmetric about y = 0, as far as the coefficients show. Then surge,
+    heave and pitch do not couple with sway, roll and yaw, and waves along x excite only the
+    former."""
+    even = np.arange(added_mass.shape[-1]) % 2 == 0
+    diagonal = np.abs(np.diagonal(added_mass, axis1=1, axis2=2)).max(axis=0)
+    rotation = np.arange(even.size) % 6 > 2
+    floor = np.where(rotation, diagonal[rotation].max(), diagonal[~rotation].max()) * 1e-6
+    scale = np.sqrt(np.maximum(diagonal, floor))
+    coupling = np.abs(added_mass).max(axis=0) / np.outer(scale, scale)
+    along = excitation[:, np.abs(np.sin(heading)) < 1e-6]
+    load = np.abs(along).max(axis=(0, 1), initial=0.0) / scale
+    return bool(
+        coupling[even][:, ~even].max() < _ODD
+        and coupling[~even][:, even].max() < _ODD
+        and load[~even].max() <= _ODD * load[even].max()
+    )
+
+
+def preferred_drift(
+    momentum: Real | None, control_surface: Real | None, pressure: Real | None, bodies: int
+) -> tuple[Real | None, str]:
+    """Mean drift (nw, nh, n) from up to three methods, and a remark on it.
+
+    Surge, sway and yaw come from the conservation of momentum, the most accurate method. It gives
+    only the sum for several bodies, and is then not used. The others come from the control surface,
+    else from the pressure, else they are zero.
+    """
+    full, name = control_surface, "over a control surface"
+    if full is None:
+        full, name = pressure, "by pressure integration"
+    if momentum is None or (bodies > 1 and full is not None):
+        return full, "" if full is None else name
+    if bodies > 1:
+        return None, "by momentum conservation only, which holds for all bodies together: left out"
+    drift = np.zeros_like(momentum) if full is None else full.copy()
+    drift[..., _MOMENTUM] = momentum[..., _MOMENTUM]
+    rest = "unknown and zero" if full is None else name
+    return drift, f"surge, sway, yaw by momentum conservation; heave, roll, pitch {rest}"
+
 
 # Loads in the mirror image in x = 0: surge, pitch and yaw change sign.
 _FORE_AFT_SIGN = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
@@ -192,3 +253,83 @@ def block_diagonal(blocks: ArrayLike) -> Real:
 def polar(amplitude: ArrayLike, lag: ArrayLike) -> NDArray[np.complex128]:
     """Complex amplitudes for exp(+i w t) of a load that lags the wave by ``lag`` [rad]."""
     return np.asarray(amplitude) * np.exp(-1j * np.asarray(lag))
+
+
+# Quadratic transfer functions from rows of pairs of waves; files often have half of the pairs.
+
+
+class Pairs(NamedTuple):
+    """Rows of two waves each: ``omega`` and ``heading`` (m, 2), ``dof`` (m,) counted from zero over
+    all bodies, and the load ``value`` (m,)."""
+
+    omega: Real
+    heading: Real
+    dof: NDArray[np.intp]
+    value: Complex
+
+    def at_origin(self, point: Real, depth: float, gravity: float, difference: bool) -> Pairs:
+        """Loads per elevations at the frame's origin, from those per elevations at ``point``."""
+        waves = elevation(self.omega, self.heading, point, depth, gravity)
+        second = waves[:, 1].conj() if difference else waves[:, 1]
+        return self._replace(value=self.value * waves[:, 0] * second)
+
+
+def quadratic(
+    path: Path, dofs: int, difference: Pairs | None, total: Pairs | None
+) -> dict[str, Any]:
+    """Fields of the database. Missing rows follow from T-_21 = conj T-_12 and T+_21 = T+_12. Raises
+    `InputError` if both orders are missing, or if the two files have different waves."""
+    present = [pairs for pairs in (difference, total) if pairs is not None]
+    if not present:
+        return {}
+    frequency, heading = np.unique(present[0].omega), np.unique(present[0].heading, axis=0)
+    for other in present[1:]:
+        if not _is_equal(np.unique(other.omega), frequency) or not _is_equal(
+            np.unique(other.heading, axis=0), heading
+        ):
+            raise InputError(
+                f"{path}: difference- and sum-frequency transfer functions have other waves,"
+                " expected the same pairs. Export both for the same waves."
+            )
+    return {
+        "qtf_frequency": frequency,
+        "qtf_heading": heading,
+        "qtf_difference": _fill(path, dofs, frequency, heading, difference, np.conj),
+        "qtf_sum": _fill(path, dofs, frequency, heading, total, np.array),
+    }
+
+
+def _is_equal(a: Real, b: Real) -> bool:
+    return a.shape == b.shape and bool((a == b).all())
+
+
+def _fill(
+    path: Path, dofs: int, frequency: Real, heading: Real, pairs: Pairs | None, swapped: Any
+) -> Complex | None:
+    """Array (np, nq, nq, n); ``swapped`` converts a value to that of the waves in reverse order."""
+    if pairs is None:
+        return None
+    kinds, nq = np.unique(pairs.dof), frequency.size
+    least = len(heading) * nq * (nq + 1) // 2 * kinds.size
+    if len(pairs.value) < least:  # before memory is reserved for them
+        raise _incomplete(path, f"{len(pairs.value)} rows", f"at least {least}")
+    lookup = {tuple(pair): number for number, pair in enumerate(heading)}
+    first = np.array([lookup[tuple(pair)] for pair in pairs.heading])
+    second = np.array([lookup.get(tuple(pair[::-1]), -1) for pair in pairs.heading])
+    i, j = np.searchsorted(frequency, pairs.omega).T
+    out = np.full((len(heading), nq, nq, dofs), np.nan, dtype=complex)
+    known = second >= 0
+    out[second[known], j[known], i[known], pairs.dof[known]] = swapped(pairs.value[known])
+    out[first, i, j, pairs.dof] = pairs.value
+    out[..., np.setdiff1d(np.arange(dofs), kinds)] = 0.0
+    missing = np.count_nonzero(np.isnan(out))
+    if missing:
+        raise _incomplete(path, f"{out.size - missing} values", f"{out.size}")
+    return out
+
+
+def _incomplete(path: Path, found: str, expected: str) -> InputError:
+    return InputError(
+        f"{path}: found {found} of quadratic transfer functions, expected {expected} for all pairs"
+        " of its frequencies, at least those with w_1 >= w_2. Export all pairs, or none."
+    )

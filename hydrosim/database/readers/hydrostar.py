@@ -16,26 +16,317 @@ Elevations are cos(w t + phase) at "Ref.pt incident wave". Difference and sum lo
 conj(a_2) exp(i (w_1 - w_2) t)) and Re(T a_1 a_2 exp(i (w_1 + w_2) t)) over all ordered pairs.
 Headings are 0 for following waves and 90 degrees for waves from starboard. So T is the database's,
 and the FPSO's surge in long waves has the sign of a pressure integration over a box of its size.
+
+HydroStar's first-order tables in text: added mass, wave damping and loads of one body.
+
+There is one file for each entry, such as AddedMass_11.dat, Damping_11.dat and fxf1st.rao. After a
+head of lines with #, each frequency [rad/s] has the amplitudes for all headings and their phases
+[degrees]. Loads lead the elevation at "Ref.pt incident wave" by their phase. Like the matrices,
+they refer to "Reference point of body 1". There are no hydrostatics.
+
+Layout: folders for a cylinder, a spar and a semi-submersible, published for the validation of Nemoh
+3. They also give the signs: in long waves along x the surge load leads by 90 degrees and the heave
+load is in phase. The surge load is that of the displaced and the added mass.
 """
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers import hydrostar_linear, wamit
-from hydrosim.database.readers.assembly import elevation
-from hydrosim.database.readers.common import preferred_drift
-from hydrosim.database.readers.hydrostar_table import DIFFERENCE_TOLERANCE_RAD_S, QtfTable, table_of
-from hydrosim.database.readers.text import read_text
+from hydrosim.database.readers import wamit
+from hydrosim.database.readers.assembly import (
+    Abscissa,
+    assemble,
+    elevation,
+    frequencies,
+    points,
+    polar,
+    preferred_drift,
+    volumes,
+)
+from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given, first_given
+
+# HydroStar's text tables: heads of lines with #, and one quadratic transfer function.
+
+DIFFERENCE_TOLERANCE_RAD_S = 1e-6  # rad/s
+
+_FACTS = "Reference length", "Water density", "Gravity acceleration"
+_SMALLEST = 0.5  # density in tonnes and gravity in 10 m/s^2; the inverse is the largest value
+
+_NUMBER_PATTERN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][-+]?\d+)?")
+
+
+@dataclass(frozen=True)
+class QtfTable:
+    """One load: ``value`` (nh, nw, nd) in rows with the lower frequency and the ``difference``."""
+
+    text: Text
+    given: Given
+    is_difference: bool
+    dof: int
+    point: Real  # (3,): of the moments
+    wave_point: Real  # (2,)
+    heading: Real
+    frequency: Real
+    difference: Real
+    value: Complex
+    is_crossed: bool  # of a file that also has waves of two headings
+
+    @property
+    def is_mean(self) -> bool:
+        """Whether it is a mean drift: only the difference zero."""
+        return self.is_difference and self.difference.size == 1
+
+
+def table_of(text: Text) -> QtfTable:
+    """Table of a file. Raises `InputError` for data that are missing or not supported."""
+    head = head_of(text)
+    check_head(text, head, ("HEADING", "DIFF", "QTFMODE", "DIRECTION", "COORD"))
+    if "CPLXTYPE" in head and numbers_of(text, head, "CPLXTYPE")[0] != 0:
+        raise text.wrong(head["CPLXTYPE"], "another type", "0, real and imaginary parts")
+    heading = numbers_of(text, head, "HEADING")
+    difference = numbers_of(text, head, "DIFF")
+    if (np.diff(difference, prepend=-DIFFERENCE_TOLERANCE_RAD_S) <= 0).any() or difference[
+        0
+    ] > DIFFERENCE_TOLERANCE_RAD_S:
+        raise text.wrong(head["DIFF"], "other differences", "ascending ones from zero")
+    mode = text.lines[head["QTFMODE"]].split()[1:]
+    direction = numbers_of(text, head, "DIRECTION")[-1]
+    if mode not in (["Diff"], ["Sum"]) or direction not in (1, 2, 3, 4, 5, 6):
+        raise text.wrong(
+            head["QTFMODE"],
+            f"mode {' '.join(mode)} and direction {direction:g}",
+            "Diff or Sum, and 1 to 6",
+        )
+    crossed = "HEADING1" in head
+    frequency, value = _rows(text, heading.size, difference.size, crossed)
+    return QtfTable(
+        text,
+        water_of(text),
+        mode == ["Diff"],
+        int(direction) - 1,
+        numbers_of(text, head, "COORD", 3),
+        np.array(numbers_after(text, "Ref.pt incident wave", 2)),
+        np.radians(heading),
+        frequencies(text.path, frequency, Abscissa.RADIANS_PER_SECOND),
+        difference,
+        value,
+        crossed,
+    )
+
+
+def head_of(text: Text) -> dict[str, int]:
+    """The first line of each name in the head."""
+    return {
+        line.lstrip("#").split()[0].upper(): index
+        for index, line in reversed(list(enumerate(text.lines)))
+        if line.startswith("#") and line.strip("# ")
+    }
+
+
+def check_head(text: Text, head: dict[str, int], names: Sequence[str]) -> None:
+    """Raises `InputError` if a line of these names is missing, or if the body has a forward
+    speed."""
+    for name in names:
+        if name not in head:
+            raise text.wrong(0, f"no line #{name}", "HydroStar's table of a load with one")
+    if any(numbers_after(text, "Forward speed", 1)):
+        raise text.wrong(0, "a forward speed", "none", "Compute it without.")
+
+
+def water_of(text: Text) -> Given:
+    """Water properties in the head."""
+    line = next((line for line in text.lines if line.startswith("#") and "Waterdepth" in line), "")
+    deep = "inf" in line.lower()
+    length, density, gravity = (numbers_after(text, words, 1)[0] for words in _FACTS)
+    depth = np.inf if deep else numbers_after(text, "Waterdepth", 1)[0]
+    water = density / 1e3, gravity / 10
+    if (
+        not _SMALLEST < min(water) <= max(water) < 1 / _SMALLEST
+        or not 1e-3 <= length <= 1e4
+        or depth <= 0
+    ):
+        raise text.wrong(
+            0,
+            f"a length of {length:g}, density of {density:g}, gravity of {gravity:g} and depth of"
+            f" {depth:g} in the head",
+            "those of water in SI units",
+        )
+    return Given(length=length, water_density=density, gravity=gravity, water_depth=depth)
+
+
+def numbers_after(text: Text, words: str, count: int) -> list[float]:
+    """Numbers after these words and a colon in the head."""
+    for index, line in enumerate(text.lines):
+        if line.startswith("#") and words in line:
+            return text.numbers(index, _NUMBER_PATTERN.findall(line.partition(":")[2]), count)
+    raise text.wrong(0, f"no line with {words}", "the head of a HydroStar table")
+
+
+def numbers_of(text: Text, head: dict[str, int], name: str, count: int | None = None) -> Real:
+    """Numbers of the line with this name, at least one."""
+    words = _NUMBER_PATTERN.findall(text.lines[head[name]].partition(name)[2])
+    if not words:
+        raise text.wrong(head[name], "no numbers", f"those of {name}")
+    return np.array(text.numbers(head[name], words, count))
+
+
+def rows_of(text: Text, columns: int) -> Real:
+    """Lines without #, each of so many numbers."""
+    rows = [
+        text.numbers(index, line.split(), columns)
+        for index, line in enumerate(text.lines)
+        if line.strip() and not line.startswith("#")
+    ]
+    return np.reshape(np.array(rows, dtype=float), (-1, columns))
+
+
+def _rows(text: Text, headings: int, differences: int, crossed: bool) -> tuple[Real, Complex]:
+    """Frequencies (nw,) and values (nh, nw, nd). If the waves are ``crossed``, pairs of different
+    headings are skipped."""
+    rows = rows_of(text, 1 + 2 * differences)
+    last = len(text.lines) - 1
+    blocks = headings**2 if crossed else headings
+    if not len(rows) or len(rows) % blocks:
+        raise text.wrong(last, f"{len(rows)} rows", f"as many for each of {blocks} headings")
+    table = rows.reshape(blocks, -1, rows.shape[1])
+    frequency = table[0, :, 0]
+    if (table[..., 0] != frequency).any() or (np.diff(frequency) <= 0).any():
+        raise text.wrong(last, "other frequencies", "the same, ascending, for all headings")
+    own = table[:: headings + 1] if crossed else table
+    return frequency, own[..., 1::2] + 1j * own[..., 2::2]
+
+
+MARK = b"#RAOTYPE"
+_MASS, _DAMPING, _LOAD = "ADDED-MASS", "WAVE-DAMPING", "LOAD"
+_EVERY = {
+    _MASS: [10 * i + j for i in range(1, 7) for j in range(1, 7)],
+    _DAMPING: [10 * i + j for i in range(1, 7) for j in range(1, 7)],
+    _LOAD: [*range(1, 7)],
+}
+
+
+@dataclass(frozen=True)
+class LinearEntry:
+    """One entry: ``value`` (nw, nh) of a ``component`` that is numbered from 1."""
+
+    text: Text
+    given: Given
+    kind: str
+    component: int
+    point: Real  # (3,): of moments and rotations
+    wave_point: Real  # (2,)
+    heading: Real
+    frequency: Real
+    value: Complex
+
+
+def read_linear(paths: Sequence[Path], given: Given) -> HydroDatabase:
+    """Database in these files of a folder. Raises `InputError` for data that are missing or do not
+    fit."""
+    entries = [entry for path in paths if (entry := _entry(read_text(path))).kind in _EVERY]
+    first = _check_entries(paths[0], entries)
+    found = first_given(first.given, given)
+    loads = np.stack([_entry_of(entries, _LOAD, k).value for k in _EVERY[_LOAD]], axis=-1)
+    depth = float(found.water_depth or np.inf)
+    gravity = float(found.gravity or np.nan)
+    start = _entry_of(entries, _LOAD, 1)
+    omega = start.frequency
+    waves = elevation(omega[:, None], start.heading, first.wave_point, depth, gravity)
+    path = paths[0]
+    return assemble(
+        path,
+        omega,
+        start.heading,
+        given.port_starboard_symmetric,
+        used=given.frequencies,
+        added_mass=_matrix(entries, _MASS),
+        radiation_damping=_matrix(entries, _DAMPING),
+        excitation=loads * waves[..., None],
+        reference_point=points(path, "reference point", given.reference_point, first.point, 1),
+        volume=volumes(path, given.volume, None),
+        centre_of_buoyancy=points(path, "centre of buoyancy", given.centre_of_buoyancy, None, 1),
+        centre_of_gravity=points(path, "centre of gravity", given.centre_of_gravity, None, 1),
+        water_depth=depth,
+        water_density=float(found.water_density or np.nan),
+        gravity=gravity,
+        attributes={"program": "HydroStar"},
+    )
+
+
+def _entry_of(entries: Sequence[LinearEntry], kind: str, component: int) -> LinearEntry:
+    return next(e for e in entries if (e.kind, e.component) == (kind, component))
+
+
+def _matrix(entries: Sequence[LinearEntry], kind: str) -> Real:
+    """(nw, 6, 6), in the order of the components."""
+    columns = [_entry_of(entries, kind, component).value[:, 0].real for component in _EVERY[kind]]
+    return np.stack(columns, axis=-1).reshape(-1, 6, 6)
+
+
+def _check_entries(path: Path, entries: Sequence[LinearEntry]) -> LinearEntry:
+    """The first entry. Raises `InputError` if one is missing, occurs twice or has other waves."""
+    for kind, wanted in _EVERY.items():
+        components = [entry.component for entry in entries if entry.kind == kind]
+        lost = sorted({*wanted} - {*components})
+        if lost or len(components) > len(wanted):
+            found = f"no {', '.join(map(str, lost))}" if lost else "one of them twice"
+            raise InputError(
+                f"{path}: found {found} of the tables #RAOTYPE {kind} in its folder; expected"
+                f" each of {wanted[0]} to {wanted[-1]} once. Let HydroStar write all of them, and"
+                " keep each computation in a folder of its own."
+            )
+    first = entries[0]
+    loads = [entry for entry in entries if entry.kind == _LOAD]
+    for entry in entries:
+        names = ("frequency", "point", "wave_point", *(["heading"] if entry in loads else []))
+        other = loads[0] if entry in loads else first
+        for name in names:
+            if not np.array_equal(getattr(entry, name), getattr(other, name)):
+                raise InputError(
+                    f"{entry.text.path}: has another {name.replace('_', ' ')} than"
+                    f" {other.text.path.name}, expected the same in all tables of a folder. Keep"
+                    " each computation in a folder of its own."
+                )
+    return first
+
+
+def _entry(text: Text) -> LinearEntry:
+    """Entry of a file. Raises `InputError` for data that are missing or not supported."""
+    head = head_of(text)
+    check_head(text, head, ("RAOTYPE", "COMPONENT", "HEADING"))
+    if not any(line.startswith("#") and "AMP/PHASE" in line for line in text.lines):
+        raise text.wrong(0, "no line # AMP/PHASE", "amplitudes and phases")
+    if any("Reference point of body 2" in line for line in text.lines):
+        raise text.wrong(0, "several bodies", "one", "Let HydroStar write WAMIT's format.")
+    kind = text.lines[head["RAOTYPE"]].partition(":")[2].strip()
+    heading = numbers_of(text, head, "HEADING")
+    rows = rows_of(text, 1 + 2 * heading.size)
+    if not len(rows) or (np.diff(rows[:, 0]) <= 0).any():
+        raise text.wrong(len(text.lines) - 1, "frequencies out of order", "ascending ones")
+    size, phase = rows[:, 1 : 1 + heading.size], rows[:, 1 + heading.size :]
+    return LinearEntry(
+        text,
+        water_of(text),
+        kind,
+        int(numbers_of(text, head, "COMPONENT", 1)[0]),
+        np.array(numbers_after(text, "Reference point of body 1", 3)),
+        np.array(numbers_after(text, "Ref.pt incident wave", 2)),
+        np.radians(heading),
+        frequencies(text.path, rows[:, 0], Abscissa.RADIANS_PER_SECOND),
+        polar(size, -np.radians(phase)),
+    )
+
 
 NAME = "HydroStar"
 
@@ -48,7 +339,7 @@ _GRID_RTOL = 1e-4  # relative difference of equal frequencies and headings
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether the head has HydroStar's words."""
-    return _MARK in head or hydrostar_linear.MARK in head
+    return _MARK in head or MARK in head
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
@@ -68,9 +359,9 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 def _first_order(path: Path, tables: Sequence[QtfTable], given: Given) -> HydroDatabase:
     """First-order database: the WAMIT set in the folder or, without one, the tables."""
     sets = [file for file in path.parent.iterdir() if file.suffix == ".1" and file.is_file()]
-    linear = _files_with_mark(path, hydrostar_linear.MARK)
+    linear = _files_with_mark(path, MARK)
     if not sets and linear:
-        return hydrostar_linear.read(linear, given)
+        return read_linear(linear, given)
     if len(sets) != 1:
         raise InputError(
             f"{path}: has only quadratic transfer functions, and this folder has {len(sets)} WAMIT"

@@ -22,20 +22,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydrosim.database.changes import velocity_transfer
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
+    Pairs,
     assemble,
     at_origin,
     block_diagonal,
     frequencies,
     points,
     polar,
+    quadratic,
     volumes,
 )
-from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import Text, parse_number, read_text
-from hydrosim.database.transfer import velocity_transfer
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 

@@ -26,21 +26,22 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 
+from hydrosim.database.changes import velocity_transfer
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers.assembly import (
     Abscissa,
+    Pairs,
     assemble,
     at_origin,
     frequencies,
     points,
     polar,
+    quadratic,
     require_number,
     volumes,
     with_fore_aft_headings,
 )
-from hydrosim.database.readers.qtf import Pairs, quadratic
 from hydrosim.database.readers.text import parse_number, read_text
-from hydrosim.database.transfer import velocity_transfer
 from hydrosim.documents.units import value_text
 from hydrosim.documents.yaml_nodes import MAX_NESTING
 from hydrosim.errors import InputError

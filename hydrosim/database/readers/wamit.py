@@ -26,8 +26,8 @@ import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers import wamit_header
-from hydrosim.database.readers.common import mirror_image, preferred_drift
-from hydrosim.database.readers.tables import Index, NumberTable, read_table
+from hydrosim.database.readers.assembly import mirror_image, preferred_drift
+from hydrosim.database.readers.text import Index, NumberTable, read_table
 from hydrosim.database.readers.wamit_writer import write as write
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import (

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim.database.database import Real
-from hydrosim.database.readers.tables import number_in, read_lines
+from hydrosim.database.readers.text import number_in, read_lines
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 

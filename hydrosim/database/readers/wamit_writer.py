@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
-from hydrosim.database.readers.common import inverse, quotient
+from hydrosim.database.readers.assembly import inverse, quotient
 
 _NUMBER_FORMAT = "%24.16e"
 

@@ -52,8 +52,7 @@ from hydrosim.rigid.free import coordinate_map, positions_at, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene, SecondOrder, WaveForces
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import contact_names
-from hydrosim.streams.gusts import NO_GUSTS, GustTable, gust_components
-from hydrosim.streams.wind import mean_wind
+from hydrosim.streams.wind import NO_GUSTS, GustTable, gust_components, mean_wind
 from hydrosim.studies.ballast import state_with_contents_at
 from hydrosim.waves.build import first_order, wave_loads_model
 from hydrosim.waves.components import WaveComponents, sea

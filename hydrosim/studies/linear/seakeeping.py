@@ -27,9 +27,7 @@ from hydrosim.rigid.free import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface, Question
 from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of
-from hydrosim.streams.gusts import gust_band
-from hydrosim.streams.spectra import variance
-from hydrosim.streams.wind import REFERENCE_HEIGHT, mean_wind
+from hydrosim.streams.wind import REFERENCE_HEIGHT, gust_band, mean_wind, variance
 from hydrosim.studies.linear.held import contact_remarks
 from hydrosim.studies.linear.response import Responder, at_rest, respond, responder, rolling_remarks
 from hydrosim.tanks.loading import contents_at
