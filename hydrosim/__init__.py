@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from hydrosim.case import Case, load_case
     from hydrosim.compiling.compile import compile_scene
     from hydrosim.database import HydroDatabase
-    from hydrosim.database import load as load_database
+    from hydrosim.database.load import load as load_database
     from hydrosim.door.moordyn import moordyn
     from hydrosim.door.simulation import Simulation
     from hydrosim.errors import HydrosimError, InputError, SimulationError
-    from hydrosim.forces.given.external import External
+    from hydrosim.forces.external import External
     from hydrosim.linear.linearise import linearise
     from hydrosim.linear.modes import natural_modes
     from hydrosim.scene import Scene
@@ -35,7 +35,7 @@ _HOME = {
     "load_case": "case",
     "HydroDatabase": "database",
     "load_database": "database",
-    "External": "forces.given.external",
+    "External": "forces.external",
     "HydrosimError": "errors",
     "InputError": "errors",
     "SimulationError": "errors",

@@ -30,8 +30,8 @@ from hydrosim.forces import (
     WindLoad,
 )
 from hydrosim.forces.applied_force import AppliedForce
-from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
-from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.damping import QuadraticDamping
+from hydrosim.forces.viscous_roll import ViscousRoll
 from hydrosim.scene import (
     Body,
     Coefficients,

@@ -35,7 +35,7 @@ VAGUE_FUNCTIONS = {
     "database/build": STORED,
     "radiation": STORED,
     "cache.py stored": "called there",
-    "forces/given/external.py delayed": "public",
+    "forces/external.py delayed": "public",
     "door/simulation.py ended": "public",
 }
 """Files or functions that the rule leaves out, and why."""

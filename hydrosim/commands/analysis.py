@@ -292,7 +292,7 @@ def ballast(
     from hydrosim.plot.analysis import draw_loading
     from hydrosim.presentation.units import units_of
     from hydrosim.studies.ballast import conditions, find_pump_plan
-    from hydrosim.tanks.events import triggered_pumps
+    from hydrosim.tanks.contents import triggered_pumps
     from hydrosim.wording.analysis import ballast_document
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_ballast"

@@ -31,7 +31,7 @@ import numpy as np
 
 from hydrosim.forces import externals_of, signals_of
 from hydrosim.forces.contact import fender
-from hydrosim.forces.line import delay, winch
+from hydrosim.forces.line import drum, winch
 from hydrosim.forces.signal import corners, signal_rate
 from hydrosim.integrate import Control
 from hydrosim.modes import NO_INDEX
@@ -194,6 +194,6 @@ def _tolerate_drums(absolute: np.ndarray, model: Model, length: float) -> None:
             own[[winch.WIRE_LENGTH, winch.DRUM_SPEED]] = length
         if one["delay"] != NO_INDEX:
             a, b = one["factors"].T
-            late = absolute[delays + one["delay"] :][: delay.DELAY_STATES]
+            late = absolute[delays + one["delay"] :][: drum.DELAY_STATES]
             late[0::2] = length / b
             late[1::2] = length / (2.0 * a)

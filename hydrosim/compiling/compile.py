@@ -39,7 +39,7 @@ from hydrosim.waves.body import WaveBody
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.components import WaveComponents, check_span, sea
 from hydrosim.waves.displaced_loads import following_model
-from hydrosim.waves.synthesis import MISSED
+from hydrosim.waves.loads import MISSED
 from hydrosim.waves.wave_reference import grid_step, steps_per_block
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import numpy as np
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import Triangles, areas, immersed_triangles, integrals
 from hydrosim.dofs import SYMMETRY_RTOL
-from hydrosim.forces.displacement import MeshHulls, add_displacement_energy
+from hydrosim.forces.hydrostatics import MeshHulls, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.rigid.kinematics import Bodies, Motion, new_motion
 from hydrosim.rigid.solids import MOMENTS, Solids

@@ -1,7 +1,7 @@
 """Damping of catenaries by their drag, from the motions in the waves of a scene, before a run.
 
 The drag of a line depends on the motions, and these on the drag. So the damping c of all lines
-(`hydrosim.forces.line.drag`) is a fixed point: the scene is linearised at its start, the motions in
+(`hydrosim.forces.line.kind`) is a fixed point: the scene is linearised at its start, the motions in
 its first-order waves give the velocities of all fairleads across their lines, and these give c. A
 run that starts from another run keeps its values.
 """
@@ -17,14 +17,14 @@ from hydrosim.compiling.restart import start_time
 from hydrosim.dofs import about_z
 from hydrosim.forces.kind import elements_of
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line.drag import (
+from hydrosim.forces.line.kind import (
+    CATENARY_KIND,
     LinearisedDrag,
     drag_points,
     linearise_random,
     linearise_regular,
 )
-from hydrosim.forces.line.kind import CATENARY_KIND
-from hydrosim.forces.line.now import LineShape, line_shapes
+from hydrosim.forces.line.points import LineShape, line_shapes
 from hydrosim.linear.linearise import linearise
 from hydrosim.rigid.free import positions_at, slopes_at
 from hydrosim.rigid.kinematics import place_bodies

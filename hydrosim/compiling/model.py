@@ -39,8 +39,7 @@ from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model
 from hydrosim.streams.current import current_table, currents_on, draught_of
 from hydrosim.streams.wind import mean_wind
-from hydrosim.tanks.contents import Tanks, tank_names
-from hydrosim.tanks.events import triggered_pumps
+from hydrosim.tanks.contents import Tanks, tank_names, triggered_pumps
 from hydrosim.waves.build import wave_loads_model
 from hydrosim.waves.displaced_loads import STATES_PER_FOLLOWED_BODY, following_model
 from hydrosim.waves.wave_reference import met_by_waves, slow_bodies

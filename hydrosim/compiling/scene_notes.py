@@ -50,11 +50,10 @@ from hydrosim.streams.wind import (
     variance,
 )
 from hydrosim.waves import components, shares_outside
-from hydrosim.waves.components import WaveComponents
-from hydrosim.waves.heading_aliasing import lost_between_headings
-from hydrosim.waves.quadratic import separate_headings
+from hydrosim.waves.components import SeaState, WaveComponents, energy_outside_band, sea_state
+from hydrosim.waves.database_limits import lost_between_headings
 from hydrosim.waves.quadratic_loads import second_order_at_rest
-from hydrosim.waves.sea_state import SeaState, energy_outside_band, sea_state
+from hydrosim.waves.second_order import separate_headings
 from hydrosim.waves.transfer import angle_between
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import new_modes, without_friction
 from hydrosim.forces.contact.geometry import contact_kinematics
-from hydrosim.forces.contact.modes import OPEN
+from hydrosim.forces.contact.law import OPEN
 from hydrosim.forces.events import set_initial_modes
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, equilibrium
 from hydrosim.modes import MODE

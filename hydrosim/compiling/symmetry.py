@@ -36,9 +36,8 @@ from scipy import linalg
 from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup, each_alone, each_database
 from hydrosim.compiling.hydrostatics import asymmetric_hulls
 from hydrosim.compiling.start import first_state
-from hydrosim.dofs import DOFS, MIRROR_SIGN, SYMMETRY_RTOL
+from hydrosim.dofs import DOFS, LATERAL, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.forces import is_mirrored
-from hydrosim.forces.mirroring import LATERAL
 from hydrosim.linear.linearise import find_components, linearise
 from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Joint, Scene, SecondOrder, Symmetry, WaveForces
@@ -47,7 +46,7 @@ from hydrosim.scene.scene import tree_joints
 from hydrosim.stepping.names import Coordinate, coordinates
 from hydrosim.tanks.mirror import without_image as without_image_in
 from hydrosim.waves.components import WaveComponents
-from hydrosim.waves.quadratic import difference_factors, sum_factors
+from hydrosim.waves.second_order import difference_factors, sum_factors
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:

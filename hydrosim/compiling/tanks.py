@@ -11,8 +11,8 @@ from hydrosim.compiling.hydrostatics import cut_shape, cut_tanks
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import integrals
 from hydrosim.errors import InputError
+from hydrosim.forces.hydrostatics import Weights
 from hydrosim.forces.layout import BALLAST, HYDROSTATIC, WEIGHT, has_flow, row_names
-from hydrosim.forces.weight import Weights
 from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank, Weight
 from hydrosim.streams.current import currents_on
 from hydrosim.tanks.contents import (
@@ -21,10 +21,11 @@ from hydrosim.tanks.contents import (
     Tanks,
     changing_tanks,
     flows_of,
+    is_triggered,
     no_tanks,
     tank_names,
+    unforeseen_tanks,
 )
-from hydrosim.tanks.events import is_triggered, unforeseen_tanks
 from hydrosim.tanks.loading import (
     at_start,
     body_without,

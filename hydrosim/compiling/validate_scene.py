@@ -13,10 +13,10 @@ from hydrosim.compiling.restart import start_time
 from hydrosim.compiling.sizes import check_sizes
 from hydrosim.errors import InputError
 from hydrosim.forces import has_kind, signals_of, undefined_units
+from hydrosim.forces.contact.law import OPEN, STICK
 from hydrosim.forces.contact.laws import COULOMB
-from hydrosim.forces.contact.modes import OPEN, STICK
 from hydrosim.forces.layout import BODY_ROWS
-from hydrosim.forces.line.now import line_shapes
+from hydrosim.forces.line.points import line_shapes
 from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import kinematics
 from hydrosim.forces.trigger import AFTER

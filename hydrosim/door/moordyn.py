@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces.given.external import Coupling, External
-from hydrosim.forces.given.view import BodyState
+from hydrosim.forces.external import BodyState, Coupling, External
 
 USUAL_STEP = 1e-3  # s, of MoorDyn where its file gives none
 EQUAL_STEP_RTOL = 1e-9  # of a step: longer steps by less than this are one step

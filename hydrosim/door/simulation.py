@@ -14,7 +14,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of
-from hydrosim.forces.given.view import BodyState, body_states, read_only
+from hydrosim.forces.external import BodyState, body_states, read_only
 from hydrosim.jit.waiting import Torn
 from hydrosim.outputs import Output, as_output
 from hydrosim.rigid.kinematics import place_bodies

@@ -23,35 +23,32 @@ import numpy as np
 from hydrosim.forces import (
     applied_force,
     bushing,
+    damping,
     drive,
+    external,
     linear_mooring,
     link,
     spring,
     stream_load,
     tanks,
     trigger,
+    viscous_roll,
 )
 from hydrosim.forces.applied_force import AppliedForce
 from hydrosim.forces.bushing import Bushing
-from hydrosim.forces.contact import fender, guide
+from hydrosim.forces.contact import fender, landing
 from hydrosim.forces.contact import kind as contact_points
 from hydrosim.forces.contact.coulomb import Coulomb
+from hydrosim.forces.contact.curves import NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.fender import Contact, Fender, Normal
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.guide import Wall
-from hydrosim.forces.contact.landing import Landing
-from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
-from hydrosim.forces.contact.plane import Plane
+from hydrosim.forces.contact.geometry import Plane
+from hydrosim.forces.contact.landing import Landing, Wall
 from hydrosim.forces.contact.stick_slip import LoadPowers, StickSlip
-from hydrosim.forces.damping import linear_damping, quadratic_damping, viscous_roll
-from hydrosim.forces.damping.linear_damping import LinearDamping
-from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
-from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.damping import LinearDamping, QuadraticDamping
 from hydrosim.forces.drive import Drive
-from hydrosim.forces.given import external
-from hydrosim.forces.given.external import External
-from hydrosim.forces.joint import kind as joint
+from hydrosim.forces.external import External
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.kind import (
     CanFail,
@@ -61,21 +58,22 @@ from hydrosim.forces.kind import (
     HasLosses,
     HasMirrorSymmetry,
     KindConstants,
+    KindWithModeSets,
     UnitKind,
 )
 from hydrosim.forces.layout import Layout, LinearResistance
-from hydrosim.forces.line import catenary, compensator, drag, winch, winch_kind
+from hydrosim.forces.line import catenary, compensator, winch, winch_kind
 from hydrosim.forces.line import kind as lines
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.compensator import Compensator
-from hydrosim.forces.line.controls import Compensation, SpeedControl, TensionControl
+from hydrosim.forces.line.drum import Compensation, SpeedControl, TensionControl
 from hydrosim.forces.line.winch import Winch
 from hydrosim.forces.linear_mooring import LinearMooring
 from hydrosim.forces.link import Strut, TorsionSpring
-from hydrosim.forces.postures import KindWithModeSets
 from hydrosim.forces.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.forces.spring import Spring
 from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
+from hydrosim.forces.viscous_roll import ViscousRoll
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
@@ -112,19 +110,19 @@ ELEMENT_KINDS: tuple[UnitKind, ...] = (
     applied_force.APPLIED_FORCE_KIND,
     contact_points.CONTACT_KIND,
     spring.SPRING_KIND,
-    linear_damping.LINEAR_DAMPING_KIND,
-    quadratic_damping.QUADRATIC_DAMPING_KIND,
+    damping.LINEAR_DAMPING_KIND,
+    damping.QUADRATIC_DAMPING_KIND,
     viscous_roll.VISCOUS_ROLL_KIND,
     stream_load.STREAM_LOAD_KIND,
     tanks.TANK_FLOW_KIND,
     link.LINK_KIND,
     bushing.BUSHING_KIND,
     lines.CATENARY_KIND,
-    guide.GUIDE_KIND,
+    landing.GUIDE_KIND,
     winch_kind.WINCH_KIND,
     compensator.COMPENSATOR_KIND,
-    joint.LOCK_KIND,
-    joint.JOINT_LOAD_KIND,
+    locks.LOCK_KIND,
+    locks.JOINT_LOAD_KIND,
     motions.JOINT_MOTION_KIND,
     external.EXTERNAL_KIND,
     drive.DRIVE_KIND,
@@ -146,9 +144,9 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     if e.springs.lines.size > 0:  # passing arguments alone would cost a few percent
         spring.add_force(t, y, modes, motion, bodies, e.springs, wrench, rate, dy)
     if e.linear_dampings.size > 0:
-        linear_damping.add_force(t, y, modes, motion, bodies, e.linear_dampings, wrench, rate, dy)
+        damping.add_linear_damping(t, y, modes, motion, bodies, e.linear_dampings, wrench, rate, dy)
     if e.quadratic_dampings.size > 0:
-        quadratic_damping.add_force(
+        damping.add_quadratic_damping(
             t, y, modes, motion, bodies, e.quadratic_dampings, wrench, rate, dy
         )
     if e.viscous_rolls.size > 0:
@@ -162,7 +160,7 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     if e.catenaries.lines.size > 0:
         catenary.add_force(t, y, modes, motion, bodies, e.catenaries, wrench, rate, dy)
     if e.guides.pins.size > 0:
-        guide.add_force(t, y, modes, motion, bodies, e, wrench)
+        landing.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.winches.each.size > 0:
         winch.add_force(t, y, modes, motion, bodies, e.winches, wrench, rate, dy)
     if e.compensators.each.size > 0:
@@ -204,7 +202,7 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
     if e.catenaries.lines.size > 0:
         catenary.add_energy(t, y, modes, motion, bodies, e.catenaries, stored)
     if e.guides.pins.size > 0:
-        guide.add_energy(modes, motion, bodies, e, stored)
+        landing.add_energy(modes, motion, bodies, e, stored)
     if e.winches.each.size > 0:
         winch.add_energy(t, y, modes, motion, bodies, e.winches, stored)
     if e.compensators.each.size > 0:
@@ -421,8 +419,8 @@ def in_gusts(elements: Elements, gusts: GustTable) -> Elements:
 def in_same_weather(elements: Elements, others: Elements) -> Elements:
     """The same elements with what the sea and the wind have set in ``connected_bodies``: gusts, and
     the linearised drag of lines."""
-    lines = drag.with_drag_of(elements.catenaries, others.catenaries)
-    return in_gusts(elements, others.stream_loads.gusts)._replace(catenaries=lines)
+    catenaries = lines.with_drag_of(elements.catenaries, others.catenaries)
+    return in_gusts(elements, others.stream_loads.gusts)._replace(catenaries=catenaries)
 
 
 def with_linear_rolls(elements: Elements, rates: np.ndarray) -> Elements:

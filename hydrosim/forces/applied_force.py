@@ -15,10 +15,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import DOFS
+from hydrosim.dofs import DOFS, LATERAL, mirrored_vector
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import LATERAL, mirrored_vector
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, scale_signal, value
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity

@@ -32,11 +32,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z
+from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z, mirrored_vector
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.kind import Columns, ElementKind, ModeRows, UnitRecord, Variable
 from hydrosim.forces.layout import Layout, LinearResistance
-from hydrosim.forces.mirroring import mirrored_vector
 from hydrosim.forces.pair import relative_small_turn, relative_turn_rate
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import ACTING, CONTACT_MARGIN, INACTIVE, MARGINS, MODE, UNDEFINED

@@ -20,9 +20,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import DOFS
+from hydrosim.dofs import DOFS, LATERAL
 from hydrosim.forces.kind import Columns, ElementKind, UnitRecord, Variable
-from hydrosim.forces.mirroring import LATERAL
 from hydrosim.forces.signal import (
     SIGNAL,
     Signal,

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hydrosim.forces import bushing, drive, link, spring, trigger
-from hydrosim.forces.contact import fender, group, guide, loop, transitions
+from hydrosim.forces import bushing, drive, external, link, spring, trigger
+from hydrosim.forces.contact import curves, fender, group, landing, transitions
+from hydrosim.forces.contact.kind import add_tallies
 from hydrosim.forces.contact.laws import COULOMB
-from hydrosim.forces.contact.tally import add_tallies
-from hydrosim.forces.given import external
 from hydrosim.forces.joint import locks, motions
 from hydrosim.forces.joint.rows import REFERENCE_SIZE
 from hydrosim.forces.line import catenary, compensator, winch
@@ -37,7 +36,7 @@ def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
         "link": (elements.links.links.size, link.LINK_OUTPUTS),
         "bushing": (elements.bushings.each.size, bushing.BUSHING_OUTPUTS),
         "line": (elements.catenaries.lines.size, catenary.CATENARY_OUTPUTS),
-        "guide": (elements.guides.pins.size, guide.GUIDE_OUTPUTS),
+        "guide": (elements.guides.pins.size, landing.GUIDE_OUTPUTS),
         "winch": (elements.winches.each.size, winch.WINCH_OUTPUTS),
         "compensator": (elements.compensators.each.size, compensator.COMPENSATOR_OUTPUTS),
         "joint": (elements.locks.joints, 6),
@@ -55,7 +54,7 @@ def joint_output_start(elements):
     behind += elements.links.links.size * link.LINK_OUTPUTS
     behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
     behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
-    behind += elements.guides.pins.size * guide.GUIDE_OUTPUTS
+    behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
     behind += elements.winches.each.size * winch.WINCH_OUTPUTS
     return behind + elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
 
@@ -84,8 +83,8 @@ def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
         catenary.write_outputs(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
     behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
     if elements.guides.pins.size > 0:
-        guide.write_outputs(modes, motion, bodies, elements, out[behind:])
-    behind += elements.guides.pins.size * guide.GUIDE_OUTPUTS
+        landing.write_outputs(modes, motion, bodies, elements, out[behind:])
+    behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
     if elements.winches.each.size > 0:
         winch.write_outputs(t, y, modes, motion, bodies, elements.winches, out[behind:])
     behind += elements.winches.each.size * winch.WINCH_OUTPUTS
@@ -122,7 +121,7 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
     if elements.catenaries.lines.size > 0:
         catenary.set_initial_modes(t, y, modes, motion, bodies, elements.catenaries)
     if elements.guides.pins.size > 0:
-        guide.set_initial_modes(modes, motion, bodies, elements)
+        landing.set_initial_modes(modes, motion, bodies, elements)
     if elements.winches.each.size > 0:
         winch.set_initial_modes(t, y, modes, motion, bodies, elements.winches)
     if elements.compensators.each.size > 0:
@@ -156,7 +155,7 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     if elements.catenaries.lines.size > 0:
         catenary.find_margins(t, y, modes, motion, bodies, elements.catenaries, watched, out)
     if elements.guides.pins.size > 0:
-        guide.find_margins(modes, motion, bodies, elements, out)
+        landing.find_margins(modes, motion, bodies, elements, out)
     if elements.winches.each.size > 0:
         winch.find_margins(t, y, modes, motion, bodies, elements.winches, out)
     if elements.compensators.each.size > 0:
@@ -215,7 +214,7 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
         return
     if row >= elements.guides.mode and elements.guides.pins.size > 0:
         i = row - elements.guides.mode
-        guide.transition(i, which, y, modes, motion, bodies, elements)
+        landing.transition(i, which, y, modes, motion, bodies, elements)
         return
     if row >= elements.catenaries.mode and elements.catenaries.lines.size > 0:
         i = row - elements.catenaries.mode
@@ -275,7 +274,7 @@ def guard_dependencies(row, part, elements, tanks):
         return k, k + fender.FELT_STATES
     if point.memory == NO_INDEX:
         return 0, 0
-    k = fender.memory_start(point, fenders) + loop.BRANCH_START
+    k = fender.memory_start(point, fenders) + curves.BRANCH_START
     return k, k + 1
 
 

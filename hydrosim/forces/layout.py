@@ -17,7 +17,7 @@ from hydrosim.scene.scene import arrangement, tree_joints
 if TYPE_CHECKING:
     from hydrosim.streams.current import TabulatedCurrent
     from hydrosim.streams.wind import MeanWind
-    from hydrosim.tanks.events import TriggeredPump
+    from hydrosim.tanks.contents import TriggeredPump
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 BODY_ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")

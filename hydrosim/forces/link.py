@@ -37,9 +37,20 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import curve
+from hydrosim.forces.contact import curves
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
+from hydrosim.forces.kind import (
+    Columns,
+    KindWithModeSets,
+    ModeRows,
+    ModeSet,
+    UnitRecord,
+    Variable,
+    capacity_of,
+    elements_of,
+    rest_at_first,
+    steepest_segment,
+)
 from hydrosim.forces.layout import Layout, LinearResistance
 from hydrosim.forces.pair import (
     TwoPointElement,
@@ -47,7 +58,6 @@ from hydrosim.forces.pair import (
     relative_small_turn,
     relative_turn_rate,
 )
-from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first, steepest_segment
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
     ACTING,
@@ -190,7 +200,7 @@ class LinkKinematics(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> LinkConstants:
     """Constants of the links among ``elements``, in their order."""
     rows = []
-    segments = [np.zeros(0, dtype=curve.SEGMENT)]
+    segments = [np.zeros(0, dtype=curves.SEGMENT)]
     first = 0
     for name, e in elements.items():
         if isinstance(e, Strut | TorsionSpring):
@@ -209,9 +219,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
 def _segments(link: Link) -> np.ndarray:
     """The pieces of the curve, with no energy stored at offset 0."""
     if not len(link.offset):
-        return curve.segments(np.array([0.0, 1.0]), np.zeros(2))
-    pieces = curve.segments(link.offset, link.force)
-    middle = pieces[curve.piece_at(pieces, 0.0)]
+        return curves.segments(np.array([0.0, 1.0]), np.zeros(2))
+    pieces = curves.segments(link.offset, link.force)
+    middle = pieces[curves.piece_at(pieces, 0.0)]
     d = -middle["start"]
     pieces["energy"] -= middle["energy"] + (middle["force"] + 0.5 * middle["slope"] * d) * d
     return pieces
@@ -324,7 +334,7 @@ def load_of(link, mode, r, p):
     """T of a link; not a number where it has no direction, so that the run ends."""
     if mode[MODE] == UNDEFINED:
         return nan
-    return curve.curve_force(p.segments[mode[SEGMENT]], r.x) + resistance(link, r.rate)
+    return curves.curve_force(p.segments[mode[SEGMENT]], r.x) + resistance(link, r.rate)
 
 
 @root
@@ -352,7 +362,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         mode = modes[p.mode + i]
         if mode[MODE] == ACTING:
             r = kinematics(link, mode, bodies, motion)
-            stored[link.row] += curve.stored_energy(p.segments[mode[SEGMENT]], r.x)
+            stored[link.row] += curves.stored_energy(p.segments[mode[SEGMENT]], r.x)
 
 
 @root
@@ -394,7 +404,7 @@ def find_margins(modes, motion, bodies, p, out):
         out[m + CONTACT_MARGIN] = r.room
         out[m + RISING_MARGIN] = MAX_HALF_TURN - abs(r.turned)
         if link.last > link.first:
-            out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], r.x)
+            out[m + SEGMENT_MARGIN] = curves.inside_segment(p.segments[mode[SEGMENT]], r.x)
 
 
 @root
@@ -408,7 +418,7 @@ def transition(i, which, modes, motion, bodies, p):
     elif which == RISING_MARGIN:
         mode[HALF_TURNS] += 1 if r.turned > 0.0 else -1
     else:
-        mode[SEGMENT] = curve.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], r.x)
+        mode[SEGMENT] = curves.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], r.x)
 
 
 @root
@@ -425,7 +435,7 @@ def activate(i, modes, motion, bodies, p):
     mode = modes[p.mode + i]
     mode[HALF_TURNS] = 0
     r = kinematics(link, mode, bodies, motion)
-    mode[SEGMENT] = curve.find_segment(link.first, link.last, p.segments, r.x)
+    mode[SEGMENT] = curves.find_segment(link.first, link.last, p.segments, r.x)
     mode[MODE] = ACTING if r.room > 0.0 else UNDEFINED
 
 
@@ -460,7 +470,7 @@ class LinkKind(KindWithModeSets):
         idle, stiff = [], []
         for link in p.links:
             pieces = p.segments[link["first"] : link["last"] + 1]
-            idle.append(link["first"] + curve.piece_at(pieces, 0.0))
+            idle.append(link["first"] + curves.piece_at(pieces, 0.0))
             stiff.append(steepest_segment(p.segments, link["first"], link["last"]))
         found = [ModeSet("", rest_at_first(np.array(idle), ACTING))]
         if stiff != idle:

@@ -27,19 +27,24 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import curve
+from hydrosim.forces.contact import curves
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
-from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
-from hydrosim.forces.postures import (
+from hydrosim.forces.kind import (
     LINEARISATION_DEPTH,
+    Columns,
     KindWithModeSets,
+    ModeRows,
     ModeSet,
+    UnitRecord,
+    Variable,
+    capacity_of,
+    elements_of,
     rest_at_first,
     steepest_segment,
     with_mode_of_unit,
 )
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -137,7 +142,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Sp
     signals, moves = compile_signals([s for e in springs.values() for _, s in e.signals()])
     compiled = iter(signals)
     rows = []
-    segments = [np.zeros(0, dtype=curve.SEGMENT)]
+    segments = [np.zeros(0, dtype=curves.SEGMENT)]
     first = 0
     for name, e in springs.items():
         pieces = _segments(e)
@@ -157,7 +162,7 @@ def _segments(spring: Spring) -> np.ndarray:
     """The pieces of the curve, the slack one before the table's."""
     x = np.asarray(spring.extension, float)
     f = np.asarray(spring.tension, float)
-    return curve.segments(np.array([x[0] - 1.0, *x]), np.array([0.0, *f]))
+    return curves.segments(np.array([x[0] - 1.0, *x]), np.array([0.0, *f]))
 
 
 @kernel
@@ -180,7 +185,7 @@ def kinematics(line, t, bodies, motion, p):
 def tension(line, mode, s, p):
     """T and f of a spring. T is not cut in the taut mode, so that it is smooth across the event
     that ends the mode."""
-    f = curve.curve_force(p.segments[mode[SEGMENT]], s.extension)
+    f = curves.curve_force(p.segments[mode[SEGMENT]], s.extension)
     return (f + line.damping * s.rate if mode[MODE] == TAUT else 0.0), f
 
 
@@ -206,7 +211,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         line = p.lines[i]
         mode = modes[p.mode + i]
         s = kinematics(line, t, bodies, motion, p)
-        stored[line.row] += curve.stored_energy(p.segments[mode[SEGMENT]], s.extension)
+        stored[line.row] += curves.stored_energy(p.segments[mode[SEGMENT]], s.extension)
 
 
 @root
@@ -232,9 +237,9 @@ def find_margins(t, modes, motion, bodies, p, out):
         if mode[MODE] == SPRING_INACTIVE:
             out[m + SEGMENT_MARGIN] = 1.0
             continue
-        out[m + SEGMENT_MARGIN] = curve.inside_segment(p.segments[mode[SEGMENT]], s.extension)
+        out[m + SEGMENT_MARGIN] = curves.inside_segment(p.segments[mode[SEGMENT]], s.extension)
         if line.damping > 0.0 and mode[SEGMENT] != line.first:
-            T = curve.curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
+            T = curves.curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == TAUT else -T
 
 
@@ -248,7 +253,7 @@ def transition(i, which, t, modes, motion, bodies, p):
         return
     before = mode[SEGMENT]
     x = kinematics(line, t, bodies, motion, p).extension
-    mode[SEGMENT] = curve.next_segment(before, p.segments[before], x)
+    mode[SEGMENT] = curves.next_segment(before, p.segments[before], x)
     if mode[SEGMENT] == line.first:
         mode[MODE] = SLACK
     elif before == line.first:
@@ -268,7 +273,7 @@ def set_initial_mode(i, t, modes, motion, bodies, p):
     line = p.lines[i]
     mode = modes[p.mode + i]
     s = kinematics(line, t, bodies, motion, p)
-    mode[SEGMENT] = curve.find_segment(line.first, line.last, p.segments, s.extension)
+    mode[SEGMENT] = curves.find_segment(line.first, line.last, p.segments, s.extension)
     mode[MODE] = TAUT
     T, _ = tension(line, mode, s, p)
     if mode[SEGMENT] == line.first or T < 0.0:

@@ -33,11 +33,11 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.dofs import mirrored_vector
 from hydrosim.errors import InputError
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.mirroring import mirrored_vector
-from hydrosim.forces.relative import current_on
+from hydrosim.forces.pair import current_on
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid import heading
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_velocity

@@ -2,53 +2,266 @@
 
 A trigger waits for its ``start``, acts, waits for its ``end`` and acts no more. Each is a time, or
 a condition that a channel has been above or below a value for a duration
-(`hydrosim.forces.channels`). Both are events. A start or an end does not occur twice.
+(`hydrosim.forces.trigger`). Both are events. A start or an end does not occur twice.
 
 When a contact becomes active, it is in contact at once if it is pressed, with its friction
 unloaded. A line becomes as taut as its length gives. Their stored energy then comes from outside,
 and is booked as a negative loss. The wall of a landing that becomes active catches a pin that is
 inside it. Energy stored in an element when it ends is lost.
+
+Channels that a condition may refer to.
+
+    position.BODY.DOF, velocity.BODY.DOF    of the centre of gravity; angles
+    speed.BODY                              horizontal, of the centre of gravity
+    fender_normal_force.NAME                of a contact point, or the sum over an element
+    fender_compression.POINT                of a contact point
+    spring_tension.NAME                     of a spring
+    line_tension.NAME                       of a catenary, at its fairlead
+    strut_force.NAME, strut_length.NAME     of a strut or power take-off; tension is positive
+    winch_tension.NAME, winch_length.NAME   of a winch; the length off its drum without load
+    torsion_angle.NAME                      of a torsion spring or rotary power take-off
+    tank_level.TANK of BODY                 above the bottom of a tank that is pumped
+    clearance.NAME                          of a named point from another, or from a plane
+    relative_speed.POINT to POINT           of two named points, "eye of a to eye of b"
+
+The names are those in the result of a run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from itertools import permutations
+from math import hypot, inf, sqrt
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import bushing, link, spring
 from hydrosim.forces.bushing import Bushing
-from hydrosim.forces.channels import (
-    CHANNEL,
-    channel_value,
-    compile_channel,
-    compile_clearances,
-    compile_points,
-)
-from hydrosim.forces.contact import guide, transitions
-from hydrosim.forces.contact.fender import Contact
+from hydrosim.forces.contact import geometry, landing, transitions
+from hydrosim.forces.contact.fender import Contact, normal_load_of
+from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.joint import locks
-from hydrosim.forces.kind import Columns, ModeRows, StateBlocks, UnitRecord, Variable
-from hydrosim.forces.layout import constraint_names, unit_ranges
+from hydrosim.forces.kind import (
+    Columns,
+    KindWithModeSets,
+    ModeRows,
+    ModeSet,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+    rest_at_first,
+)
+from hydrosim.forces.layout import Layout, constraint_names, unit_ranges
 from hydrosim.forces.line import catenary, compensator, winch
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.line.compensator import Compensator
 from hydrosim.forces.line.winch import Winch
-from hydrosim.forces.link import Link
-from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
+from hydrosim.forces.link import Link, Strut, TorsionSpring
 from hydrosim.forces.spring import Spring
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_INDEX, RISING
-from hydrosim.scene import Active, ForceElement, Scene, When
-from hydrosim.tanks import pumping
-from hydrosim.tanks.contents import flow_names
-from hydrosim.tanks.events import triggered_pumps
+from hydrosim.rigid.kinematics import attachment, point_velocity
+from hydrosim.rigid.vectors import dot, matvec, sub, vector
+from hydrosim.scene import Active, Clearance, ForceElement, Scene, When
+from hydrosim.tanks import contents, pumping
+from hydrosim.tanks.contents import flow_names, triggered_pumps
 
-if TYPE_CHECKING:
-    from hydrosim.forces.layout import Layout
+(
+    POSITION,
+    VELOCITY,
+    HORIZONTAL_SPEED,
+    NORMAL_FORCE,
+    COMPRESSION,
+    SPRING_TENSION,
+    LINK_LOAD,
+    LINK_PLACE,
+    TANK_LEVEL,
+) = range(9)
+CLEARANCE, RELATIVE_SPEED, LINE_TENSION, WINCH_TENSION, WINCH_LENGTH = 9, 10, 11, 12, 13
+CHANNEL_KINDS = {
+    "position": POSITION,
+    "velocity": VELOCITY,
+    "speed": HORIZONTAL_SPEED,
+    "fender_normal_force": NORMAL_FORCE,
+    "fender_compression": COMPRESSION,
+    "spring_tension": SPRING_TENSION,
+    "line_tension": LINE_TENSION,
+    "strut_force": LINK_LOAD,
+    "strut_length": LINK_PLACE,
+    "winch_tension": WINCH_TENSION,
+    "winch_length": WINCH_LENGTH,
+    "torsion_angle": LINK_PLACE,
+    "tank_level": TANK_LEVEL,
+    "clearance": CLEARANCE,
+    "relative_speed": RELATIVE_SPEED,
+}
+CHANNEL_CLASSES = {
+    "fender_normal_force": (Contact, Contact),
+    "fender_compression": (Contact, Contact),
+    "spring_tension": (Spring, Spring),
+    "line_tension": (Catenary, Catenary),
+    "strut_force": (Link, Strut),
+    "strut_length": (Link, Strut),
+    "torsion_angle": (Link, TorsionSpring),
+    "winch_tension": (Winch, Winch),
+    "winch_length": (Winch, Winch),
+}
+"""Of kinds that belong to units: the elements among which these units are numbered, and those that
+have the channel."""
+CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
+"""A channel: its kind and its entries, points, springs, links or tanks with ``first`` <= i <
+``end``; two named points for a relative speed."""
+
+GAP = np.dtype(
+    [
+        *(("body", int), ("point", float, 3), ("to", int), ("other", float, 3)),
+        *(("plane", bool), ("normal", float, 3)),
+    ]
+)
+"""A clearance: its point on a body; a point of the other body (`EARTH`: of the earth), and the unit
+normal there if it is that of a ``plane``."""
+NAMED_POINT = np.dtype([("body", int), ("place", float, 3)])
+"""A named point of a body."""
+TO = " to "  # between two points
+
+
+def compile_points(layout: Layout) -> np.ndarray:
+    """All named points of a scene, (n,) of `NAMED_POINT`."""
+    return np.array([*layout.points.values()], dtype=NAMED_POINT)
+
+
+def compile_clearances(layout: Layout) -> np.ndarray:
+    """All clearances of a scene, (n,) of `GAP`."""
+    return np.array([_clearance_row(c, layout) for c in layout.clearances.values()], dtype=GAP)
+
+
+def _clearance_row(c: Clearance, layout: Layout) -> tuple[Any, ...]:
+    body, point = layout.points[c.of]
+    if c.to is not None:
+        other, place = layout.points[c.to]
+        return body, point, other, place, False, (0.0, 0.0, 0.0)
+    normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
+    other = EARTH if c.body is None else layout.body[c.body]
+    return body, point, other, c.place, True, normal
+
+
+@kernel
+def clearance(gap, bodies, motion):
+    """Present value of a clearance [m]."""
+    d, _ = attachment(gap.body, vector(gap.point, 0), bodies, motion)
+    normal = vector(gap.normal, 0)
+    other = vector(gap.other, 0)
+    if gap.to != EARTH:
+        other, _ = attachment(gap.to, other, bodies, motion)
+        normal = matvec(motion.rotation[gap.to], normal)
+    d = sub(d, other)
+    return dot(d, normal) if gap.plane else sqrt(dot(d, d))
+
+
+@kernel
+def relative_speed(one, other, bodies, motion):
+    """Present relative speed of two named points [m/s]."""
+    _, arm = attachment(one.body, vector(one.place, 0), bodies, motion)
+    v = point_velocity(one.body, arm, motion)
+    _, arm = attachment(other.body, vector(other.place, 0), bodies, motion)
+    v = sub(v, point_velocity(other.body, arm, motion))
+    return sqrt(dot(v, v))
+
+
+def compile_channel(
+    name: str, elements: Mapping[str, ForceElement], layout: Layout
+) -> tuple[int, int, int]:
+    """Values of `CHANNEL`; raises InputError if there is no such channel."""
+    kind, _, of = name.partition(".")
+    known = _channel_range(kind, elements, layout)
+    if of not in known:
+        there = ", ".join(known) or "nothing in this scene"
+        expected = (
+            f"one of {', '.join(CHANNEL_KINDS)}"
+            if kind not in CHANNEL_KINDS
+            else f"{kind}. and {there}"
+        )
+        raise InputError(f"channel: found {name}; expected {expected}.")
+    return CHANNEL_KINDS[kind], *known[of]
+
+
+def _channel_range(
+    kind: str, elements: Mapping[str, ForceElement], layout: Layout
+) -> dict[str, tuple[int, int]]:
+    """Names that a channel of a kind may have, with their entries."""
+    body = layout.body
+    if kind == "clearance":
+        return {name: (k, k + 1) for k, name in enumerate(layout.clearances)}
+    if kind == "relative_speed":
+        names = enumerate(layout.points)
+        return {f"{a}{TO}{b}": (i, j) for (i, a), (j, b) in permutations(names, 2)}
+    if kind == "tank_level":
+        return {name: (k, k + 1) for k, name in enumerate(layout.tank_names)}
+    if kind in ("position", "velocity"):
+        pairs = (
+            (f"{name}.{dof}", 6 * b + j) for name, b in body.items() for j, dof in enumerate(DOFS)
+        )
+        return {name: (k, k + 1) for name, k in pairs}
+    if kind == "speed":
+        return {name: (6 * b, 6 * b + 2) for name, b in body.items()}
+    if kind not in CHANNEL_CLASSES:
+        return {}
+    among, own = CHANNEL_CLASSES[kind]
+    every = unit_ranges(elements, among)
+    units = {name: place for name, place in every.items() if isinstance(elements[name], own)}
+    each = {
+        unit: (k, k + 1)
+        for name, (first, _) in units.items()
+        for k, unit in enumerate(elements[name].unit_names(name), first)
+    }
+    return each | (units if kind == "fender_normal_force" else {})
+
+
+@kernel
+def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
+    """Present value of a channel."""
+    k = channel.first
+    fenders = elements.fenders
+    springs = elements.springs
+    if channel.kind == POSITION:
+        return motion.coordinates[k]
+    if channel.kind == VELOCITY:
+        return motion.velocity[k]
+    if channel.kind == HORIZONTAL_SPEED:
+        return hypot(motion.velocity[k], motion.velocity[k + 1])
+    if channel.kind == SPRING_TENSION:
+        line = springs.lines[k]
+        mode = modes[springs.mode + k]
+        stretched = spring.kinematics(line, t, bodies, motion, springs)
+        return spring.tension(line, mode, stretched, springs)[0]
+    if channel.kind == LINE_TENSION:
+        return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
+    if channel.kind == WINCH_TENSION:
+        return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).tension
+    if channel.kind == WINCH_LENGTH:
+        return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).length
+    if channel.kind == LINK_LOAD:
+        return link.link_outputs(k, modes, motion, bodies, elements.links)[0]
+    if channel.kind == LINK_PLACE:
+        return link.link_outputs(k, modes, motion, bodies, elements.links)[1]
+    if channel.kind == COMPRESSION:
+        return geometry.contact_kinematics(fenders.points[k], bodies, motion).compression
+    if channel.kind == CLEARANCE:
+        return clearance(elements.triggers.gaps[k], bodies, motion)
+    if channel.kind == RELATIVE_SPEED:
+        points = elements.triggers.points
+        return relative_speed(points[k], points[channel.end], bodies, motion)
+    if channel.kind == TANK_LEVEL:
+        return contents.level(k, y, tanks) if tanks.each.size > 0 else 0.0
+    total = 0.0
+    for i in range(k, channel.end):
+        contact = geometry.contact_kinematics(fenders.points[i], bodies, motion)
+        total += normal_load_of(i, t, y, modes, contact, fenders).N
+    return total
+
 
 TRIGGER_STATE_NAMES = ("time last met",)
 """State of each trigger: time at which its condition was last met [s]."""
@@ -210,9 +423,9 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
         if not _has_point(elements.guides.pins[i].point, trigger):
             continue
         if now:
-            guide.activate(i, modes, motion, bodies, elements)
+            landing.activate(i, modes, motion, bodies, elements)
         else:
-            guide.deactivate(i, y, modes, motion, bodies, elements)
+            landing.deactivate(i, y, modes, motion, bodies, elements)
     for i in range(trigger.line, trigger.line + trigger.lines):
         if now:
             spring.set_initial_mode(i, t, modes, motion, bodies, springs)
@@ -270,7 +483,7 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
         if mode[MODE] != DURING:
             for i in range(elements.guides.pins.size):
                 if _has_point(elements.guides.pins[i].point, p.each[j]):
-                    guide.start_inactive(i, modes, elements.guides)
+                    landing.start_inactive(i, modes, elements.guides)
             apply_switch(j, t, y, modes, motion, bodies, elements, tanks)
             for i in range(p.each[j].point, p.each[j].point + p.each[j].points):
                 transitions.reset_losses(i, y, elements.fenders)

@@ -51,8 +51,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.forces import kinds_with_mode_sets, loop_modes, modes_of_kind, new_modes
-from hydrosim.forces.contact.modes import OPEN
-from hydrosim.forces.postures import KindWithModeSets, ModeSet
+from hydrosim.forces.contact.law import OPEN
+from hydrosim.forces.kind import KindWithModeSets, ModeSet
 from hydrosim.integrate import IntegrationMethod
 from hydrosim.linear.coordinates import find_constraint_rows, inertia, nullspace_of
 from hydrosim.linear.linearise import Eigensystem, Linear, expand_to_active, linearise

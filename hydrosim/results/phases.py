@@ -43,7 +43,7 @@ import numpy as np
 
 from hydrosim.forces.contact import group
 from hydrosim.forces.contact.group import CARRIED_SHARE, NEVER, GroupMemory
-from hydrosim.forces.contact.modes import OPEN, STICK
+from hydrosim.forces.contact.law import OPEN, STICK
 
 if TYPE_CHECKING:
     import xarray as xr

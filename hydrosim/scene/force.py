@@ -24,7 +24,7 @@ class LevelReached:
 @dataclass(frozen=True)
 class When:
     """A ``time`` [s], or the moment when a ``channel`` has been ``above`` or ``below`` a value for
-    ``lasting`` [s]. `hydrosim.forces.channels` lists the names of channels."""
+    ``lasting`` [s]. `hydrosim.forces.trigger` lists the names of channels."""
 
     time: float = 0.0
     channel: str | None = None

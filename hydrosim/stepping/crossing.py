@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import isfinite
 
 from hydrosim.forces import add_element_energies, events
-from hydrosim.forces.contact.modes import SLIP
+from hydrosim.forces.contact.law import SLIP
 from hydrosim.integrate import guard_defect, hermite, linear_value, next_trial
 from hydrosim.integrate.implicit import STALE
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving

@@ -31,12 +31,18 @@ import numpy as np
 
 from hydrosim import forces
 from hydrosim.forces import Elements, add_element_energies, add_elements, events
-from hydrosim.forces.displacement import MeshHulls as Displacement
-from hydrosim.forces.displacement import add_displacement, add_displacement_energy
-from hydrosim.forces.holds import Holds, new_holds
-from hydrosim.forces.hydrostatics import add_hydrostatic_energy, add_hydrostatics
+from hydrosim.forces.hydrostatics import MeshHulls as Displacement
+from hydrosim.forces.hydrostatics import (
+    Weights,
+    add_displacement,
+    add_displacement_energy,
+    add_hydrostatic_energy,
+    add_hydrostatics,
+    add_weight,
+    add_weight_energy,
+)
+from hydrosim.forces.joint.rows import Holds, new_holds
 from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
-from hydrosim.forces.weight import Weights, add_weight, add_weight_energy
 from hydrosim.integrate import Filters
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
 from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
@@ -92,9 +98,9 @@ from hydrosim.stepping.blending import (
 from hydrosim.tanks import contents, flows
 from hydrosim.tanks.contents import Tanks
 from hydrosim.tanks.surface import Liquids, level_surfaces
+from hydrosim.waves.body import turn_moments
 from hydrosim.waves.displaced_loads import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.waves.loads import WaveLoads, any_waves, wave_loads
-from hydrosim.waves.moments import turn_moments
 from hydrosim.waves.slow_path_loads import SlowBlock, find_yaws, new_block, slow_loads, slow_rates
 
 

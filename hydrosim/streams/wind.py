@@ -74,9 +74,8 @@ from hydrosim.scene import (
     WindProfile,
 )
 from hydrosim.streams.current import velocity_of
-from hydrosim.waves import draws
-from hydrosim.waves.loads import lagrange, rise, rows_at
-from hydrosim.waves.synthesis import SpectralLines, add_sum, time_grid
+from hydrosim.waves.components import GUSTS, phases, rayleigh_factors
+from hydrosim.waves.loads import SpectralLines, add_sum, lagrange, rise, rows_at, time_grid
 
 REFERENCE_HEIGHT = 10.0
 """Height [m] of the wind that spectra and results are about."""
@@ -266,8 +265,8 @@ def gust_components(
     power = np.array([_power(gusts, number, spacing, z, wind) for z in heights]).T
     amplitude = np.sqrt(2.0 * power)
     if gusts.amplitudes == Amplitudes.RAYLEIGH:
-        amplitude *= draws.rayleigh_factors(gusts, draws.GUSTS, number.size)[:, None]
-    phase = draws.phases(gusts, draws.GUSTS, number.size)
+        amplitude *= rayleigh_factors(gusts, GUSTS, number.size)[:, None]
+    phase = phases(gusts, GUSTS, number.size)
     turn = 2.0 * np.pi * spacing
     return GustComponents(turn, turn * number, amplitude, phase)
 

@@ -36,8 +36,8 @@ from hydrosim.compiling.compiled import facts_of
 from hydrosim.compiling.hydrostatics import cut_tanks
 from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
+from hydrosim.forces.hydrostatics import add_weight
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
-from hydrosim.forces.weight import add_weight
 from hydrosim.linear.coordinates import STEP, without_waves
 from hydrosim.linear.equilibrium import WIDE, equilibrium, stiffness_of
 from hydrosim.linear.linearise import linearise
@@ -48,9 +48,8 @@ from hydrosim.scene import FreeSurface
 from hydrosim.stepping.dynamics import new_work, update_contents
 from hydrosim.tanks.contents import Tanks, changing_tanks, flow_names, quantity, tank_names
 from hydrosim.tanks.loading import Loading, at_start, body_without, loaded_body
-from hydrosim.tanks.mesh import section
 from hydrosim.tanks.pieces import FIRST_MOMENT, FLUID_LEVEL, quantities_at
-from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces, triangles
+from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces, section, triangles
 from hydrosim.tanks.timeline import integrate_tanks
 
 if TYPE_CHECKING:

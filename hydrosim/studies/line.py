@@ -18,9 +18,9 @@ from hydrosim.case.lines.chains import mooring_lines, water_of
 from hydrosim.compiling.validate_scene import STRAINED
 from hydrosim.documents.text import Source
 from hydrosim.forces.line.hang import find_touchdown
-from hydrosim.forces.line.now import line_shapes
-from hydrosim.forces.line.points import line_points
-from hydrosim.forces.line.shape import REASONS, LinePull, solve, stiffness
+from hydrosim.forces.line.points import line_points, line_shapes
+from hydrosim.forces.line.search import stiffness
+from hydrosim.forces.line.shape import REASONS, LinePull, solve
 from hydrosim.rigid.kinematics import LINE_PIECE
 from hydrosim.stepping.dynamics import motion_at
 

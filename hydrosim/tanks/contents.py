@@ -11,6 +11,7 @@ of a free surface on inertia. Tanks with constant contents are parts of their bo
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.jit.search import piece_of
 from hydrosim.modes import MODE
-from hydrosim.scene import Body, Scene, Tank
+from hydrosim.scene import Active, Body, LevelReached, Pump, Scene, Tank, When
 from hydrosim.tanks.pieces import (
     FIRST_MOMENT,
     FLUID_LEVEL,
@@ -216,3 +217,45 @@ def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
     held = np.abs(volume - volume[image]) <= EQUAL_VOLUME_RTOL * p.each["capacity"]
     same = own[:, MODE] == own[p.flows["image"], MODE]
     return bool(held.all() and same.all())
+
+
+# Pumps that begin or end by events, whose times are known only during the run.
+
+
+class TriggeredPump(NamedTuple):
+    """A ``flow`` that begins and ends by events, and the ``key`` of its pump in a case."""
+
+    flow: int
+    key: str
+    active: Active
+
+
+def unforeseen_tanks(body: Body) -> set[str | None]:
+    """Names of the tanks that pumps with events fill or empty."""
+    pumps = [pump for pump in body.pumps if is_triggered(pump)]
+    return {end for pump in pumps for end in (pump.source, pump.target)} - {None}
+
+
+def is_triggered(pump: Pump) -> bool:
+    """True if a pump begins or ends by an event."""
+    return isinstance(pump.start, When) or isinstance(pump.stop, When)
+
+
+def triggered_pumps(scene: Scene) -> Iterator[TriggeredPump]:
+    """The pumps that begin or end by events, with the index of their flow."""
+    first = 0
+    for body in scene.bodies:
+        for i, pump in enumerate(body.pumps, first):
+            if is_triggered(pump):
+                start, until = (_event(when, body) for when in (pump.start, pump.stop))
+                key = f"bodies.{body.name}.pumps.{pump.name}"
+                yield TriggeredPump(i, key, Active(start, until))
+        first += len(flows_of(body))
+
+
+def _event(when: float | LevelReached | When | None, body: Body) -> When | None:
+    """The condition of a trigger for a time or a level."""
+    if isinstance(when, LevelReached):
+        side = {"above" if when.above else "below": when.level}
+        return When(channel=f"tank_level.{when.tank} of {body.name}", **side)
+    return When(float(when)) if isinstance(when, float | int) else when

@@ -1,25 +1,250 @@
-"""Shapes of tanks: boxes, tables and meshes, and their contents as `pieces`."""
+"""Shapes of tanks: boxes, tables and meshes, and their contents as `pieces`.
+
+A tank between plane triangles: its contents up to each height, from level sections.
+
+Between two heights of corners the area of a level section is a polynomial of the height of degree
+2, its first moments of degree 3, its second ones of degree 4. Five sections determine all of them,
+and a Gauss rule with these five integrates them exactly. So S, P, level and J, and their slopes
+over V, are exact at the ends of all pieces. Cubics interpolate between the ends; they are exact for
+upright walls.
+
+Where a section vanishes, at an edge or a corner, slopes over V are infinite: pieces there are
+short, and quadratic. A mesh with more than `MAX_PIECES` heights is cut at the same number of evenly
+spaced ones.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydrosim.errors import InputError
 from hydrosim.scene import Box, TankMesh, TankShape, TankTable
-from hydrosim.tanks.mesh import capacity_of_mesh, pieces_of_mesh
 from hydrosim.tanks.pieces import (
     FLUID_LEVEL,
+    PAIRS,
     PIECE_DTYPE,
     SECOND_MOMENT,
     SURFACE_MOMENT,
     TANK_QUANTITIES,
+    hermite,
     quantities_at,
     slopes_at,
     values_at,
     with_ends,
 )
-from hydrosim.tanks.table import level_of_table, pieces_of_table
+
+MIN_PIECES, MAX_PIECES = 64, 256  # pieces
+EQUAL_HEIGHT_RTOL = 1e-9  # of its height: heights this close are equal
+VANISHED_SECTION_RTOL = 1e-9  # of the largest section: smaller ones have vanished
+# of the mean slope of level over V: with a steeper one the cubic could fall in between
+STEEPEST = 3.0
+GAUSS_POINTS, GAUSS_WEIGHTS = (0.5 * x for x in np.polynomial.legendre.leggauss(5))
+GAUSS_POINTS += 0.5
+POWERS = np.linalg.inv(GAUSS_POINTS[:, None] ** np.arange(5))
+END_VALUES = POWERS[0], POWERS.sum(axis=0)  # values of a polynomial at both ends, from its nodes
+RATES = POWERS[1], np.arange(5) @ POWERS  # derivatives at both ends
+
+
+def pieces_of_mesh(shape: TankMesh, origin: np.ndarray) -> np.ndarray:
+    """The pieces (n,) of `PIECE_DTYPE` of a mesh, about ``origin`` (3,) [m] of the body's frame.
+    Raises InputError where a level section of the mesh has no area."""
+    return _mesh_pieces(shape, *np.asarray(origin, float).tolist())
+
+
+class _End(NamedTuple):
+    """One end of all pieces: whether the section is ``solid`` there (n,), the ``slope`` over V of
+    all quantities (n, 13), and the ``surface`` J (n, 3)."""
+
+    solid: np.ndarray
+    slope: np.ndarray
+    surface: np.ndarray
+
+
+@lru_cache(maxsize=64)
+def _mesh_pieces(shape: TankMesh, *origin: float) -> np.ndarray:
+    corners = shape.corners - np.array(origin)
+    heights = _heights(corners)
+    step = np.diff(heights)
+    z = heights[:-1, None] + step[:, None] * GAUSS_POINTS
+    moments = shape.permeability * np.array([[section(corners, h) for h in row] for row in z])
+    _check_room(moments[..., 0], z - heights[0], shape.source)
+    rates = _rates(moments, z)
+    first, last = (_end(e, moments, rates, step) for e in (0, 1))
+    volume = step * (moments[..., 0] @ GAUSS_WEIGHTS)
+    gain = np.zeros((step.size, TANK_QUANTITIES))
+    gain[:, :FLUID_LEVEL] = step[:, None] * np.einsum("k,nkq->nq", GAUSS_WEIGHTS, rates)
+    gain[:, FLUID_LEVEL], gain[:, SURFACE_MOMENT:] = step, last.surface - first.surface
+    start = np.cumsum(gain, axis=0) - gain
+    start[:, SURFACE_MOMENT:] = first.surface
+    found = np.zeros(step.size, dtype=PIECE_DTYPE)
+    found["start"] = np.cumsum(volume) - volume
+    found["c"] = hermite(start, gain, *_slopes(first, last, gain / volume[:, None]), volume)
+    return found
+
+
+def _check_room(area: np.ndarray, level: np.ndarray, source: str) -> None:
+    if area.min() <= 0.0:
+        raise InputError(
+            f"{source}: found no room {level[area <= 0.0][0]:.4g} m above the bottom of the tank;"
+            " expected one connected room. Give rooms above each other as separate tanks."
+        )
+
+
+def _heights(corners: np.ndarray) -> np.ndarray:
+    """Heights (n + 1,) at which pieces end: the heights of corners, and more, denser towards
+    vanishing sections."""
+    z = np.unique(corners[..., 2])
+    z = z[np.diff(z, prepend=-np.inf) > EQUAL_HEIGHT_RTOL * np.ptp(z)]
+    if z.size > MAX_PIECES:
+        z = np.linspace(z[0], z[-1], MAX_PIECES + 1)
+    parts = -(-MIN_PIECES // (z.size - 1))
+    area = [section(corners, h)[0] for h in _heights_beside(z)]
+    point = np.array(area) < 1e-3 * max(area)
+    even = np.linspace(0.0, 1.0, parts + 1)
+    steps = [_share(even, below, above) for below, above in point.reshape(-1, 2)]
+    each = [a + (b - a) * x[:-1] for a, b, x in zip(z, z[1:], steps, strict=False)]
+    return np.append(np.concatenate(each), z[-1])
+
+
+def _heights_beside(z: np.ndarray) -> np.ndarray:
+    """Heights alternately just above and just below the ends of the intervals of ``z``."""
+    inside = 1e-6 * np.diff(z)
+    return np.column_stack([z[:-1] + inside, z[1:] - inside]).ravel()
+
+
+def _share(x: np.ndarray, below: bool, above: bool) -> np.ndarray:
+    """Map of 0 <= x <= 1 that makes points dense at one or both ends."""
+    if below and above:
+        return np.sin(0.5 * np.pi * x) ** 2
+    return x**2 if below else 1.0 - (1.0 - x) ** 2 if above else x
+
+
+def section(corners: np.ndarray, z: float) -> np.ndarray:
+    """Area and moments x, y, xx, xy, yy (6,) of the section at a height, by Green's theorem around
+    it. Each triangle that the plane cuts contributes the line from p to q."""
+    above = corners[..., 2] > z
+    cut = (above.sum(axis=1) % 3) > 0
+    of, above = corners[cut], above[cut]
+    up = above.sum(axis=1) == 1
+    lone = np.where(up, above.argmax(axis=1), above.argmin(axis=1))
+    a, b, c = (of[np.arange(lone.size), (lone + k) % 3] for k in range(3))
+    p, q = (a + (x - a) * ((z - a[:, 2]) / (x[:, 2] - a[:, 2]))[:, None] for x in (b, c))
+    (x, y, _), (u, v, _) = np.where(up[:, None], p, q).T, np.where(up[:, None], q, p).T
+    w = x * v - u * y
+    return np.array(
+        [
+            w.sum() / 2.0,
+            w @ (x + u) / 6.0,
+            w @ (y + v) / 6.0,
+            w @ (x * x + x * u + u * u) / 12.0,
+            w @ (2.0 * x * y + x * v + u * y + 2.0 * u * v) / 24.0,
+            w @ (y * y + y * v + v * v) / 12.0,
+        ]
+    )
+
+
+def _rates(moments: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """S and P (n, 5, 9) by the height."""
+    A, x, y, xx, xy, yy = np.moveaxis(moments, -1, 0)
+    return np.stack([x, y, A * z, xx, yy, A * z * z, xy, x * z, y * z], axis=-1)
+
+
+def _end(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _End:
+    at, by = (np.einsum("k,nkq->qn", of[e], moments) for of in (END_VALUES, RATES))
+    by, solid = by / step, at[0] > VANISHED_SECTION_RTOL * at[0].max()
+    A = np.where(solid, at[0], 1.0)
+    slope = np.empty((step.size, TANK_QUANTITIES))
+    slope[:, :FLUID_LEVEL] = np.einsum("k,nkq->nq", END_VALUES[e], rates)
+    slope[:, FLUID_LEVEL] = 1.0
+    x, y = at[1] / A, at[2] / A
+    surface = np.stack([at[3] - at[1] * x, at[4] - at[1] * y, at[5] - at[2] * y], axis=1)
+    slope[:, SURFACE_MOMENT] = by[3] - 2.0 * x * by[1] + x * x * by[0]
+    slope[:, SURFACE_MOMENT + 1] = by[4] - x * by[2] - y * by[1] + x * y * by[0]
+    slope[:, SURFACE_MOMENT + 2] = by[5] - 2.0 * y * by[2] + y * y * by[0]
+    return _End(solid, slope / A[:, None], np.where(solid[:, None], surface, 0.0))
+
+
+def _slopes(first: _End, last: _End, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes over V at both ends; slopes of a quadratic where the section vanishes."""
+    each = []
+    for end, other in ((first, last), (last, first)):
+        slope = np.where(end.solid[:, None], end.slope, 2.0 * mean - other.slope)
+        slope[:, FLUID_LEVEL] = np.minimum(slope[:, FLUID_LEVEL], STEEPEST * mean[:, FLUID_LEVEL])
+        each.append(slope)
+    return each[0], each[1]
+
+
+def capacity_of_mesh(shape: TankMesh) -> float:
+    """Volume of the fluid in a full tank [m^3]."""
+    a, b, c = np.moveaxis(shape.corners - shape.corners.mean(axis=(0, 1)), 1, 0)
+    return float(shape.permeability * np.sum(a * np.cross(b, c)) / 6.0)
+
+
+# A tank given by a table: smooth curves through its rows.
+#
+# S is a cubic spline through V times the centroids. Level and J are monotone between the rows
+# (Fritsch & Carlson 1980). P follows by quadrature of S' S'^T + J / (dV/dh).
+
+PIECES_PER_ROW = 8  # pieces between two rows of a table
+TABLE_GAUSS_POINTS, TABLE_GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
+    """The pieces (n,) of `PIECE_DTYPE` of a table, about ``origin`` (3,) [m] of the body's
+    frame."""
+    from scipy.interpolate import CubicSpline
+
+    volume = np.asarray(shape.volume, float)
+    first = CubicSpline(volume, volume[:, None] * (np.asarray(shape.centroid) - origin))
+    level, surface = level_of_table(shape), _monotone(volume, np.asarray(shape.surface, float))
+    starts = np.concatenate([_subdivide(a, b) for a, b in pairwise(volume)])
+    ends = np.append(starts[1:], volume[-1])
+    found = np.zeros(starts.size, dtype=PIECE_DTYPE)
+    found["start"] = starts
+    for k in range(4):
+        order = float(max(1, k * (k - 1)))  # k!, up to 3
+        for i, curve in (
+            (slice(0, 3), first),
+            (FLUID_LEVEL, level),
+            (slice(SURFACE_MOMENT, TANK_QUANTITIES), surface),
+        ):
+            found["c"][:, i, k] = curve(starts, k) / order
+
+    def rate(v: np.ndarray) -> np.ndarray:
+        r, J = first(v, 1), surface(v) * level(v, 1)[:, None]
+        spread = np.stack([J[:, 0], J[:, 2], 0.0 * v, J[:, 1], 0.0 * v, 0.0 * v], axis=1)
+        return np.stack([r[:, i] * r[:, j] for i, j in PAIRS], axis=1) + spread
+
+    half = 0.5 * (ends - starts)
+    grown = sum(
+        w * rate(starts + half * (1.0 + x))
+        for x, w in zip(TABLE_GAUSS_POINTS, TABLE_GAUSS_WEIGHTS, strict=True)
+    )
+    grown = half[:, None] * grown
+    held = np.vstack([np.zeros(6), np.cumsum(grown, axis=0)[:-1]])
+    found["c"][:, SECOND_MOMENT:FLUID_LEVEL] = hermite(
+        held, grown, rate(starts), rate(ends), 2.0 * half
+    )
+    return found
+
+
+def _subdivide(a: float, b: float) -> np.ndarray:
+    return np.linspace(a, b, PIECES_PER_ROW, endpoint=False)
+
+
+def level_of_table(shape: TankTable) -> Any:
+    """The level [m] as a function of the volume [m^3]."""
+    return _monotone(np.asarray(shape.volume, float), np.asarray(shape.level, float))
+
+
+def _monotone(x: np.ndarray, y: np.ndarray) -> Any:
+    from scipy.interpolate import PchipInterpolator
+
+    return PchipInterpolator(x, y)
 
 
 def pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:

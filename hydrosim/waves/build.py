@@ -12,20 +12,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.scene import SecondOrder
+from hydrosim.waves.body import turned_bodies
 from hydrosim.waves.displaced_loads import waves_follow
-from hydrosim.waves.loads import WaveLoads
-from hydrosim.waves.moments import turned_bodies
-from hydrosim.waves.quadratic import QuadraticFunctions, difference_factors, sum_factors
+from hydrosim.waves.loads import SpectralLines, WaveLoads, add_sum, time_grid
 from hydrosim.waves.quadratic_loads import moves_second_order
 from hydrosim.waves.second_order import (
     Factors,
+    QuadraticFunctions,
+    difference_factors,
     difference_loads,
     mean_load,
     newman,
     newman_square_root,
+    sum_factors,
     sum_loads,
 )
-from hydrosim.waves.synthesis import SpectralLines, add_sum, time_grid
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:

@@ -1,8 +1,17 @@
-"""Seas as sums of Airy waves."""
+"""Seas as sums of Airy waves.
+
+Wave trains in four figures: height, peak period, mean direction and spreading.
+
+The figures are those of the spectrum, not of one draw from it. Directions have the mean r exp(i b)
+over the energy, of the heading b and the spreading sqrt(2 (1 - r)) [rad] (Kuik, van Vledder and
+Holthuijsen 1988, J. Phys. Oceanogr. 18, eq. 29).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import nan, pi, sqrt
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -10,16 +19,83 @@ from hydrosim.errors import InputError
 from hydrosim.scene import (
     Amplitudes,
     Density,
+    DirectionalTable,
     Environment,
     GivenComponents,
+    Gusts,
     RecordedElevation,
     RegularWave,
     Tma,
     WaveTrain,
+    WhiteNoise,
 )
-from hydrosim.waves import draws
-from hydrosim.waves.dispersion import wavenumber
-from hydrosim.waves.spectra import cut_off, density, width
+from hydrosim.waves.spectra import cut_off, density, energy, energy_above, wavenumber, width
+
+# Random draws for a wave train or for gusts: phases, amplitudes and directions. Each has a stream
+# of its own, so that none changes another.
+
+GUSTS = 2**31
+"""Stream of gusts: no wave train has this number."""
+_PHASES, _AMPLITUDES, _DIRECTIONS = (), (1,), (2,)  # numpy's keys of streams within a train's
+
+
+def phases(train: WaveTrain | Gusts, stream: int, count: int) -> np.ndarray:
+    """Phases (count,) [rad], uniform in a turn."""
+    return 2.0 * np.pi * _generator(train, stream, _PHASES).random(count)
+
+
+def rayleigh_factors(train: WaveTrain | Gusts, stream: int, count: int) -> np.ndarray:
+    """Factors (count,) with a Rayleigh distribution and mean square 1.
+
+    With a uniform phase the real and imaginary parts of the complex amplitude are then independent
+    and Gaussian, and so is the sea.
+    """
+    return np.sqrt(_generator(train, stream, _AMPLITUDES).standard_exponential(count))
+
+
+def directions(train: WaveTrain, stream: int, omega: np.ndarray) -> np.ndarray:
+    """Headings (n,) [rad] of the components at ``omega`` (n,) [rad/s], one draw for each."""
+    if isinstance(train.spectrum, DirectionalTable):
+        uniform = _generator(train, stream, _DIRECTIONS).random(omega.size)
+        return _from_table(train.spectrum, omega, uniform)
+    if train.spreading is None:
+        return np.full(omega.size, train.heading)
+    uniform = _generator(train, stream, _DIRECTIONS).random(omega.size)
+    return train.heading + spreading_angles(uniform, train.spreading)
+
+
+def spreading_angles(uniform: np.ndarray, exponent: float) -> np.ndarray:
+    """Angles [rad] to the mean heading, from numbers ``uniform`` in 0 to 1. Their density is D ~
+    cos^2s(angle / 2) over the whole turn (Longuet-Higgins, Cartwright and Smith 1963).
+
+    The square of sin(angle / 2) has a beta distribution; the mean of cos(angle) is s / (s + 1).
+    """
+    from scipy.special import betaincinv  # slow to load, and few seas have spreading
+
+    side = 2.0 * uniform - 1.0
+    return 2.0 * np.sign(side) * np.arcsin(np.sqrt(betaincinv(0.5, exponent + 0.5, np.abs(side))))
+
+
+def _from_table(table: DirectionalTable, omega: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Headings with the density of a table, constant over the sector around each of its
+    headings."""
+    after = np.clip(np.searchsorted(table.frequency, omega), 1, table.frequency.size - 1)
+    low, high = table.frequency[after - 1], table.frequency[after]
+    part = np.clip((omega - low) / (high - low), 0.0, 1.0)[:, None]
+    share = (1.0 - part) * table.density[after - 1] + part * table.density[after]
+    until = np.cumsum(share, axis=1)
+    wanted = uniform * until[:, -1]
+    sector = np.minimum(np.sum(until <= wanted[:, None], axis=1), table.heading.size - 1)
+    rows = np.arange(omega.size)
+    size = np.where(share[rows, sector] > 0.0, share[rows, sector], 1.0)
+    into = 0.5 - (until[rows, sector] - wanted) / size
+    return table.heading[sector] + into * (table.heading[1] - table.heading[0])
+
+
+def _generator(train: WaveTrain | Gusts, stream: int, use: tuple[int, ...]) -> np.random.Generator:
+    sequence = np.random.SeedSequence(train.seed, spawn_key=(stream, *use))
+    return np.random.Generator(np.random.PCG64(sequence))
+
 
 _PEAK_PERIODS = 20.0  # fewest components in a repeat period: the energy is then right to 0.1 %
 _UNEVEN = 1e-3  # of a record's step: tolerance of equal spacing
@@ -164,9 +240,9 @@ def _random(
     omega = spacing * np.arange(1, int(cut_off(spectrum) / spacing) + 1)
     amplitude = np.sqrt(2.0 * density(spectrum, omega) * spacing)
     if train.amplitudes == Amplitudes.RAYLEIGH:
-        amplitude *= draws.rayleigh_factors(train, stream, omega.size)
-    phase = draws.phases(train, stream, omega.size)
-    heading = draws.directions(train, stream, omega)
+        amplitude *= rayleigh_factors(train, stream, omega.size)
+    phase = phases(train, stream, omega.size)
+    heading = directions(train, stream, omega)
     return _airy(train, environment, spacing, omega, amplitude, phase, heading)
 
 
@@ -228,3 +304,90 @@ def _even_step(time: np.ndarray) -> float:
             f" off from steps of {step:.6g} s; expected equal steps; interpolate it first"
         )
     return float(step)
+
+
+PEAK_POINTS = 20_001
+PEAK_WINDOW = 0.05
+"""Part of a frequency on both sides of it, over which the energy of lines is averaged."""
+MIN_RESULTANT = 0.05
+"""Length of the mean of unit vectors along directions, below which they have no mean direction."""
+
+
+class SeaState(NamedTuple):
+    """Significant height [m], peak period [s], mean heading [rad] in 0 to 2 pi and spreading [rad].
+    The period is NaN for a flat spectrum, the heading for waves from all around."""
+
+    significant_height: float
+    peak_period: float
+    heading: float
+    spreading: float
+
+
+def sea_state(train: WaveTrain, environment: Environment) -> SeaState:
+    """The figures of one wave train; `components` names the errors."""
+    spectrum = train.spectrum
+    if isinstance(spectrum, get_args(Density)):
+        return _of_density(spectrum, train)
+    waves = components(train, environment)
+    squares = waves.amplitude**2 / 2.0
+    resultant = np.sum(squares * np.exp(1j * waves.heading)) / (squares.sum() or 1.0)
+    return _from_moments(float(squares.sum()), _peak_of_lines(waves), complex(resultant))
+
+
+def energy_outside_band(
+    train: WaveTrain, environment: Environment, low: float, high: float
+) -> float:
+    """Fraction of a train's energy below ``low`` and above ``high`` [rad/s]. Energy above the
+    highest component of a random sea is not counted."""
+    spectrum = train.spectrum
+    if not isinstance(spectrum, get_args(Density)):
+        return sum(energy_outside(components(train, environment), np.array([low, high])))
+    total = energy(spectrum)
+    end = cut_off(spectrum)
+    if total == 0.0:
+        return 0.0
+    below = total - energy_above(spectrum, min(low, end))
+    above = energy_above(spectrum, min(high, end)) - energy_above(spectrum, end)
+    return (below + above) / total
+
+
+def _of_density(spectrum: Density, train: WaveTrain) -> SeaState:
+    omega = np.linspace(0.0, cut_off(spectrum), PEAK_POINTS)[1:]
+    peak = omega[np.argmax(density(spectrum, omega))] if omega[-1] > 0.0 else 0.0
+    period = nan if isinstance(spectrum, WhiteNoise) or peak == 0.0 else 2.0 * pi / float(peak)
+    if isinstance(spectrum, DirectionalTable):
+        return _from_moments(energy(spectrum), period, _resultant_of_table(spectrum))
+    # the mean of cos(angle) over cos^2s(angle / 2) is s / (s + 1)
+    length = 1.0 if train.spreading is None else train.spreading / (train.spreading + 1.0)
+    return _from_moments(energy(spectrum), period, length * np.exp(1j * train.heading))
+
+
+def _resultant_of_table(table: DirectionalTable) -> complex:
+    """Mean of exp(i heading) over the energy, which is constant over the sector of a heading."""
+    half_sector = (table.heading[1] - table.heading[0]) / 2.0
+    weight = np.trapezoid(table.density, table.frequency, axis=0)
+    total = np.sum(weight * np.exp(1j * table.heading)) * np.sin(half_sector) / half_sector
+    return complex(total / (weight.sum() or 1.0))
+
+
+def _from_moments(variance: float, period: float, resultant: complex) -> SeaState:
+    length = min(abs(resultant), 1.0)
+    heading = float(np.mod(np.angle(resultant), 2.0 * pi)) if length > MIN_RESULTANT else nan
+    return SeaState(4.0 * sqrt(variance), period, heading, sqrt(2.0 * (1.0 - length)))
+
+
+def _peak_of_lines(waves: WaveComponents) -> float:
+    """Period [s] of the largest density of lines: their energy near a frequency over it, and the
+    mean frequency of the lines there."""
+    order = np.argsort(waves.omega)
+    omega = waves.omega[order]
+    power = waves.amplitude[order] ** 2
+    if not power.any():
+        return nan
+    first = np.searchsorted(omega, omega * (1.0 - PEAK_WINDOW) * (1.0 - 1e-12))
+    after = np.searchsorted(omega, omega * (1.0 + PEAK_WINDOW) * (1.0 + 1e-12), side="right")
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    moment = np.concatenate([[0.0], np.cumsum(power * omega)])
+    near = total[after] - total[first]
+    best = int(np.argmax(near / omega))
+    return float(2.0 * pi * near[best] / (moment[after] - moment[first])[best])

@@ -26,7 +26,7 @@ import numpy as np
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Place
 from hydrosim.waves.frequency_nodes import FrequencyNodes, NodeSpan, nodes_model, span_of
-from hydrosim.waves.loads import STENCIL_POINTS, rise
+from hydrosim.waves.loads import MISSED, STENCIL_POINTS, rise, row_step
 from hydrosim.waves.narrow_bands import TRAINS, Bands, Set, bands_model, body_bands
 from hydrosim.waves.quadratic_loads import (
     SUM,
@@ -45,7 +45,6 @@ from hydrosim.waves.quadratic_loads import (
     moves_second_order,
     new_filtered,
 )
-from hydrosim.waves.synthesis import MISSED, row_step
 from hydrosim.waves.transfer import TransferFunctions, transfer_table
 
 if TYPE_CHECKING:

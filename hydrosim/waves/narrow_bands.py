@@ -51,7 +51,7 @@ from hydrosim.waves.quadratic_loads import (
     cells_of,
     moves_second_order,
 )
-from hydrosim.waves.splines import interpolate_spline
+from hydrosim.waves.transfer import interpolate_spline
 
 if TYPE_CHECKING:
     from hydrosim.waves.body import WaveBody

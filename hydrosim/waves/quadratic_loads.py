@@ -26,16 +26,14 @@ import numpy as np
 from hydrosim.jit.kernels import clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder, WaveForces
 from hydrosim.waves.loads import lagrange, rise
-from hydrosim.waves.quadratic import qtf_all_round
-from hydrosim.waves.second_order import newman, newman_square_root
+from hydrosim.waves.second_order import newman, newman_square_root, qtf_all_round, turned_qtf
 from hydrosim.waves.transfer import drift_above, drift_table
-from hydrosim.waves.turned_qtf import turned_qtf
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from hydrosim.waves.body import WaveBody
-    from hydrosim.waves.quadratic import QuadraticFunctions
+    from hydrosim.waves.second_order import QuadraticFunctions
 
 DIFFERENCE, SUM, MEAN = range(3)
 """Kinds of forms: pairs of waves at their difference or sum frequencies, or each wave with

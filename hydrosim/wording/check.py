@@ -21,11 +21,11 @@ from hydrosim.compiling.questions.query import describe_start, extents
 from hydrosim.compiling.restart import resumed_state, started_from
 from hydrosim.database.database import require_array
 from hydrosim.documents.yaml_nodes import add_source_lines, source_context
-from hydrosim.forces.damping.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
 from hydrosim.forces.drive import Drive
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.pair import TwoPointElement
 from hydrosim.forces.signal import Harmonic, Recorded
+from hydrosim.forces.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import ModeKind, NaturalMode, natural_modes
 from hydrosim.linear.stability import Watch, without_progress
@@ -52,7 +52,7 @@ from hydrosim.stepping.start_loads import start_loads
 from hydrosim.studies.ballast import with_contents_at
 from hydrosim.studies.run.simulation import check_criteria
 from hydrosim.studies.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
-from hydrosim.waves.sea_state import sea_state
+from hydrosim.waves.components import sea_state
 from hydrosim.wording.run import radiation_verdict
 
 if TYPE_CHECKING:

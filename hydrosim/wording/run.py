@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.documents.series import unit_of
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.law import OPEN, SLIP, STICK
 from hydrosim.forces.joint.locks import CLOSED as CLOSED_JOINT
 from hydrosim.forces.joint.locks import WAITING
 from hydrosim.forces.trigger import BEFORE

@@ -19,7 +19,7 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.contact.modes import SLIP, STICK
+from hydrosim.forces.contact.law import SLIP, STICK
 from hydrosim.radiation import Retardation, StateSpace, fits, kept
 from hydrosim.scene import (
     Body,

@@ -36,7 +36,7 @@ from scipy.linalg import block_diag
 
 import hydrosim as hs
 from hydrosim.database import HydroDatabase
-from hydrosim.dofs import DOFS, SYMMETRY_RTOL
+from hydrosim.dofs import DOFS, LATERAL, SYMMETRY_RTOL
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import (
     AppliedForce,
@@ -53,7 +53,6 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
-from hydrosim.forces.mirroring import LATERAL
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import (
     Body,

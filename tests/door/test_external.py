@@ -16,7 +16,7 @@ from scenes import CASES, block, moving, observed_orders, on_floor, scene, stead
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.forces import Frictionless, LinearDamping, LinearMooring, Spring
-from hydrosim.forces.given.view import BodyState
+from hydrosim.forces.external import BodyState
 from hydrosim.presentation.nodes import Table
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start

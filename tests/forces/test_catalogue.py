@@ -14,7 +14,7 @@ from test_elements import ELEMENTS
 from hydrosim.evidence import features_of
 from hydrosim.forces import ELEMENT_KINDS as KINDS_OF_UNITS
 from hydrosim.forces import External, ForceElement
-from hydrosim.forces.contact import guide
+from hydrosim.forces.contact import landing
 from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, ResonanceTerms, RollMode
@@ -63,7 +63,7 @@ def test_every_example_is_in_the_schema_and_compiled_by_one_kind(kind: Any) -> N
     element = built(kind.example)
     kinds = [kind for kind in KINDS_OF_UNITS if isinstance(kind, ElementKind)]
     homes = [kind for kind in kinds if _count(kind, element) > _count(kind, None)]
-    walls = [guide.GUIDE_KIND] if getattr(element, "wall", None) else []  # a kind of their own
+    walls = [landing.GUIDE_KIND] if getattr(element, "wall", None) else []  # a kind of their own
     assert homes[1:] == walls
     assert isinstance(element, homes[0].classes)
 

@@ -21,7 +21,7 @@ from hydrosim.database.build.recipe import barge_with_deck, hull_of_recipe
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.evidence import Feature, Kind
-from hydrosim.forces.displacement import add_displacement, add_displacement_energy
+from hydrosim.forces.hydrostatics import add_displacement, add_displacement_energy
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.linear.linearise import linearise
 from hydrosim.rigid import new_motion, place_bodies

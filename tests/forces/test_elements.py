@@ -39,7 +39,7 @@ from hydrosim.forces import (
     WindLoad,
 )
 from hydrosim.forces.contact.fender import CONTACT_STATES, DISSIPATED
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.law import OPEN, SLIP, STICK
 from hydrosim.forces.layout import BODY_ROWS, HYDROSTATIC
 from hydrosim.rigid import Motion
 from hydrosim.scene import Body, Environment, Kinematics, Scene, Stream

@@ -42,7 +42,7 @@ from hydrosim.streams.wind import (
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.operability.seas import Sea, in_sea
 from hydrosim.studies.sweep.study import scenes_with_seeds
-from hydrosim.waves import draws
+from hydrosim.waves.components import GUSTS, phases
 
 FOOT = 0.3048
 NPD = WindProfile(WindLaw.NPD)
@@ -217,8 +217,8 @@ def test_a_series_knows_neither_the_run_nor_the_waves() -> None:
     long = gust_table(gusty(), [10.0, 50.0], 0.05, 300.0)
     assert np.array_equal(short.values[:, 0], long.values[: len(short.values), 0])
     train = WaveTrain(RegularWave(1.0, 8.0), seed=3)
-    waves = draws.phases(train, 0, 4000)
-    gusts = draws.phases(Gusts(seed=3), draws.GUSTS, 4000)
+    waves = phases(train, 0, 4000)
+    gusts = phases(Gusts(seed=3), GUSTS, 4000)
     assert abs(np.corrcoef(waves, gusts)[0, 1]) < 0.06
     assert not np.isin(gusts, waves).any()
     other = gust_table(gusty(seed=4), [10.0], 0.05, 300.0)

@@ -18,8 +18,7 @@ from hydrosim.decay.fit import fit_decays
 from hydrosim.decay.record import decay_of
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.damping.ikeda import SharpBarge
-from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.viscous_roll import SharpBarge, ViscousRoll
 from hydrosim.scene import Kinematics, LinearScenes, Scene
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 

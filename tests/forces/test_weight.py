@@ -13,7 +13,7 @@ from scenes import block, heave, motion, moving, scene, scene_of, steady, with_b
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
-from hydrosim.forces.weight import add_weight, add_weight_energy
+from hydrosim.forces.hydrostatics import add_weight, add_weight_energy
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import Kinematics, LinearScenes, Weight
 from hydrosim.stepping.dynamics import new_work

@@ -22,7 +22,7 @@ from hydrosim.forces import (
     NormalCurve,
     Plane,
 )
-from hydrosim.forces.contact.modes import SLIP, STICK
+from hydrosim.forces.contact.law import SLIP, STICK
 from hydrosim.integrate import ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes

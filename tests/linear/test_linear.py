@@ -19,7 +19,7 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.contact.modes import STICK
+from hydrosim.forces.contact.law import STICK
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import NaturalMode
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain

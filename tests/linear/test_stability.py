@@ -30,7 +30,7 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.forces.contact.modes import OPEN, SLIP
+from hydrosim.forces.contact.law import OPEN, SLIP
 from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.stability import GROWTH, REACH, Combination, ray_limits
 from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable

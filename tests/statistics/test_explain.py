@@ -12,7 +12,7 @@ from reading import ends, number, row, rows
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces.contact.tally import MODES
+from hydrosim.forces.contact.kind import MODES
 from hydrosim.presentation.document import Document
 from hydrosim.results.phases import STAGES, Phase
 from hydrosim.statistics.explain import (

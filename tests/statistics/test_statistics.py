@@ -13,7 +13,7 @@ from reading import ends, number, row, rows, texts
 
 from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.law import OPEN, SLIP, STICK
 from hydrosim.presentation.document import Document
 from hydrosim.presentation.nodes import Node
 from hydrosim.results.phases import contact_phases

@@ -18,7 +18,7 @@ import hydrosim as hs
 from hydrosim.errors import SimulationError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
-from hydrosim.forces.weight import add_weight, add_weight_energy
+from hydrosim.forces.hydrostatics import add_weight, add_weight_energy
 from hydrosim.linear.linearise import nonlinearities
 from hydrosim.rigid import place_bodies
 from hydrosim.scene import Box, Kinematics, Plan, Pump, Tank, TankMesh, TankShape, Weight

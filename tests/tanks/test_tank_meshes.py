@@ -14,10 +14,9 @@ import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
-from hydrosim.tanks.mesh import pieces_of_mesh
 from hydrosim.tanks.mirror import image_indices
 from hydrosim.tanks.pieces import SURFACE_MOMENT, quantities_at
-from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
+from hydrosim.tanks.shapes import capacity, height, pieces, pieces_of_mesh, volume_at
 
 ORIGIN = np.array([0.3, -0.2, 0.7])
 BOX = Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9)

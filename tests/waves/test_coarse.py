@@ -12,7 +12,7 @@ from scenes import ROOT
 from hydrosim.database import all_headings, load
 from hydrosim.scene import Environment, Jonswap, WaveTrain
 from hydrosim.waves import WaveComponents, sea
-from hydrosim.waves.heading_aliasing import lost_between_headings
+from hydrosim.waves.database_limits import lost_between_headings
 from hydrosim.waves.transfer import excitation_at
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrosim.waves.dispersion import wavenumber
+from hydrosim.waves.spectra import wavenumber
 
 G = 9.81
 

@@ -11,16 +11,17 @@ from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, SecondOrder, WaveForces, WaveTrain
 from hydrosim.waves import WaveBody, WaveComponents, components, second_order
-from hydrosim.waves.quadratic import difference_factors, sum_factors
+from hydrosim.waves.loads import SpectralLines
 from hydrosim.waves.second_order import (
     MOST_WAVES,
     Factors,
+    difference_factors,
     difference_loads,
     newman,
     newman_square_root,
+    sum_factors,
     sum_loads,
 )
-from hydrosim.waves.synthesis import SpectralLines
 
 SEA = WaveTrain(Jonswap(3.0, 9.0), repeat_period=200.0)
 TIMES = np.array([0.0, 13.7, 96.2, 181.0])

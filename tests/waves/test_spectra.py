@@ -16,10 +16,15 @@ from hydrosim.scene import (
     Torsethaugen,
     WhiteNoise,
 )
-from hydrosim.waves.dispersion import wavenumber
-from hydrosim.waves.spectra import TAIL_ENERGY, cut_off, density, energy
-from hydrosim.waves.spectra.tma import kitaigorodskii
-from hydrosim.waves.spectra.torsethaugen import wind_sea_and_swell
+from hydrosim.waves.spectra import (
+    TAIL_ENERGY,
+    cut_off,
+    density,
+    energy,
+    kitaigorodskii,
+    wavenumber,
+    wind_sea_and_swell,
+)
 
 HS, TP = 1.5, 8.0
 PEAK = 2.0 * np.pi / TP

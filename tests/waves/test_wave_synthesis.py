@@ -9,9 +9,9 @@ import pytest
 from hydrosim.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, WaveTrain
 from hydrosim.waves import WaveComponents, components
+from hydrosim.waves.loads import Grid, SpectralLines, add_sum, time_grid
 from hydrosim.waves.second_order import difference_loads, newman
 from hydrosim.waves.spectra import density
-from hydrosim.waves.synthesis import Grid, SpectralLines, add_sum, time_grid
 
 JONSWAP = Jonswap(1.5, 8.0, 3.3)
 

@@ -272,7 +272,7 @@ class Normal(SchemaModel):
 
     def build(self, count: int, where: BuildContext) -> forces.Normal:
         """The normal force of each of ``count`` points."""
-        from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
+        from hydrosim.forces.contact.curves import NormalCurve, NormalLoop, PrescribedNormal
         from hydrosim.forces.signal import scale_signal
 
         share = 1.0 / count if self.total else 1.0
@@ -343,13 +343,13 @@ class Fender(Element):
             yield ("normal", "prescribed"), self.normal.prescribed
 
     def build(self, where: BuildContext) -> forces.Fender:
-        from hydrosim.forces.contact import fender, plane  # loads numba
+        from hydrosim.forces.contact import fender, geometry  # loads numba
 
         count = len(self.points)
         return fender.Fender(
             self.body,
             points=np.array(self.points),
-            plane=plane.Plane(**dict(self.plane)),
+            plane=geometry.Plane(**dict(self.plane)),
             normal=self.normal.build(count, where),
             friction=self.friction.build(count),
             group=self.group,
@@ -410,7 +410,7 @@ class Wall(SchemaModel):
 
     def build(self) -> forces.Wall:
         """The same of the scene."""
-        from hydrosim.forces.contact.guide import Wall as Built  # loads numba
+        from hydrosim.forces.contact.landing import Wall as Built  # loads numba
 
         compression = np.array([0.0, 1.0])
         force = np.array([0.0, self.stiffness or 0.0])

@@ -13,9 +13,9 @@ from hydrosim.documents.quantities import SchemaModel, as_matrix
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.damping.linear_damping import LinearDamping as BuiltLinearDamping
-    from hydrosim.forces.damping.quadratic_damping import QuadraticDamping as BuiltQuadraticDamping
-    from hydrosim.forces.damping.viscous_roll import ViscousRoll as BuiltViscousRoll
+    from hydrosim.forces.damping import LinearDamping as BuiltLinearDamping
+    from hydrosim.forces.damping import QuadraticDamping as BuiltQuadraticDamping
+    from hydrosim.forces.viscous_roll import ViscousRoll as BuiltViscousRoll
 
 
 class LinearDamping(Element):
@@ -44,9 +44,7 @@ class LinearDamping(Element):
         return self
 
     def build(self, where: BuildContext) -> BuiltLinearDamping:
-        from hydrosim.forces.damping.linear_damping import (
-            LinearDamping as BuiltLinearDamping,  # loads numba
-        )
+        from hydrosim.forces.damping import LinearDamping as BuiltLinearDamping
 
         damping, ratio = self.damping, self.damping_ratio
         return BuiltLinearDamping(
@@ -75,9 +73,7 @@ class QuadraticDamping(Element):
     """Coefficients: per degree of freedom, or a 6 x 6 matrix."""
 
     def build(self, where: BuildContext) -> BuiltQuadraticDamping:
-        from hydrosim.forces.damping.quadratic_damping import (
-            QuadraticDamping as BuiltQuadraticDamping,  # loads numba
-        )
+        from hydrosim.forces.damping import QuadraticDamping as BuiltQuadraticDamping
 
         return BuiltQuadraticDamping(self.body, damping=as_matrix(self.damping))
 
@@ -173,8 +169,8 @@ class ViscousRoll(Element):
         return self
 
     def build(self, where: BuildContext) -> BuiltViscousRoll:
-        from hydrosim.forces.damping.ikeda import WATER_VISCOSITY, SharpBarge  # loads numba
-        from hydrosim.forces.damping.viscous_roll import ViscousRoll as BuiltViscousRoll
+        from hydrosim.forces.viscous_roll import WATER_VISCOSITY, SharpBarge  # loads numba
+        from hydrosim.forces.viscous_roll import ViscousRoll as BuiltViscousRoll
 
         keys = self.with_fitted_numbers(where)
         form = keys.ikeda

@@ -18,7 +18,7 @@ from hydrosim.documents.quantities import SchemaModel
 from hydrosim.documents.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.line.controls import Control
+    from hydrosim.forces.line.drum import Control
     from hydrosim.forces.line.winch import Winch as Built
     from hydrosim.forces.signal import Signal
 
@@ -278,19 +278,19 @@ class Winch(Breaking):
         return self.length - 0.5 * stroke, self.length + 0.5 * stroke
 
     def _control(self, where: BuildContext) -> Control | None:
-        from hydrosim.forces.line import controls
+        from hydrosim.forces.line import drum
 
         if self.tension is not None:
             assert isinstance(self.speed, float)
             moves = (*self._frictions(), self.acceleration or 0.0)
-            return controls.TensionControl(self.tension, self.speed, self.dead_band, *moves)
+            return drum.TensionControl(self.tension, self.speed, self.dead_band, *moves)
         if self.compensation is not None:
             c = self.compensation
             fastest = inf if c.speed is None else c.speed
-            return controls.Compensation(c.point, c.gain, c.delay, fastest)
+            return drum.Compensation(c.point, c.gain, c.delay, fastest)
         if self.speed is None:
             return None
-        return controls.SpeedControl(speed_signal(self.speed, f"{where.key}.speed", where.path))
+        return drum.SpeedControl(speed_signal(self.speed, f"{where.key}.speed", where.path))
 
 
 def speed_signal(form: Any, key: str, path: Path) -> Signal:

@@ -22,7 +22,7 @@ from hydrosim.compiling.questions.query import (
     text_beyond,
 )
 from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line.now import LineShape, line_shapes
+from hydrosim.forces.line.points import LineShape, line_shapes
 from hydrosim.forces.link import TorsionSpring
 from hydrosim.forces.pair import TwoPointElement
 from hydrosim.scene import Body, JointType

@@ -21,7 +21,7 @@ from hydrosim.compiling.questions.query import (
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.forces.applied_force import AppliedForce
-from hydrosim.forces.damping.quadratic_damping import QuadraticDamping
+from hydrosim.forces.damping import QuadraticDamping
 from hydrosim.forces.signal import Harmonic, Signal
 from hydrosim.scene import Body, Question, Weight
 from hydrosim.scene.body import Box

@@ -21,15 +21,15 @@ from hydrosim.compiling.questions.query import (
 )
 from hydrosim.dofs import DOFS
 from hydrosim.forces.contact.coulomb import Coulomb
+from hydrosim.forces.contact.curves import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.fender import Contact, Fender
 from hydrosim.forces.contact.friction_slope import FrictionSlope
-from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
-from hydrosim.forces.damping.linear_damping import LinearDamping
-from hydrosim.forces.damping.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
-from hydrosim.forces.damping.viscous_roll import ViscousRoll
+from hydrosim.forces.damping import LinearDamping
 from hydrosim.forces.line.catenary import Catenary
 from hydrosim.forces.linear_mooring import LinearMooring
+from hydrosim.forces.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
+from hydrosim.forces.viscous_roll import ViscousRoll
 from hydrosim.rigid.kinematics import Motion
 from hydrosim.scene import Body, Question, Weight
 

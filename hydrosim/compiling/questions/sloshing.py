@@ -19,8 +19,7 @@ from hydrosim.linear import modes
 from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import linearise
 from hydrosim.scene import Body, Box, FreeSurface, Tank, TankMesh, TankShape, TankTable
-from hydrosim.tanks.contents import changing_tanks, level_of, tank_names
-from hydrosim.tanks.events import unforeseen_tanks
+from hydrosim.tanks.contents import changing_tanks, level_of, tank_names, unforeseen_tanks
 from hydrosim.tanks.shapes import height, volume_at
 from hydrosim.tanks.timeline import integrate_tanks
 

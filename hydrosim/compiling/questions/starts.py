@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hydrosim.compiling.questions.query import Query, SceneContext, extents, text_beyond
+from hydrosim.forces.contact.curves import NormalCurve, PrescribedNormal
 from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.contact.normal import NormalCurve, PrescribedNormal
-from hydrosim.forces.contact.plane import Plane
-from hydrosim.forces.line.now import line_shapes
+from hydrosim.forces.contact.geometry import Plane
+from hydrosim.forces.line.points import line_shapes
 from hydrosim.forces.link import Link, Strut
 from hydrosim.forces.link import strut_kinematics as stretch_of_strut
 from hydrosim.forces.spring import Spring, kinematics

@@ -24,7 +24,7 @@ from hydrosim.compiling.questions.query import (
 )
 from hydrosim.scene import Jonswap, Tma
 from hydrosim.waves import shares_outside
-from hydrosim.waves.frequency_truncation import Outside
+from hydrosim.waves.database_limits import Outside
 
 if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase

@@ -22,8 +22,7 @@ from math import atan2, cos, sin
 import numpy as np
 
 from hydrosim.forces.contact.geometry import add_contact_wrench, tangential_bias
-from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction
-from hydrosim.forces.contact.modes import SLIP, STICK
+from hydrosim.forces.contact.law import AT_REST, SLIP, STICK, Constants, Friction, direction
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import NO_INDEX
 from hydrosim.rigid.kinematics import generalised_force

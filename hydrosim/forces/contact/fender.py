@@ -28,15 +28,13 @@ import numpy as np
 
 from hydrosim.dofs import MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.errors import InputError
-from hydrosim.forces import curve
-from hydrosim.forces.contact import coulomb, edges, geometry, group, laws, loop
+from hydrosim.forces.contact import coulomb, curves, geometry, group, laws
+from hydrosim.forces.contact.curves import NO_CURVE, NormalCurve, NormalLoop, PrescribedNormal
+from hydrosim.forces.contact.curves import SEGMENT as PIECE
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.law import NormalLoad
+from hydrosim.forces.contact.law import OPEN, PASSED, STICK, NormalLoad
 from hydrosim.forces.contact.laws import COULOMB, FORGETFUL, LAW, Law
-from hydrosim.forces.contact.modes import OPEN, PASSED, STICK
-from hydrosim.forces.contact.normal import NO_CURVE, NormalCurve, NormalLoop, PrescribedNormal
 from hydrosim.forces.contact.stick_slip import StickSlip
-from hydrosim.forces.curve import SEGMENT as PIECE
 from hydrosim.forces.signal import (
     NOTHING,
     SIGNAL,
@@ -51,7 +49,7 @@ from hydrosim.modes import MODE, NO_INDEX, RISING, SEGMENT
 from hydrosim.scene import ForceElement
 
 if TYPE_CHECKING:
-    from hydrosim.forces.contact.plane import Plane
+    from hydrosim.forces.contact.geometry import Plane
     from hydrosim.forces.layout import Layout
 
 CONTACT_STATE_NAMES = (  # of each point
@@ -115,9 +113,9 @@ class Contact(ForceElement):
         normal = self.normal
         try:
             if isinstance(normal, NormalLoop):
-                loop.check(normal)
+                curves.check(normal)
             for plane in self.planes():
-                edges.plane_edges(plane)
+                geometry.plane_edges(plane)
         except InputError as error:
             raise InputError(f"forces.{name}.{error}") from None
         if not isinstance(law, StickSlip) or law.damping + law.slip_damping > 0.0:
@@ -166,7 +164,7 @@ CONTACT_POINT = np.dtype(
         *(("normal_damping", float), ("prescribed", bool), ("least", float), ("signal", SIGNAL)),
         *LAW,
         *(("reach", float), ("lag", float)),
-        *loop.LOOP,
+        *curves.LOOP,
         *(("edge", int), ("edges", int), ("extent", float), ("group", int)),
         ("saturates", bool),
     ]
@@ -212,9 +210,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
             signal = _prescribed_normal(next(following), pieces)
         first = sum(map(len, segments))
         segments.append(
-            loop.segments(NO_CURVE if isinstance(e.normal, PrescribedNormal) else e.normal)
+            curves.normal_segments(NO_CURVE if isinstance(e.normal, PrescribedNormal) else e.normal)
         )
-        curve_ = loop.loading_fields(e.normal, first, segments[-1])
+        curve_ = curves.loading_fields(e.normal, first, segments[-1])
         law = laws.constants(e.friction)
         usual = (
             laws.break_away_stretch(e.friction, _usual_load(e, signal, pieces, layout)),
@@ -223,8 +221,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
         place = (layout.body[e.body], layout.row[name])
         keeps = e.remembers or isinstance(e.normal, NormalLoop)
         for point, plane in zip(e.points, e.planes(), strict=True):
-            sides = edges.plane_edges(plane)
-            back = loop.unloading_fields(
+            sides = geometry.plane_edges(plane)
+            back = curves.unloading_fields(
                 e.normal, first, segments[-1], remembering if keeps else NO_INDEX
             )
             end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
@@ -236,7 +234,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
             remembering += keeps
     points = np.array(rows, dtype=CONTACT_POINT)
     all_ends = np.concatenate(ends)
-    states = CONTACT_STATES * len(points) + loop.LOOP_STATES * remembering
+    states = CONTACT_STATES * len(points) + curves.LOOP_STATES * remembering
     groups = group.compile_groups(fenders, layout.carried, states)
     for g, index in enumerate(groups["index"]):
         points["group"][np.array(names) == [*dict.fromkeys(names)][index]] = g
@@ -283,13 +281,13 @@ def points_with_memory(p: ContactConstants) -> np.ndarray:
 def memory_states(p: ContactConstants, y: np.ndarray) -> np.ndarray:
     """The memory (..., r, loop.LOOP_STATES) of ``r`` points, from y (..., ny)."""
     own = y[..., memory_range(p)]
-    return own.reshape(*y.shape[:-1], p.remembering, loop.LOOP_STATES)
+    return own.reshape(*y.shape[:-1], p.remembering, curves.LOOP_STATES)
 
 
 def memory_range(p: ContactConstants) -> slice:
     """The places of all memories in y."""
     first = p.state + CONTACT_STATES * p.points.size
-    return slice(first, first + loop.LOOP_STATES * p.remembering)
+    return slice(first, first + curves.LOOP_STATES * p.remembering)
 
 
 def without_friction(p: ContactConstants) -> ContactConstants:
@@ -325,7 +323,7 @@ def is_mirrored(p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     apart = np.abs((here * MIRROR_SIGN[:3])[:, None] - here).max(axis=3)
     close = apart <= SYMMETRY_RTOL * np.abs(here).max(axis=(0, 2), initial=0.0)
     start = np.zeros(n)
-    start[points_with_memory(p)] = memory_states(p, y)[:, loop.BRANCH_START]
+    start[points_with_memory(p)] = memory_states(p, y)[:, curves.BRANCH_START]
     alike = np.abs(start[:, None] - start) <= SYMMETRY_RTOL * np.abs(start).max(initial=0.0)
     images = close.all(axis=2) & np.all(whose[:, None] == whose, axis=2) & alike
     return bool(np.all(images.any(axis=1)))
@@ -338,7 +336,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     rigid friction are left out: see `add_reactions`. The memory of points changes at events
     only."""
     first = p.state + CONTACT_STATES * p.points.size
-    clear(dy[first : first + loop.LOOP_STATES * p.remembering + group.GROUP_STATES * p.groups.size])
+    clear(
+        dy[first : first + curves.LOOP_STATES * p.remembering + group.GROUP_STATES * p.groups.size]
+    )
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]
@@ -384,14 +384,14 @@ def normal_load_of(i, t, y, modes, contact, p):
     point = p.points[i]
     if mode[MODE] == OPEN:
         return NormalLoad(0.0, 0.0, 0.0, False)
-    start = y[memory_start(point, p) + loop.BRANCH_START] if mode[SEGMENT] == point.line else 0.0
+    start = y[memory_start(point, p) + curves.BRANCH_START] if mode[SEGMENT] == point.line else 0.0
     return normal_load(t, point, p.segments[mode[SEGMENT]], start, mode[RISING], contact, p)
 
 
 @kernel
 def memory_start(point, p):
     """First entry in y of a point's memory; the point must have one."""
-    return p.state + CONTACT_STATES * p.points.size + loop.LOOP_STATES * point.memory
+    return p.state + CONTACT_STATES * p.points.size + curves.LOOP_STATES * point.memory
 
 
 @kernel
@@ -402,7 +402,7 @@ def normal_load(t, point, piece, start, rising, contact, p):
         N = value(t, point.signal, p.pieces)
         return NormalLoad(N, N, rate(t, point.signal, p.pieces), rising != 0)
     damping = point.normal_damping
-    elastic = curve.curve_force(piece, contact.compression - start)
+    elastic = curves.curve_force(piece, contact.compression - start)
     return NormalLoad(
         elastic + damping * contact.rate, elastic, piece.slope * contact.rate, rising != 0
     )
@@ -438,10 +438,10 @@ def stored_along_normal(i, t, y, modes, contact, p):
     point = p.points[i]
     x = contact.compression
     if point.line != NO_INDEX:
-        return loop.recoverable_energy(
+        return curves.recoverable_energy(
             normal_load_of(i, t, y, modes, contact, p).elastic, x, point, p.segments
         )
-    return curve.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
+    return curves.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], x)
 
 
 @kernel
@@ -449,9 +449,9 @@ def lost_in_loop(i, y, modes, contact, p):
     """Energy that the loop of point ``i`` has dissipated."""
     point = p.points[i]
     mode = modes[p.mode + i]
-    lost = y[memory_start(point, p) + loop.LOOP_LOSS]
+    lost = y[memory_start(point, p) + curves.LOOP_LOSS]
     if mode[MODE] != OPEN:
-        lost += loop.branch_loss(mode[SEGMENT], contact.compression, point, p.segments)
+        lost += curves.branch_loss(mode[SEGMENT], contact.compression, point, p.segments)
     return lost
 
 
@@ -463,8 +463,8 @@ def residual_energy(i, modes, contact, p):
     mode = modes[p.mode + i]
     if point.prescribed or contact.compression <= 0.0 or mode[RISING] >= PASSED:
         return 0.0
-    segment = curve.find_segment(point.first, point.last, p.segments, contact.compression)
-    return curve.stored_energy(p.segments[segment], contact.compression)
+    segment = curves.find_segment(point.first, point.last, p.segments, contact.compression)
+    return curves.stored_energy(p.segments[segment], contact.compression)
 
 
 @kernel

@@ -15,8 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrosim.forces.contact.law import AT_REST, Constants, Friction, direction, size_along
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.law import (
+    AT_REST,
+    OPEN,
+    SLIP,
+    STICK,
+    Constants,
+    Friction,
+    direction,
+    size_along,
+)
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 

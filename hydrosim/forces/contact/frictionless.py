@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hydrosim.forces.contact.law import Constants, Friction
-from hydrosim.forces.contact.modes import SLIP
+from hydrosim.forces.contact.law import SLIP, Constants, Friction
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 

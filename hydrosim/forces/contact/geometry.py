@@ -5,17 +5,28 @@ contact point; d = p - c. The compression is delta = -n d, positive in contact. 
 relative to the plane's material at p; delta' = -n w. The coordinates u1 = (t1 d, t2 d) in the
 plane's own frame have the rates u1' = (t1 w, t2 w). This is exact, because n, t1 and t2 turn with
 the plane. In linear kinematics normals and lever arms stay as at rest.
+
+Edges of a plane: of a convex polygon in it, or of the circle of a seat.
+
+An edge is a row (a, b, c). (u1, u2) is the foot of a point in the plane, along its tangents. Its
+distance from the edge is a u1 + b u2 + c, positive inside. A point beyond the edge is open. A point
+that has passed behind the plane there, or left over the edge while pressed, touches again only
+after it has returned to the free side.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim.dofs import foot_of_perpendicular, mirrored_vector
+from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.kinematics import add_wrench, attachment, point_bias, point_velocity
-from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, sub, vector
+from hydrosim.rigid.vectors import add, cross, dot, length, matvec, scale, sub, vector
 
 EARTH = -1
 
@@ -130,3 +141,94 @@ def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     t1 = guess - normal * (guess @ normal)
     t1 /= np.linalg.norm(t1)
     return t1, np.cross(normal, t1)
+
+
+# `Plane`: the surface that contact points are pressed against.
+
+
+@dataclass(frozen=True)
+class Plane:
+    """``point`` and ``normal`` (towards the free side), in the earth frame or that of ``body``. The
+    plane may end at the convex polygon of its ``corners`` (n, 3), or at an ``extent`` [m] from its
+    point."""
+
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+    body: str | None = None
+    corners: tuple[tuple[float, ...], ...] = ()
+    extent: float | None = None
+
+    def by_its_foot(self, y: float) -> Plane:
+        """The same plane given by the foot of the perpendicular from the origin, relative to the
+        plane at ``y`` [m]; its corners are in a canonical order."""
+        y = 0.0 if self.body else y
+        corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
+        return replace(
+            self,
+            point=foot_of_perpendicular(self.point, self.normal, y),
+            corners=_sorted_corners(corners),
+        )
+
+    def mirror_image(self) -> Plane:
+        """The mirror image in the plane y = 0."""
+        corners = _sorted_corners(
+            np.array([mirrored_vector(corner) for corner in self.corners]).reshape(-1, 3)
+        )
+        point = mirrored_vector(self.point)
+        normal = mirrored_vector(self.normal)
+        return replace(self, point=point, normal=normal, corners=corners)
+
+
+def _sorted_corners(corners: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    """Corners of a convex polygon in an order that does not depend on the first corner."""
+    fine = np.round(corners / max(np.abs(corners).max(initial=0.0), 1.0), 6)
+    return tuple(map(tuple, corners[np.lexsort(fine.T)].tolist()))
+
+
+PLANE_RTOL = 1e-6  # of the polygon's size: tolerance of its corners from the plane
+CONVEX_RTOL = 1e-9  # of the polygon's size: a corner this far inside is on the edge
+
+
+def plane_edges(plane: Plane) -> np.ndarray:
+    """The edges (n, 3) of a plane; empty if it has none.
+
+    Raises InputError if its corners do not form a convex polygon in the plane.
+    """
+    if not plane.corners:
+        return np.zeros((0, 3))
+    normal = np.array(plane.normal, float) / np.linalg.norm(plane.normal)
+    apart = np.subtract(plane.corners, plane.point)
+    size, u = np.ptp(apart, axis=0).max(), apart @ np.array(tangents(normal)).T
+    if np.abs(apart @ normal).max() > PLANE_RTOL * size:
+        off = np.abs(apart @ normal).max()
+        text = f"found a corner {off:.3g} m off the plane; expected all corners in it"
+        raise InputError(f"plane.corners: {text}.")
+    about = u - u.mean(axis=0)
+    u = u[np.argsort(np.arctan2(about[:, 1], about[:, 0]))]
+    along = np.roll(u, -1, axis=0) - u
+    inward = np.stack([-along[:, 1], along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
+    sides = np.column_stack([inward, -np.sum(inward * u, axis=1)])
+    inside = u @ inward.T + sides[:, 2]
+    corner = np.eye(len(u), dtype=bool) | np.roll(np.eye(len(u), dtype=bool), 1, axis=0)
+    if len(u) < 3 or not np.all(inside[~corner] > CONVEX_RTOL * size):
+        raise InputError(
+            "plane.corners: found no convex polygon; expected three corners or more that turn"
+            " one way. Use several fenders for any other shape."
+        )
+    return sides
+
+
+@kernel
+def ends_somewhere(point):
+    """True if a point's plane has edges."""
+    return point.edges > 0 or point.extent < inf
+
+
+@kernel
+def distance_inside(point, contact, ends):
+    """Distance of a point's foot from the nearest edge of its plane, negative beyond."""
+    nearest = point.extent - length(contact.offset)
+    for k in range(point.edge, point.edge + point.edges):
+        u = contact.offset
+        nearest = min(nearest, ends[k, 0] * u[0] + ends[k, 1] * u[1] + ends[k, 2])
+    return nearest

@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from hydrosim.forces.contact.modes import OPEN
+from hydrosim.forces.contact.law import OPEN
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE, NO_INDEX
 

@@ -1,13 +1,29 @@
-"""Contact points as a kind: states, modes, variables, and states that a restart initialises."""
+"""Contact points as a kind: states, modes, variables, and states that a restart initialises.
+
+Impulses, works and displacements of contact points by mode: integrals in y, if asked for.
+
+For each point and each of its modes (open, stick, slip), in the earth frame:
+
+    time, N, N n, f                 impulses of the normal force and of friction f on the body
+    w                               displacement of the point along the plane
+    f w by axis, N n w              works of friction and of the normal force
+
+with the velocity w of the point relative to the plane. In slip also, with its direction d = -f /
+|f|: d, N d, C3 |v2| d, the node's |v2| d, and for three of them the part towards positive axes,
+max(d, 0). So in slip, with the mean E and the duration T,
+
+    int f dt = -mu_k int N d dt - int C3 |v2| d dt,     int N d dt = T (E[N] E[d] + Cov(N, d))
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.forces.contact import group, loop
+from hydrosim.forces.contact import curves, geometry, group, laws
+from hydrosim.forces.contact.curves import BRANCH_START
 from hydrosim.forces.contact.fender import (
     COMPRESSION,
     CONTACT_STATE_NAMES,
@@ -27,26 +43,229 @@ from hydrosim.forces.contact.fender import (
     is_mirrored,
     memory_range,
     memory_states,
+    normal_load_of,
     points_with_memory,
 )
-from hydrosim.forces.contact.modes import OPEN
-from hydrosim.forces.contact.postures import KindOfContacts
-from hydrosim.forces.contact.tally import MODE_TALLIES, TALLIES_OF_MODES, TALLIES_OF_SLIP
-from hydrosim.forces.contact.tally import MODES as TALLIED
-from hydrosim.forces.contact.tally import POINT_TALLIES as TALLIES
+from hydrosim.forces.contact.geometry import contact_kinematics
+from hydrosim.forces.contact.law import OPEN, SLIP, STICK
+from hydrosim.forces.contact.laws import COULOMB, LAW, least_slip_speed, steady_slip_state
 from hydrosim.forces.kind import (
+    LINEARISATION_DEPTH,
     Columns,
     KindConstants,
+    KindWithModeSets,
     ModeRows,
+    ModeSet,
     RecordedStates,
     StateBlocks,
     UnitRecord,
     Variable,
     capacity_of,
     elements_of,
+    rest_at_first,
+    steepest_segment,
+    with_mode_of_unit,
 )
-from hydrosim.modes import MODE
+from hydrosim.forces.signal import time_of_largest, value
+from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import MODE, NO_INDEX, SEGMENT
+from hydrosim.rigid.vectors import add, length, scale
 from hydrosim.scene import Scene
+
+MODES = ("open", "stick", "slip")
+TALLIES_OF_MODES = (  # for each mode: name and number of entries
+    *(("time", 1), ("impulse", 1), ("press", 3), ("friction", 3)),
+    *(("moved", 3), ("friction_work", 3), ("press_work", 1)),
+)
+TALLIES_OF_SLIP = (  # in slip also
+    *(("slip_direction", 3), ("slip_load", 3), ("slip_damping", 3), ("slip_moved", 3)),
+    *(("slip_direction_ahead", 3), ("slip_load_ahead", 3), ("slip_moved_ahead", 3)),
+)
+MODE_TALLIES = sum(count for _, count in TALLIES_OF_MODES)
+POINT_TALLIES = len(MODES) * MODE_TALLIES + sum(count for _, count in TALLIES_OF_SLIP)
+
+
+@kernel
+def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
+    """Rates of the integrals of all points, `POINT_TALLIES` for each, with the ``reactions`` (nf,
+    2) of rigid friction."""
+    clear(rates[: POINT_TALLIES * p.points.size])
+    for i in range(p.points.size):
+        point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + CONTACT_STATES * i
+        c = geometry.contact_kinematics(point, bodies, motion)
+        load = normal_load_of(i, t, y, modes, c, p)
+        law = laws.friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
+        f = law.force
+        if point.law == COULOMB and mode == STICK:
+            f = (reactions[i, 0], reactions[i, 1])
+        first = POINT_TALLIES * i + MODE_TALLIES * mode
+        _add_mode_tallies(load.N, f, c, rates[first : first + MODE_TALLIES])
+        if mode == SLIP and length(f) > 0.0:
+            last = POINT_TALLIES * (i + 1)
+            _add_slip_tallies(
+                load.N, f, law, c, rates[POINT_TALLIES * i + len(MODES) * MODE_TALLIES : last]
+            )
+
+
+@kernel
+def _add_mode_tallies(N, f, c, out):
+    """The rates of `TALLIES_OF_MODES`."""
+    force, press = _earth_vector(f, c), scale(N, c.normal)
+    w = _earth_vector(c.velocity, c)
+    out[0], out[1], out[MODE_TALLIES - 1] = 1.0, N, -N * c.rate
+    for a in range(3):
+        out[2 + a], out[5 + a], out[8 + a] = press[a], force[a], w[a]
+        out[11 + a] = force[a] * w[a]
+
+
+@kernel
+def _add_slip_tallies(N, f, law, c, out):
+    """The rates of `TALLIES_OF_SLIP`."""
+    size, v2 = length(f), law.slip_speed
+    d = _earth_vector((-f[0] / size, -f[1] / size), c)
+    damping = law.slip_damped / v2 if v2 != 0.0 else 0.0
+    for a in range(3):
+        ahead = max(d[a], 0.0)
+        out[a], out[3 + a], out[6 + a], out[9 + a] = d[a], N * d[a], damping * d[a], v2 * d[a]
+        out[12 + a], out[15 + a], out[18 + a] = ahead, N * ahead, v2 * ahead
+
+
+@kernel
+def _earth_vector(u, c):
+    """A vector (2,) in the plane, turned into the earth frame."""
+    return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))
+
+
+# Postures of contact points: open, sticking, slipping; see `hydrosim.forces.kind`.
+#
+# Points are linearised on the steepest piece of their curve, or under the largest prescribed force,
+# and in steady slip.
+
+CLOSED_MODES = {STICK: "sticking", SLIP: "slipping"}
+SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins at a higher one
+
+
+class KindOfContacts(KindWithModeSets):
+    """Postures of contact points."""
+
+    def mode_sets(self, p: ContactConstants) -> Sequence[ModeSet]:
+        text = "all contacts open" if p.points.size else "no contact"
+        rest = ModeSet(text, rest_at_first(p.points["first"], OPEN))
+        modes = CLOSED_MODES if p.points.size else ()
+        return [
+            rest,
+            *(ModeSet(f"all contacts {CLOSED_MODES[m]}", _closed_modes(p, m)) for m in modes),
+        ]
+
+    def one_unit_active(
+        self, p: ContactConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[ModeSet]:
+        rest = rest_at_first(p.points["first"], OPEN)
+        for mode, text in CLOSED_MODES.items() if p.points.size > 1 else ():
+            closed = _closed_modes(p, mode)
+            for i in which:
+                yield ModeSet(f"{names[i]} alone {text}", with_mode_of_unit(rest, closed, i))
+
+    def equivalence_keys(self, p: ContactConstants) -> Sequence[Hashable]:
+        law = (name for name, _ in LAW)
+        fields = ("normal_damping", "prescribed", "signal", "reach", "lag", *law)
+        return [
+            (
+                *p.segments[_steepest_segment(p, point)].tolist(),
+                *(point[name].item() for name in fields),
+            )
+            for point in p.points
+        ]
+
+    def rates(self, p: ContactConstants, bodies: Any, motion: Any) -> np.ndarray:
+        """Along the normal and along both tangents."""
+        touches = [contact_kinematics(point, bodies, motion) for point in p.points]
+        return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
+
+    def moved_onto_segment(
+        self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> ContactConstants:
+        """Constants in which each plane presses its point, and each mode keeps its branch."""
+        points = p.points.copy()
+        points["saturates"] = False
+        for point, (mode, segment, _) in zip(points, modes, strict=True):
+            if mode != OPEN:
+                start = p.segments[segment]["start"]
+                nearer = (
+                    start
+                    + LINEARISATION_DEPTH
+                    - contact_kinematics(point, bodies, motion).compression
+                )
+                point["plane_point"] += nearer * point["plane_normal"]
+        return p._replace(points=points)
+
+    def time_of_largest_load(self, p: ContactConstants) -> float:
+        signals = p.points["signal"][p.points["prescribed"]]
+
+        def total(time: float) -> float:
+            return sum(value(time, signal, p.pieces) for signal in signals)
+
+        return max(
+            (time_of_largest(signal, p.pieces) for signal in signals), key=total, default=0.0
+        )
+
+    def sliding_speed(self, p: ContactConstants, modes: np.ndarray, time: float) -> float:
+        if not np.any(modes[:, MODE] == SLIP):
+            return 0.0
+        return max(SLIDING, *map(least_slip_speed, _normal_loads(p, modes, time), p.points))
+
+    def set_steady_slip(
+        self,
+        p: ContactConstants,
+        modes: np.ndarray,
+        time: float,
+        bodies: Any,
+        motion: Any,
+        y: np.ndarray,
+    ) -> None:
+        """Put points into steady slip; stiff lines begin at the planes of `moved_onto_segment`."""
+        memory_states(p, y)[:, BRANCH_START] = 0.0
+        loads = _normal_loads(p, modes, time)
+        for i in np.flatnonzero(modes[:, MODE] == SLIP):
+            point = p.points[i]
+            found = steady_slip_state(
+                loads[i], np.array(contact_kinematics(point, bodies, motion).velocity), point
+            )
+            if found is not None:
+                y[p.state + CONTACT_STATES * i :][:2] = found
+
+    def idle_states(self, p: ContactConstants, modes: np.ndarray) -> np.ndarray:
+        """The nodes of open contacts; they are analysed in the posture with all contacts open."""
+        states = dynamic_states(p)
+        is_open = modes[:, MODE] == OPEN
+        return states[is_open[(states - p.state) // CONTACT_STATES] & (not is_open.all())]
+
+
+def _closed_modes(p: ContactConstants, mode: int) -> np.ndarray:
+    """Modes with all points in one mode on their steepest pieces."""
+    modes = rest_at_first(p.points["first"], mode)
+    modes[:, SEGMENT] = [_steepest_segment(p, point) for point in p.points]
+    return modes
+
+
+def _steepest_segment(p: ContactConstants, point: np.void) -> int:
+    """The steepest piece of the curve of a point: the stiff line, if it has one."""
+    line = int(point["line"])
+    return line if line != NO_INDEX else steepest_segment(p.segments, point["first"], point["last"])
+
+
+def _normal_loads(p: ContactConstants, modes: np.ndarray, time: float) -> list[float]:
+    """Normal force [N] of every point in its mode, for the planes of
+    `KindOfContacts.moved_onto_segment`."""
+    return [_normal_load(p, point, mode, time) for point, mode in zip(p.points, modes, strict=True)]
+
+
+def _normal_load(p: ContactConstants, point: np.void, mode: np.ndarray, time: float) -> float:
+    if point["prescribed"]:
+        return float(value(time, point["signal"], p.pieces))
+    piece = p.segments[mode[SEGMENT]]
+    return float(piece["force"] + LINEARISATION_DEPTH * piece["slope"])
+
 
 EARTH_NAME = "earth"
 NORMAL = "normal of the plane"
@@ -121,7 +340,7 @@ class ContactKind(KindOfContacts):
             "the part of slip_moved towards positive axes", "m", EARTH_NAME
         ),
     }
-    impulse_names: ClassVar = tuple(f"tally {k + 1}" for k in range(TALLIES))
+    impulse_names: ClassVar = tuple(f"tally {k + 1}" for k in range(POINT_TALLIES))
 
     def modes(self, p: ContactConstants) -> ModeRows:
         points = p.points
@@ -134,7 +353,7 @@ class ContactKind(KindOfContacts):
         groups = [*dict.fromkeys(group_of_points(scene))]
         yield StateBlocks("contact node", names, CONTACT_STATE_NAMES)
         yield StateBlocks(
-            "closings", [names[i] for i in points_with_memory(p)], loop.LOOP_STATE_NAMES
+            "closings", [names[i] for i in points_with_memory(p)], curves.LOOP_STATE_NAMES
         )
         owners = [groups[k] for k in p.groups["index"]]
         yield StateBlocks("contact group", owners, group.GROUP_STATE_NAMES, "group ")
@@ -199,8 +418,8 @@ class ContactKind(KindOfContacts):
         memory of groups that did not have one in the run."""
         for k, i in enumerate(points_with_memory(p)):
             if not (possible[i] and known[p.state + CONTACT_STATES * i]):
-                memory_states(p, y)[k, loop.BRANCH_START] = memory_states(p, anew)[
-                    k, loop.BRANCH_START
+                memory_states(p, y)[k, curves.BRANCH_START] = memory_states(p, anew)[
+                    k, curves.BRANCH_START
                 ]
         for first in p.state + p.groups["first"]:
             if not known[first]:
@@ -216,7 +435,7 @@ def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
     kinetic = [getattr(e.friction, "kinetic", 0.0) for e in contacts for _ in e.points]
     said = {"long_name": "coefficient of kinetic friction", "units": "1"}
     return {
-        "contact_mode": ("contact_mode", list(TALLIED)),
+        "contact_mode": ("contact_mode", list(MODES)),
         "fender_kinetic": ("fender", kinetic, said),
     }
 
@@ -225,13 +444,13 @@ def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}
-    known = np.full((len(y), p.points.size, loop.LOOP_STATES), np.nan)
+    known = np.full((len(y), p.points.size, curves.LOOP_STATES), np.nan)
     own = y[memory_range(p)]
-    known[:, points_with_memory(p)] = own.reshape(len(y), p.remembering, loop.LOOP_STATES)
+    known[:, points_with_memory(p)] = own.reshape(len(y), p.remembering, curves.LOOP_STATES)
     return {
-        "fender_closings": (POINT_AXES[:2], known[:, :, loop.CLOSINGS]),
-        "fender_closing_speed": (POINT_AXES[:2], known[:, :, loop.CLOSING_SPEED]),
-        "fender_largest_force": (POINT_AXES[:2], known[:, :, loop.LARGEST_NORMAL]),
+        "fender_closings": (POINT_AXES[:2], known[:, :, curves.CLOSINGS]),
+        "fender_closing_speed": (POINT_AXES[:2], known[:, :, curves.CLOSING_SPEED]),
+        "fender_largest_force": (POINT_AXES[:2], known[:, :, curves.LARGEST_NORMAL]),
     }
 
 
@@ -241,8 +460,8 @@ def _tally_variables(
     """Variables from the ``tallies`` (nt, nf, `TALLIES`) of contact points: `contact_*` (time,
     fender, mode) and `slip_*` (time, fender, axis)."""
     dims = ("time", "fender", "contact_mode")
-    end = len(TALLIED) * MODE_TALLIES
-    modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(TALLIED), MODE_TALLIES)
+    end = len(MODES) * MODE_TALLIES
+    modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(MODES), MODE_TALLIES)
     at = 0
     for name, count in TALLIES_OF_MODES:
         part = modes[..., at : at + count]

@@ -25,6 +25,14 @@ from typing import NamedTuple
 from hydrosim.jit.kernels import kernel
 from hydrosim.rigid.vectors import length
 
+# Modes of a contact point, CF flag values of `fender_mode`.
+
+OPEN, STICK, SLIP = range(3)
+PASSED, ABSENT = 2, 3
+"""Values of the column `RISING` for an open point: it is behind its plane, beyond the plane's edge;
+or it does not exist at present."""
+
+
 REVERSED = 10.0  # 1 / cos(84 deg)
 AT_REST = 1e-6
 """m/s: below this speed the last direction of slip is kept.

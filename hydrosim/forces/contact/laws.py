@@ -17,8 +17,7 @@ from hydrosim.forces.contact import coulomb, friction_slope, frictionless, stick
 from hydrosim.forces.contact.coulomb import Coulomb
 from hydrosim.forces.contact.friction_slope import FrictionSlope
 from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.contact.law import Constants
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.law import OPEN, SLIP, STICK, Constants
 from hydrosim.forces.contact.stick_slip import StickSlip
 from hydrosim.jit.kernels import kernel
 

@@ -17,8 +17,7 @@ Where a plane ends, the distance inside its nearest edge belongs to the margin o
 
 from __future__ import annotations
 
-from hydrosim.forces import curve
-from hydrosim.forces.contact import edges, geometry, group, laws, loop
+from hydrosim.forces.contact import curves, geometry, group, laws
 from hydrosim.forces.contact.fender import (
     CONTACT_STATES,
     DISSIPATED,
@@ -30,9 +29,8 @@ from hydrosim.forces.contact.fender import (
     residual_energy,
     stored_along_normal,
 )
-from hydrosim.forces.contact.law import AT_REST
+from hydrosim.forces.contact.law import ABSENT, AT_REST, OPEN, PASSED, SLIP, STICK
 from hydrosim.forces.contact.laws import COULOMB, FRICTION_SLOPE
-from hydrosim.forces.contact.modes import ABSENT, OPEN, PASSED, SLIP, STICK
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -77,13 +75,13 @@ def find_margins(t, y, modes, motion, bodies, p, headings, reactions, watched, o
         out[m + CONTACT_MARGIN] = _contact_margin(t, mode[MODE], point, mode[SEGMENT], c, p)
         out[m + FRICTION_MARGIN] = grip
         if mode[SEGMENT] == point.line:
-            start = y[memory_start(point, p) + loop.BRANCH_START]
-            out[m + SEGMENT_MARGIN] = loop.inside_reload_branch(
+            start = y[memory_start(point, p) + curves.BRANCH_START]
+            out[m + SEGMENT_MARGIN] = curves.inside_reload_branch(
                 start, c.compression, point, p.segments
             )
         else:
             piece = p.segments[mode[SEGMENT]]
-            out[m + SEGMENT_MARGIN] = curve.inside_segment(piece, c.compression)
+            out[m + SEGMENT_MARGIN] = curves.inside_segment(piece, c.compression)
         if point.line != NO_INDEX and mode[SEGMENT] != point.line:
             onward = c.rate if mode[SEGMENT] <= point.last else -c.rate
             out[m + RISING_MARGIN] = onward + point.leeway
@@ -97,8 +95,8 @@ def _contact_margin(t, mode, point, segment, contact, p):
     """min(k delta, N), or N minus its least value if it is prescribed: positive in contact. For a
     closed point also k times its distance from the edge."""
     held = _pressed_margin(t, mode, point, segment, contact, p)
-    if mode != OPEN and not point.prescribed and edges.ends_somewhere(point):
-        held = min(held, point.steepest * edges.distance_inside(point, contact, p.edges))
+    if mode != OPEN and not point.prescribed and geometry.ends_somewhere(point):
+        held = min(held, point.steepest * geometry.distance_inside(point, contact, p.edges))
     return held
 
 
@@ -128,7 +126,7 @@ def _open_margin(t, mode, point, contact, p):
 @kernel
 def _find_segment(point, contact, p):
     """Index of the segment of its curve that holds a point."""
-    return curve.find_segment(point.first, point.last, p.segments, contact.compression)
+    return curves.find_segment(point.first, point.last, p.segments, contact.compression)
 
 
 @kernel
@@ -168,7 +166,7 @@ def transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
         _end_reload_branch(i, y, modes, c, p)
     elif which == SEGMENT_MARGIN:
         k = mode[SEGMENT]
-        mode[SEGMENT] = curve.next_segment(k, p.segments[k], c.compression)
+        mode[SEGMENT] = curves.next_segment(k, p.segments[k], c.compression)
     elif which == RISING_MARGIN:
         if point.line != NO_INDEX and mode[SEGMENT] != point.line:
             _start_reload_branch(i, t, y, modes, c, p)
@@ -180,7 +178,7 @@ def transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
         _stick_point(i, size, t, y, modes, c, p)
     elif mode[MODE] == OPEN and mode[RISING] == PASSED:
         mode[RISING] = 0
-    elif mode[MODE] == OPEN and edges.distance_inside(point, c, p.edges) <= 0.0:
+    elif mode[MODE] == OPEN and geometry.distance_inside(point, c, p.edges) <= 0.0:
         mode[RISING] = PASSED
     elif mode[MODE] == OPEN:
         _close_point(i, t, y, modes, c, p)
@@ -195,9 +193,11 @@ def _start_reload_branch(i, t, y, modes, contact, p):
     """The motion reverses on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
     k, N = memory_start(point, p), normal_load_of(i, t, y, modes, contact, p).elastic
-    y[k + loop.LOOP_LOSS] += loop.branch_loss(mode[SEGMENT], contact.compression, point, p.segments)
-    y[k + loop.BRANCH_START] = loop.reload_start(N, contact.compression, point, p.segments)
-    y[k + loop.LARGEST_NORMAL] = max(y[k + loop.LARGEST_NORMAL], N)
+    y[k + curves.LOOP_LOSS] += curves.branch_loss(
+        mode[SEGMENT], contact.compression, point, p.segments
+    )
+    y[k + curves.BRANCH_START] = curves.reload_start(N, contact.compression, point, p.segments)
+    y[k + curves.LARGEST_NORMAL] = max(y[k + curves.LARGEST_NORMAL], N)
     mode[SEGMENT] = point.line
 
 
@@ -206,8 +206,8 @@ def _end_reload_branch(i, y, modes, contact, p):
     """A branch of a loop begins; its losses are counted from here."""
     point, mode = p.points[i], modes[p.mode + i]
     k, x = memory_start(point, p), contact.compression
-    mode[SEGMENT] = loop.segment_after_reload(y[k + loop.BRANCH_START], x, point, p.segments)
-    y[k + loop.LOOP_LOSS] -= loop.branch_loss(mode[SEGMENT], x, point, p.segments)
+    mode[SEGMENT] = curves.segment_after_reload(y[k + curves.BRANCH_START], x, point, p.segments)
+    y[k + curves.LOOP_LOSS] -= curves.branch_loss(mode[SEGMENT], x, point, p.segments)
 
 
 @root
@@ -251,11 +251,11 @@ def _close_point(i, t, y, modes, contact, p):
     x[DISSIPATED] -= stored_along_normal(i, t, y, modes, contact, p)
     if point.memory != NO_INDEX:
         first = memory_start(point, p)
-        y[first + loop.LOOP_LOSS] -= loop.branch_loss(
+        y[first + curves.LOOP_LOSS] -= curves.branch_loss(
             segment, contact.compression, point, p.segments
         )
-        y[first + loop.CLOSINGS] += 1.0
-        y[first + loop.CLOSING_SPEED], y[first + loop.LARGEST_NORMAL] = contact.rate, load.N
+        y[first + curves.CLOSINGS] += 1.0
+        y[first + curves.CLOSING_SPEED], y[first + curves.LARGEST_NORMAL] = contact.rate, load.N
     group.record_closing(t, contact.rate, y, point, p)
 
 
@@ -270,7 +270,7 @@ def _open_point(i, t, y, modes, contact, p):
     (x[0], x[1]), lost = laws.end_contact(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
     x[DISSIPATED] += lost
     if point.memory != NO_INDEX:
-        y[memory_start(point, p) + loop.LOOP_LOSS] += loop.branch_loss(
+        y[memory_start(point, p) + curves.LOOP_LOSS] += curves.branch_loss(
             mode[SEGMENT], contact.compression, point, p.segments
         )
     passed = _goes_over_edge(t, mode, point, contact, p)
@@ -283,10 +283,10 @@ def _open_point(i, t, y, modes, contact, p):
 def _goes_over_edge(t, mode, point, contact, p):
     """True if contact ends because the plane ends. The end is located to a tolerance, so the point
     may still be inside by that; it is pressed then, and would close again at once."""
-    inside = edges.distance_inside(point, contact, p.edges)
+    inside = geometry.distance_inside(point, contact, p.edges)
     if inside <= 0.0:
         return True
-    if point.prescribed or not edges.ends_somewhere(point):
+    if point.prescribed or not geometry.ends_somewhere(point):
         return False
     pressed_by = _pressed_margin(t, mode[MODE], point, mode[SEGMENT], contact, p)
     return point.steepest * inside < pressed_by
@@ -368,7 +368,7 @@ def activate(i, t, y, modes, motion, bodies, p):
     c = geometry.contact_kinematics(point, bodies, motion)
     if _contact_margin(t, OPEN, point, _find_segment(point, c, p), c, p) <= 0.0:
         return
-    if edges.distance_inside(point, c, p.edges) <= 0.0:
+    if geometry.distance_inside(point, c, p.edges) <= 0.0:
         mode[RISING] = PASSED
         return
     _close_point(i, t, y, modes, c, p)
@@ -383,7 +383,7 @@ def reset_losses(i, y, p):
     y[p.state + CONTACT_STATES * i + DISSIPATED] = 0.0
     if point.memory != NO_INDEX:
         k = memory_start(point, p)
-        y[k + loop.LOOP_LOSS] = y[k + loop.CLOSINGS] = y[k + loop.CLOSING_SPEED] = 0.0
+        y[k + curves.LOOP_LOSS] = y[k + curves.CLOSINGS] = y[k + curves.CLOSING_SPEED] = 0.0
 
 
 @kernel
@@ -405,7 +405,7 @@ def record_largest(t, y, modes, motion, bodies, p):
             continue
         N = normal_load_of(i, t, y, modes, geometry.contact_kinematics(point, bodies, motion), p).N
         if point.memory != NO_INDEX:
-            k = memory_start(point, p) + loop.LARGEST_NORMAL
+            k = memory_start(point, p) + curves.LARGEST_NORMAL
             y[k] = max(y[k], N)
         if point.group != NO_INDEX:
             group.add_to_load(N, y, point, p)

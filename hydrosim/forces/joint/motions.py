@@ -22,9 +22,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable
+from hydrosim.forces.kind import (
+    Columns,
+    KindWithModeSets,
+    ModeRows,
+    ModeSet,
+    UnitRecord,
+    Variable,
+    rest_at_first,
+)
 from hydrosim.forces.layout import LinearResistance
-from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import (
     CONTACT_MARGIN,

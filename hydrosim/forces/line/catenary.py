@@ -38,7 +38,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.line import profile, rates, shape
+from hydrosim.forces.line import search, shape
 from hydrosim.forces.pair import TwoPointElement
 from hydrosim.forces.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.forces.signal import rate as signal_rate
@@ -83,9 +83,7 @@ ON_BED = 1e-6  # m: an anchor this close to the seabed is on it
 SHARP_KINK = (
     1e-3  # of the tension: what a kink adds to the trapezoidal sum of the stiffness, at least
 )
-NEARLY_SLACK = (
-    profile.MAX_SLACK_PULL
-)  # of the weight: horizontal pull below which slack may be near
+NEARLY_SLACK = shape.MAX_SLACK_PULL  # of the weight: horizontal pull below which slack may be near
 
 
 @dataclass(frozen=True)
@@ -392,7 +390,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
         pull, pieces = solve_line(i, t, y, s, motion, p)
         a = line.first
         b = line.last
-        U = rates.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+        U = search.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
         stored[line.row] += U + total_weight(line, pieces) * (s.anchor - line.datum)
 
 
@@ -511,7 +509,7 @@ def update_line_at_step_end(i, t, y, modes, motion, bodies, p, watched, out):
 def is_nearly_slack(line, H, number, pieces):
     """True if a line with H in the profile ``number`` may become slack, or tight, soon."""
     weight = abs(total_weight(line, pieces))
-    return number & profile.SLACK_CODE != 0 or NEARLY_SLACK * weight > H
+    return number & shape.SLACK_CODE != 0 or NEARLY_SLACK * weight > H
 
 
 @kernel
@@ -531,7 +529,7 @@ def is_sharp(known, s, pull, stiffness):
 def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
     """`profile.kink_room` of a line."""
     pull = shape.LinePull(H, V, anchor_V, H, touch, dead, True, 0)
-    return profile.kink_room(pieces, first, last, x, z, bed, friction, pull, number)
+    return shape.kink_room(pieces, first, last, x, z, bed, friction, pull, number)
 
 
 @kernel
@@ -552,7 +550,7 @@ def room_of(line, s, pull, number, pieces):
 def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, pieces):
     """`rates.stiffness` of a line."""
     pull = shape.LinePull(H, V, anchor_V, H, touch, 0.0, True, 0)
-    return rates.stiffness(pieces, first, last, x, z, bed, friction, pull)
+    return search.stiffness(pieces, first, last, x, z, bed, friction, pull)
 
 
 @root
@@ -586,7 +584,7 @@ def profile_of(line, s, pull, pieces):
     """Number of the profile of a line."""
     a = line.first
     b = line.last
-    return profile.find_profile(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+    return shape.find_profile(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
 
 
 @root

@@ -29,16 +29,21 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, ModeRows, UnitRecord, Variable, capacity_of, elements_of
-from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
-from hydrosim.forces.postures import (
+from hydrosim.forces.kind import (
     LINEARISATION_DEPTH,
+    Columns,
     KindWithModeSets,
+    ModeRows,
     ModeSet,
+    UnitRecord,
+    Variable,
+    capacity_of,
+    elements_of,
     rest_at_first,
     with_mode_of_unit,
 )
+from hydrosim.forces.layout import Layout
+from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN
 from hydrosim.rigid.vectors import vector

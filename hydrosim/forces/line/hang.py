@@ -8,14 +8,130 @@ it, and friction takes it from the tension:
     T(s) = max(H + CB V(s), 0)
 
 The derivative of x by V at constant H differs from that of z by H only by this friction.
+
+A stretch of an elastic catenary under a given pull: where it leads, and its derivatives.
+
+    x = integral of H (1/T + 1/EA) ds,   z = integral of V (1/T + 1/EA) ds,   T = sqrt(H^2 + V^2)
+
+V falls from Va to Vb = Va - w L over the unstretched length L. With S = Ta + Tb, M = (Va + Vb)/2
+and q = w L / S,
+
+    integral of ds/T = 2 L/S atanh(q)/q,   integral of V/T ds = 2 L M/S
+
+(the potential of a uniform rod depends on the sum of the distances to its ends alone). This form
+loses no digits for straight, steep, weightless or buoyant stretches.
+
+The place of an end is known to 1e-16 of the length, which is much of the strain of a stiff line.
+Hence a stretch tells how far it falls short of its length along a unit vector e (`Span.along`), and
+how far it leads across e. With Tm = (H, M)
+
+    L - (x, z) e = 2 L/S [(S/2 - |Tm|) + (|Tm| - Tm e) - H ex (atanh(q)/q - 1)] - L (Tm e)/EA
 """
 
 from __future__ import annotations
 
+from math import log, log1p, sqrt
 from typing import NamedTuple
 
-from hydrosim.forces.line.stretch import stretch_span
 from hydrosim.jit.kernels import kernel
+
+STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
+UNIT_ROUNDING = 4e-16
+BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
+
+
+class StretchSpan(NamedTuple):
+    """Where a stretch leads [m], in axes along and across a unit vector e = (ex, ez): ``along`` is
+    the distance less the unstretched length, ``across`` the distance along (-ez, ex). ``xH``,
+    ``zH``, ``zV`` are the derivatives of x and z by H and V at the upper end [m/N]; x by V is
+    ``zH`` too."""
+
+    along: float
+    across: float
+    xH: float
+    zH: float
+    zV: float
+
+
+@kernel
+def tension_less_pull(H, V, T):
+    """T - V without cancellation."""
+    return H * H / (T + V) if V > 0.0 else T - V
+
+
+@kernel
+def remaining_pull(Va, D):
+    """Va - D, which is 0 if it is no more than rounding: a slack line has no H beside it."""
+    V = Va - D
+    return 0.0 if abs(V) <= UNIT_ROUNDING * abs(Va) else V
+
+
+@kernel
+def curvature(H, Va, Vb, Ta, Tb):
+    """atanh(q)/q - 1 with q = (Va - Vb)/(Ta + Tb)."""
+    S = Ta + Tb
+    q = (Va - Vb) / S
+    if abs(q) < STRAIGHT:
+        s = q * q
+        tail = 1 / 11 + s * (1 / 13 + s * (1 / 15 + s * (1 / 17 + s / 19)))
+        return s * (1 / 3 + s * (1 / 5 + s * (1 / 7 + s * (1 / 9 + s * tail))))
+    if abs(q) < BENT:
+        return 0.5 * log1p(2.0 * q / (1.0 - q)) / q - 1.0
+    if q > 0.0:
+        gap = tension_less_pull(H, Va, Ta) + tension_less_pull(H, -Vb, Tb)
+    else:
+        gap = tension_less_pull(H, Vb, Tb) + tension_less_pull(H, -Va, Ta)
+    return 0.5 * log((S + abs(Va - Vb)) / gap) / abs(q) - 1.0
+
+
+@kernel
+def stretch_span(H, Va, w, L, EA, ex, ez):
+    """The `StretchSpan` of a stretch, for H > 0."""
+    D = w * L
+    Vb = remaining_pull(Va, D)
+    HH = H * H
+    VV = Va * Vb
+    squares = Va * Va + Vb * Vb
+    Ta = sqrt(HH + Va * Va)
+    Tb = sqrt(HH + Vb * Vb)
+    TT = Ta * Tb
+    S = Ta + Tb
+    M = 0.5 * (Va + Vb)
+    Tm = sqrt(HH + M * M)
+    g = curvature(H, Va, Vb, Ta, Tb)
+    # TT - VV and (S/2 - Tm), neither as a difference of nearly equal numbers
+    if VV > 0.0:
+        open_ = HH * (HH + squares) / (TT + VV)
+        sag = HH * D * D / ((TT + HH + VV) * (S + 2.0 * Tm))
+    else:
+        open_ = TT - VV
+        sag = D * D / ((1.0 + (HH + squares) / open_) * (S + 2.0 * Tm))
+    on = H * ex + M * ez
+    off = M * ex - H * ez
+    lean = off * off / (Tm + on) if on > 0.0 else Tm - on
+    scale = 2.0 * L / S
+    soft = L / EA
+    along = on * soft - scale * (sag + lean - H * ex * g)
+    across = off * soft + scale * (off - H * ez * g)
+    zV = L * (open_ + HH) / (S * TT)
+    zH = -H * scale * M / TT
+    xH = L / S * (2.0 * g + ((HH * squares + VV * VV) / (TT + HH) + VV) / TT)
+    return StretchSpan(along, across, xH + soft, zH, zV + soft)
+
+
+@kernel
+def rest_energy(H, Va, w, L, EA):
+    """Integral of T + T^2/(2 EA) over a stretch [N m], for H > 0."""
+    D = w * L
+    Vb = remaining_pull(Va, D)
+    Ta = sqrt(H * H + Va * Va)
+    Tb = sqrt(H * H + Vb * Vb)
+    S = Ta + Tb
+    M = 0.5 * (Va + Vb)
+    run = 2.0 * H / S * (1.0 + curvature(H, Va, Vb, Ta, Tb))
+    tension = 0.5 * L * (0.5 * S + 2.0 * M * M / S + H * run)
+    return tension + 0.5 * L / EA * (H * H + M * M + D * D / 12.0)
+
 
 """A segment, in order from the fairlead to the anchor: unstretched length [m]; weight in water per
 unstretched length [N/m], negative if it floats; EA [N]; the weight in water of what hangs at its
@@ -35,7 +151,7 @@ class Touchdown(NamedTuple):
 
 
 class LineReach(NamedTuple):
-    """Where a line leads, as a `hydrosim.forces.line.stretch.StretchSpan`, with the derivative
+    """Where a line leads, as a `hydrosim.forces.line.hang.StretchSpan`, with the derivative
     ``xV`` of x by V. ``soft`` [m/N] is the sum of l/EA of what hangs, ``arc`` [m] its length."""
 
     along: float

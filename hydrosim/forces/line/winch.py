@@ -32,8 +32,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.forces.contact.geometry import EARTH
 from hydrosim.forces.layout import Layout
-from hydrosim.forces.line import delay, drum
-from hydrosim.forces.line.controls import Compensation, Control, SpeedControl, TensionControl
+from hydrosim.forces.line import drum
 from hydrosim.forces.line.drum import (
     COMPENSATION,
     DRUM,
@@ -41,7 +40,11 @@ from hydrosim.forces.line.drum import (
     LENGTH_CONTROL,
     SPEED_CONTROL,
     TENSION_CONTROL,
+    Compensation,
+    Control,
     DrumLoad,
+    SpeedControl,
+    TensionControl,
 )
 from hydrosim.forces.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.forces.signal import (
@@ -134,7 +137,7 @@ WINCH = np.dtype(
         ("drum_locked", bool),
         *(("drum", DRUM), ("signal", SIGNAL)),
         *(("followed", int), ("eye", float, 3), ("rest", float), ("gain", float)),
-        *(("delay", int), ("factors", float, (delay.FACTORS, 2))),
+        *(("delay", int), ("factors", float, (drum.FACTORS, 2))),
     ]
 )
 """Constants of a winch: its ends, EA, c, l0 at the start, and l0 if it is ``pinned`` (else 0);
@@ -207,7 +210,7 @@ def _compensation_fields(
 ) -> tuple[int, tuple[float, ...], float, float, int, np.ndarray]:
     """Values of `WINCH` for a compensation."""
     if not isinstance(control, Compensation):
-        return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, delay.delay_factors(0.0)
+        return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, drum.delay_factors(0.0)
     if control.point not in layout.points:
         known = ", ".join(layout.points) or "none in this scene; name points of bodies by points"
         raise InputError(
@@ -217,8 +220,8 @@ def _compensation_fields(
     body, place = layout.points[control.point]
     of = next(key for key, number in layout.body.items() if number == body)
     rest = float(layout.place_at_rest(of, place)[2])
-    first = NO_INDEX if control.delay == 0.0 else delay.DELAY_STATES * delays
-    return body, place, rest, control.gain, first, delay.delay_factors(control.delay)
+    first = NO_INDEX if control.delay == 0.0 else drum.DELAY_STATES * delays
+    return body, place, rest, control.gain, first, drum.delay_factors(control.delay)
 
 
 def lasting_lengths(p: WinchConstants) -> np.ndarray:
@@ -312,7 +315,7 @@ def setpoint(i, t, y, motion, bodies, p):
         rise, speed = _rise_of_point(winch, motion, bodies)
         if winch.delay != NO_INDEX:
             k = _delay_state(winch, p)
-            rise, speed = delay.delayed_signal(rise, speed, winch.factors, y, k)
+            rise, speed = drum.delayed_signal(rise, speed, winch.factors, y, k)
         return winch.start + winch.gain * rise, winch.gain * speed
     return 0.0, 0.0
 
@@ -341,7 +344,7 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         clear(dy[k : k + WINCH_STATES])
         if winch.delay != NO_INDEX:
             rise, _ = _rise_of_point(winch, motion, bodies)
-            delay.add_rates(rise, winch.factors, y, _delay_state(winch, p), dy)
+            drum.add_rates(rise, winch.factors, y, _delay_state(winch, p), dy)
         w = kinematics(i, t, y, modes, motion, bodies, p)
         dy[k + WIRE_LENGTH] = w.speed
         if mode[MODE] == DRUM_INACTIVE:
@@ -421,7 +424,7 @@ def guard_dependencies(i, part, p):
     if p.each[i].delay == NO_INDEX:
         return 0, 0
     k = _delay_state(p.each[i], p)
-    return k, k + delay.DELAY_STATES
+    return k, k + drum.DELAY_STATES
 
 
 @root
@@ -493,7 +496,7 @@ def set_initial_length(i, t, y, motion, bodies, p):
     k = p.state + WINCH_STATES * i
     if winch.delay != NO_INDEX:
         rise, _ = _rise_of_point(winch, motion, bodies)
-        delay.start_delay(rise, winch.factors, y, _delay_state(winch, p))
+        drum.start_delay(rise, winch.factors, y, _delay_state(winch, p))
     l0 = winch.start
     if winch.drum.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = setpoint(i, t, y, motion, bodies, p)

@@ -8,16 +8,20 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.forces.kind import (
+    LINEARISATION_DEPTH,
     Columns,
+    KindWithModeSets,
     ModeRows,
+    ModeSet,
     StateBlocks,
     UnitRecord,
     Variable,
     capacity_of,
     elements_of,
+    rest_at_first,
+    with_mode_of_unit,
 )
-from hydrosim.forces.line import delay
-from hydrosim.forces.line.controls import Compensation
+from hydrosim.forces.line import drum
 from hydrosim.forces.line.drum import (
     DRUM_MODES,
     LENGTH_CONTROL,
@@ -25,6 +29,7 @@ from hydrosim.forces.line.drum import (
     SLIPPING_IN,
     STUCK,
     TENSION_CONTROL,
+    Compensation,
 )
 from hydrosim.forces.line.winch import (
     DRIVE_WORK,
@@ -46,17 +51,10 @@ from hydrosim.forces.line.winch import (
     compile_elements,
 )
 from hydrosim.forces.pair import line_between
-from hydrosim.forces.postures import (
-    LINEARISATION_DEPTH,
-    KindWithModeSets,
-    ModeSet,
-    rest_at_first,
-    with_mode_of_unit,
-)
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
 
-DELAY = tuple(f"delay {k + 1}" for k in range(delay.DELAY_STATES))
+DELAY = tuple(f"delay {k + 1}" for k in range(drum.DELAY_STATES))
 
 
 class WinchKind(KindWithModeSets):
@@ -87,7 +85,7 @@ class WinchKind(KindWithModeSets):
     def coupled_states(self, p: WinchConstants) -> np.ndarray:
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
         heavy = np.flatnonzero(p.each["drum"]["acceleration"] > 0.0)
-        late = WINCH_STATES * p.each.size + np.arange(delay.DELAY_STATES * p.delays)
+        late = WINCH_STATES * p.each.size + np.arange(drum.DELAY_STATES * p.delays)
         own = [WINCH_STATES * ruled + WIRE_LENGTH, WINCH_STATES * heavy + DRUM_SPEED, late]
         return (p.state + np.concatenate(own)).astype(np.int64)
 
@@ -119,7 +117,7 @@ class WinchKind(KindWithModeSets):
         known: np.ndarray,
     ) -> None:
         """Winches that the run before did not have begin with the length of their start."""
-        own = slice(p.state, p.state + WINCH_STATES * p.each.size + delay.DELAY_STATES * p.delays)
+        own = slice(p.state, p.state + WINCH_STATES * p.each.size + drum.DELAY_STATES * p.delays)
         y[own] = np.where(known[own], y[own], anew[own])
 
     def mode_sets(self, p: WinchConstants) -> Sequence[ModeSet]:

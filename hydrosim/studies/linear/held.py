@@ -9,8 +9,8 @@ import numpy as np
 
 from hydrosim.forces.contact.fender import normal_load_of
 from hydrosim.forces.contact.geometry import EARTH, ContactKinematics, contact_kinematics
+from hydrosim.forces.contact.law import STICK
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS, friction
-from hydrosim.forces.contact.modes import STICK
 from hydrosim.linear.equilibrium import (
     Contacts,
     find_rigid_tractions,

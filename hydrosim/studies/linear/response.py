@@ -24,7 +24,7 @@ that of the mean wind by (s / U)^2, with the standard deviation s of the gusts.
 Viscous roll damping in the frequency domain, by stochastic linearisation.
 
 The damping B2 |p| p + B3 p^3 of a Gaussian roll rate p of standard deviation s takes the same mean
-power as (sqrt(8/pi) s B2 + 3 s^2 B3) p (`hydrosim.forces.damping.viscous_roll.linearise_damping`).
+power as (sqrt(8/pi) s B2 + 3 s^2 B3) p (`hydrosim.forces.viscous_roll.linearise_damping`).
 The rate depends on the damping in turn, so both are iterated in the random waves of the scene. In a
 scene without random waves, the linear part B1 alone is there, for motions that are small.
 """
@@ -43,7 +43,7 @@ from hydrosim.compiling.compiled import Compiled
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.errors import InputError
 from hydrosim.forces import heights_of_wind, in_gusts, with_linear_rolls, without_friction
-from hydrosim.forces.damping.viscous_roll import VISCOUS_ROLL_KIND
+from hydrosim.forces.viscous_roll import VISCOUS_ROLL_KIND
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest, equilibrium, with_contacts
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
@@ -56,8 +56,8 @@ from hydrosim.streams.wind import NO_GUSTS, GustTable, gust_components, mean_win
 from hydrosim.studies.ballast import state_with_contents_at
 from hydrosim.waves.build import first_order, wave_loads_model
 from hydrosim.waves.components import WaveComponents, sea
-from hydrosim.waves.dispersion import wavenumber
 from hydrosim.waves.displaced_loads import following_model
+from hydrosim.waves.spectra import wavenumber
 from hydrosim.waves.wave_reference import met_by_waves
 
 if TYPE_CHECKING:

@@ -48,7 +48,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.forces import modes_of_kind
 from hydrosim.forces.contact.fender import NORMAL_FORCE
 from hydrosim.forces.contact.kind import CONTACT_KIND as CONTACTS
-from hydrosim.forces.contact.modes import OPEN
+from hydrosim.forces.contact.law import OPEN
 from hydrosim.jit.refs import StructReference
 from hydrosim.modes import MODE
 from hydrosim.radiation.history import LONGEST_REMEMBERED

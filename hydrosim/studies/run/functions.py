@@ -16,8 +16,8 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.forces import externals_of, functions_at_stages
-from hydrosim.forces.given.external import EXTERNAL_KIND as EXTERNALS
-from hydrosim.forces.given.external import extrapolation_overshoots
+from hydrosim.forces.external import EXTERNAL_KIND as EXTERNALS
+from hydrosim.forces.external import extrapolation_overshoots
 from hydrosim.results.validation import FUNCTION_STATES
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.stepping.dynamics import new_work

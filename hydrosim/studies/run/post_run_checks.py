@@ -16,17 +16,17 @@ from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.compiling.hydrostatics import cut_shape
 from hydrosim.compiling.questions.elements import SOFTEST
 from hydrosim.dofs import loads_about_z
+from hydrosim.forces.contact.curves import PrescribedNormal
 from hydrosim.forces.contact.fender import Contact
 from hydrosim.forces.contact.landing import Landing
-from hydrosim.forces.contact.modes import OPEN
-from hydrosim.forces.contact.normal import PrescribedNormal
+from hydrosim.forces.contact.law import OPEN
 from hydrosim.forces.joint.locks import CLOSED, WAITING
 from hydrosim.results.points import frames_of
 from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question, Scene
 from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
+from hydrosim.waves.body import is_long
 from hydrosim.waves.components import WaveComponents
-from hydrosim.waves.moments import is_long
 from hydrosim.waves.quadratic_loads import second_order_at_rest
 from hydrosim.waves.transfer import excitation_at, mean_drift_at
 

@@ -30,9 +30,15 @@ from hydrosim.forces import (
     StickSlip,
 )
 from hydrosim.forces.contact import fender
-from hydrosim.forces.contact.loop import BRANCH_START, branch_loss, reload_ends, reload_start
-from hydrosim.forces.contact.modes import OPEN
-from hydrosim.forces.curve import curve_force, find_segment
+from hydrosim.forces.contact.curves import (
+    BRANCH_START,
+    branch_loss,
+    curve_force,
+    find_segment,
+    reload_ends,
+    reload_start,
+)
+from hydrosim.forces.contact.law import OPEN
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, Symmetry, When
 
 X, LOADING, UNLOADING = np.array([0.0, 0.1, 0.2]), (0.0, 2e4, 6e4), (0.0, 5e3, 6e4)

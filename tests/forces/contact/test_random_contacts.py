@@ -22,7 +22,7 @@ from hydrosim.forces import (
     Plane,
     StickSlip,
 )
-from hydrosim.forces.contact.modes import OPEN, SLIP, STICK
+from hydrosim.forces.contact.law import OPEN, SLIP, STICK
 from hydrosim.scene import Scene
 
 MASS, WEIGHT, DURATION = 1e4, 9.81e4, 3.0

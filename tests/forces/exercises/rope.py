@@ -17,10 +17,18 @@ import numpy as np
 
 from hydrosim.forces import spring
 from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import Columns, ModeRows, StateBlocks, UnitRecord, Variable
+from hydrosim.forces.kind import (
+    Columns,
+    KindWithModeSets,
+    ModeRows,
+    ModeSet,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+    rest_at_first,
+)
 from hydrosim.forces.layout import Layout
 from hydrosim.forces.pair import apply_tension
-from hydrosim.forces.postures import KindWithModeSets, ModeSet, rest_at_first
 from hydrosim.forces.signal import NOTHING, SIGNAL_PIECE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE

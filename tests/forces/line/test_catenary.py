@@ -19,7 +19,7 @@ import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import Drive, Harmonic, LinearMooring, Table
-from hydrosim.forces.line.drag import drag_points, linearise_random
+from hydrosim.forces.line.kind import drag_points, linearise_random
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.scene import Active, Environment, Kinematics, Method, Scene, Start, When

@@ -15,8 +15,7 @@ import hydrosim as hs
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import AppliedForce, Compensation, Compensator, Harmonic, Winch
 from hydrosim.forces.line.compensator import GAS, LOWER, SLACK_PIECE, UPPER
-from hydrosim.forces.line.delay import delay_factors
-from hydrosim.forces.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED
+from hydrosim.forces.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED, delay_factors
 from hydrosim.scene import Scene, Start
 
 Figure = Callable[[str, float], None]

@@ -14,7 +14,7 @@ from validation_data import unpacked
 
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces.line.points import line_points
-from hydrosim.forces.line.profile import kink_room
+from hydrosim.forces.line.search import length_rates, stiffness, stored_energy
 from hydrosim.forces.line.shape import (
     BELOW,
     BURIED,
@@ -23,10 +23,8 @@ from hydrosim.forces.line.shape import (
     TWICE,
     LinePull,
     find_profile,
-    length_rates,
+    kink_room,
     solve,
-    stiffness,
-    stored_energy,
 )
 from hydrosim.rigid.kinematics import LINE_PIECE
 

@@ -1,4 +1,6 @@
-"""Linear damping of a body, in its own axes: damping beyond radiation, in a linear form.
+"""Damping of a body beyond radiation: linear, with the squared velocity, and of roll.
+
+Linear damping of a body, in its own axes: damping beyond radiation, in a linear form.
 
     F = -C u,   u = R^T (v - U),  R^T omega
 
@@ -14,6 +16,21 @@ other elements do not count.
 Booked as dissipation, v^T C u in sum; negative while a current drives the body. Limits: damping in
 proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); see
 `quadratic_damping`.
+
+Quadratic damping of a body, in its own axes: drag and eddies, where flow separates.
+
+    F_i = -sum_j D_ij |u_j| u_j,   u = R^T (v - U),  R^T omega
+
+v, omega: velocity of the centre of gravity and angular velocity; U: the current; D: coefficients
+(6, 6), such as 1/2 rho C_D A on the diagonal.
+
+In one DOF with m x'' + D |x'| x' + k x = 0 two successive extremes obey (1 + b x1) exp(-b x1) = (1
+- b x2) exp(b x2), b = 2 D / m. (This is the first integral of the equation; Lamb 1923, Dynamics,
+has it.) So small swings lose (4/3) D x1^2 / m.
+
+Booked as dissipation, |u_j| u_j D_jj v_j in sum; negative while a current drives the body. Limits:
+each DOF by itself (for cross-flow between surge and sway see `stream_load`); no memory of the flow;
+coefficients do not depend on amplitude.
 """
 
 from __future__ import annotations
@@ -28,7 +45,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import linear_mooring
 from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, LinearResistance, axes_at_rest
-from hydrosim.forces.relative import add_resistance, current_on, relative_velocity
+from hydrosim.forces.pair import add_resistance, current_on, relative_velocity
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.vectors import product
 from hydrosim.scene import ForceElement, Turns
@@ -82,7 +99,7 @@ LINEAR_DAMPING = np.dtype(
 )
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+def compile_linear_dampings(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
     """Constants (ne,) of `LINEAR_DAMPING` of the linear dampings among ``elements``."""
     rows = []
     for name, e in elements.items():
@@ -119,7 +136,7 @@ def _damping(
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_linear_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for e in p:
@@ -155,4 +172,66 @@ class LinearDampingKind(ElementKind):
             )
 
 
-LINEAR_DAMPING_KIND = LinearDampingKind("linear_dampings", (LinearDamping,), compile_elements)
+LINEAR_DAMPING_KIND = LinearDampingKind(
+    "linear_dampings", (LinearDamping,), compile_linear_dampings
+)
+
+
+@dataclass(frozen=True)
+class QuadraticDamping(ForceElement):
+    """``damping`` (6, 6) [N s^2/m^2 ... N m s^2/rad^2] about the centre of gravity."""
+
+    damping: np.ndarray
+
+    def supports_weight(self) -> bool:
+        return False
+
+    def dragging_streams(self) -> Collection[str]:
+        return ("current",)
+
+    def can_add_energy(self) -> bool:
+        """A current drags the body along."""
+        return True
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        yield self.damping
+
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
+
+
+QUADRATIC_DAMPING = np.dtype(
+    [("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)]
+)
+
+
+def compile_quadratic_dampings(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+    """Constants (ne,) of `QUADRATIC_DAMPING` of the quadratic dampings among ``elements``."""
+    rows = [
+        (layout.body[e.body], layout.row[name], e.damping, current_on(e.body, layout))
+        for name, e in elements.items()
+        if isinstance(e, QuadraticDamping)
+    ]
+    return np.array(rows, dtype=QUADRATIC_DAMPING)
+
+
+@root
+def add_quadratic_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
+    for e in p:
+        u = relative_velocity(e.body, e.stream, motion)
+        squares = (
+            abs(u[0]) * u[0],
+            abs(u[1]) * u[1],
+            abs(u[2]) * u[2],
+            abs(u[3]) * u[3],
+            abs(u[4]) * u[4],
+            abs(u[5]) * u[5],
+        )
+        rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])
+
+
+QUADRATIC_DAMPING_KIND = ElementKind(
+    "quadratic_dampings", (QuadraticDamping,), compile_quadratic_dampings
+)

@@ -1,4 +1,16 @@
-"""A normal curve with a separate unloading curve, and a point's memory of its loading.
+"""Piecewise straight curves of force over compression or extension, whose corners are events.
+
+A curve consists of rows of `SEGMENT`. On each the force is smooth; the owner of a curve stores the
+present segment in a column of its modes. The last slope continues beyond the last point.
+
+Normal force of a contact point: from a compression-force curve and a damper, or prescribed.
+
+    N = f(delta) + c delta'   or   N = f(t),   N >= 0
+
+f(delta): straight lines through the points of the table; c: damping;
+f(t): a signal. Stored energy is the integral of f; dissipation is c delta'^2 while in contact.
+
+A normal curve with a separate unloading curve, and a point's memory of its loading.
 
     loading    N = f(x)          while x' > 0          x: compression
     unloading  N = g(x) <= f(x)  while x' < 0
@@ -19,13 +31,110 @@ and g do not depend on the speed.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import inf
+
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.forces import curve
-from hydrosim.forces.contact.normal import NormalCurve, NormalLoop, PrescribedNormal
+from hydrosim.forces.signal import Signal
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import NO_INDEX
+
+SEGMENT = np.dtype(
+    [(name, float) for name in ("start", "lower", "upper", "force", "slope", "energy")]
+)
+"""A straight piece of a curve over x. From ``lower`` to ``upper`` the force is ``force + slope (x -
+start)``; ``energy`` is the stored energy at start."""
+
+
+def segments(x: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """The straight pieces, of `SEGMENT`, through the points x (n,) [m], rising, and ``force`` (n,)
+    [N]."""
+    x, f = np.asarray(x, float), np.asarray(force, float)
+    pieces = np.zeros(x.size - 1, dtype=SEGMENT)
+    pieces["start"], pieces["force"] = x[:-1], f[:-1]
+    pieces["lower"] = np.concatenate([[-inf], x[1:-1]])
+    pieces["upper"] = np.concatenate([x[1:-1], [inf]])
+    pieces["slope"] = np.diff(f) / np.diff(x)
+    pieces["energy"][1:] = np.cumsum(np.diff(x) * (f[1:] + f[:-1]) / 2)[:-1]
+    return pieces
+
+
+def piece_at(pieces: np.ndarray, x: float) -> int:
+    """Number of the piece of a curve that holds x."""
+    return int(np.searchsorted(pieces["upper"], x, side="right"))
+
+
+@kernel
+def curve_force(piece, x):
+    """f(x) on one piece of a curve."""
+    return piece.force + piece.slope * (x - piece.start)
+
+
+@kernel
+def stored_energy(piece, x):
+    """Integral of the curve up to x on one piece."""
+    d = x - piece.start
+    return piece.energy + piece.force * d + 0.5 * piece.slope * d * d
+
+
+@kernel
+def find_segment(first, last, pieces, x):
+    """Index of the piece, from ``first`` to ``last``, that holds x."""
+    k = first
+    while k < last and x >= pieces[k].upper:
+        k += 1
+    return k
+
+
+@kernel
+def next_segment(k, piece, x):
+    """Index of the neighbour of piece ``k`` at its end nearer to x."""
+    return k + 1 if piece.upper - x < x - piece.lower else k - 1
+
+
+@kernel
+def inside_segment(piece, x):
+    """Distance to the nearer end of a piece; negative outside."""
+    return min(x - piece.lower, piece.upper - x)
+
+
+@dataclass(frozen=True)
+class PrescribedNormal:
+    """Normal force of each contact point: ``force`` [N] over time. Contact lasts while it is
+    positive, at any position of the point."""
+
+    force: Signal
+
+
+@dataclass(frozen=True)
+class NormalCurve:
+    """Normal curve of each contact point: ``compression`` (n,) [m], rising from 0, ``force`` (n,)
+    [N], not falling from 0, and ``damping`` [N s/m]."""
+
+    compression: np.ndarray
+    force: np.ndarray
+    damping: float = 0.0
+
+
+@dataclass(frozen=True)
+class NormalLoop:
+    """Normal curve with a loop, for each contact point: ``force`` (n,) [N] over ``compression``
+    (n,) [m] in loading, and a smaller force over ``unloading_compression`` (m,) in unloading. All
+    start at 0 and do not fall. ``stiffness`` [N/m] between the two is above all slopes of both, see
+    `hydrosim.forces.contact.curves`."""
+
+    compression: np.ndarray
+    force: np.ndarray
+    unloading_compression: np.ndarray
+    unloading_force: np.ndarray
+    stiffness: float
+
+
+NO_CURVE = NormalCurve(np.array([0.0, 1.0]), np.zeros(2))
+"""The curve of a point with prescribed normal force: no corners, nothing stored."""
+
 
 LOOP_STATE_NAMES = ("loop set", "loop loss", "closings", "closing speed", "largest force")
 """States of each point with memory: s [m], energy lost before the last event [J], number of
@@ -43,13 +152,13 @@ the speed at which a point may move back on f or g. So a point at rest does not 
 rounding."""
 
 
-def segments(normal: NormalCurve | NormalLoop) -> np.ndarray:
+def normal_segments(normal: NormalCurve | NormalLoop) -> np.ndarray:
     """The pieces of f and, for a loop, those of g and the stiff line."""
-    loading = curve.segments(normal.compression, normal.force)
+    loading = segments(normal.compression, normal.force)
     if not isinstance(normal, NormalLoop):
         return loading
-    line = curve.segments(np.array([0.0, 1.0]), np.array([0.0, normal.stiffness]))
-    return np.concatenate([loading, curve.segments(*_unloading(normal, loading)), line])
+    line = segments(np.array([0.0, 1.0]), np.array([0.0, normal.stiffness]))
+    return np.concatenate([loading, segments(*_unloading(normal, loading)), line])
 
 
 def _unloading(normal: NormalLoop, loading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,7 +190,7 @@ def check(normal: NormalLoop) -> None:
             f"normal.unloading: found {g[k]:.6g} N at {x[k]:g} m, where loading has {f[k]:.6g} N;"
             " expected at most that; otherwise the loop would create energy."
         )
-    steepest = segments(normal)["slope"][:-1].max()
+    steepest = normal_segments(normal)["slope"][:-1].max()
     if steepest >= normal.stiffness:
         raise InputError(
             f"normal.unloading.stiffness: found {normal.stiffness:.6g} N/m, and slopes up to"
@@ -91,8 +200,8 @@ def check(normal: NormalLoop) -> None:
 
 def _force_at(compression: np.ndarray, force: np.ndarray, x: float) -> float:
     """The force of a table at ``x``, also beyond its end."""
-    table = curve.segments(compression, force)
-    return float(curve.curve_force(table[curve.find_segment(0, len(table) - 1, table, x)], x))
+    table = segments(compression, force)
+    return float(curve_force(table[find_segment(0, len(table) - 1, table, x)], x))
 
 
 def loading_fields(
@@ -154,8 +263,8 @@ def segment_after_reload(start, x, point, segments):
     """Index of the piece of f or g that follows the line at its end nearer to x."""
     lower, upper = reload_ends(start, point, segments)
     if upper - x < x - lower:
-        return curve.find_segment(point.first, point.last, segments, x)
-    return curve.find_segment(point.last + 1, point.back, segments, x)
+        return find_segment(point.first, point.last, segments, x)
+    return find_segment(point.last + 1, point.back, segments, x)
 
 
 @kernel
@@ -164,9 +273,9 @@ def recoverable_energy(N, x, point, segments):
     start = reload_start(N, x, point, segments)
     line = segments[point.line]
     lower = branch_crossing(point.last + 1, point.back, start, line.slope, segments)
-    piece = segments[curve.find_segment(point.last + 1, point.back, segments, lower)]
-    low = curve.curve_force(piece, lower)
-    return curve.stored_energy(piece, lower) + 0.5 * (N * N - low * low) / line.slope
+    piece = segments[find_segment(point.last + 1, point.back, segments, lower)]
+    low = curve_force(piece, lower)
+    return stored_energy(piece, lower) + 0.5 * (N * N - low * low) / line.slope
 
 
 @kernel
@@ -176,5 +285,5 @@ def branch_loss(segment, x, point, segments):
     if point.line == NO_INDEX or segment > point.last:
         return 0.0
     piece = segments[segment]
-    N = curve.curve_force(piece, x)
-    return curve.stored_energy(piece, x) - recoverable_energy(N, x, point, segments)
+    N = curve_force(piece, x)
+    return stored_energy(piece, x) - recoverable_energy(N, x, point, segments)

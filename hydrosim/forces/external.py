@@ -1,4 +1,6 @@
-"""External force: a function of the user gives the wrench on a body, or on several.
+"""Forces that other programs and functions of the user give.
+
+External force: a function of the user gives the wrench on a body, or on several.
 
     F = f(t, motion of all bodies)
 
@@ -28,23 +30,199 @@ if F is held, or extrapolated. Limits: the estimate has a relative error of the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
 from math import nan, sqrt
 from typing import Any, ClassVar, NamedTuple
+from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.forces.given.caller import Caller, Function
 from hydrosim.forces.kind import Columns, ElementKind, StateBlocks, UnitRecord, Variable
 from hydrosim.forces.layout import Layout
+from hydrosim.interrupts import catching
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
-from hydrosim.jit.outside import call_python
+from hydrosim.jit.outside import call_python, register
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, Scene
+
+# What a function of the user sees of the bodies.
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyState:
+    """Motion of a body at one time, as in the dataset of a run.
+
+    ``position`` (6,) [m, rad]: displacement of the centre of gravity from rest, along the earth's
+    axes; roll, pitch and yaw. ``velocity`` (6,) [m/s, rad/s]: of the centre of gravity, and the
+    angular velocity, in the earth frame. ``rotation`` (3, 3) turns vectors of the body frame into
+    the earth frame, heading included. ``reference`` (3,) [m]: the centre of gravity at rest, in the
+    earth frame; it cannot be changed. With small angles (``exact`` false) lever arms stay as they
+    are at rest.
+    """
+
+    name: str
+    position: np.ndarray
+    velocity: np.ndarray
+    rotation: np.ndarray
+    reference: np.ndarray
+    exact: bool = True
+
+    def place(self, point: ArrayLike = ORIGIN) -> np.ndarray:
+        """Place (3,) [m] in the earth frame of a ``point`` (3,) [m] of the body frame, from the
+        centre of gravity."""
+        centre = self.reference + self.position[:3]
+        return np.asarray(centre + self.rotation @ np.asarray(point, float))
+
+    def velocity_of(self, point: ArrayLike) -> np.ndarray:
+        """Velocity (3,) [m/s] in the earth frame of a ``point`` (3,) [m] of the body frame."""
+        turning = np.cross(self.velocity[3:], self.arm(point))
+        return np.asarray(self.velocity[:3] + turning)
+
+    def wrench(self, force: ArrayLike, point: ArrayLike = ORIGIN) -> np.ndarray:
+        """Wrench (6,) [N, N m] about the centre of gravity of a ``force`` (3,) [N] in the earth
+        frame on a ``point`` (3,) [m] of the body frame."""
+        return np.concatenate(
+            [np.asarray(force, float), np.cross(self.arm(point), np.asarray(force, float))]
+        )
+
+    def arm(self, point: ArrayLike) -> np.ndarray:
+        """Lever arm (3,) [m] of a ``point`` of the body frame, along the earth's axes."""
+        arm = np.asarray(point, float)
+        return np.asarray(self.rotation @ arm) if self.exact else arm
+
+
+def read_only(values: np.ndarray) -> np.ndarray:
+    """A copy of an array that cannot be changed."""
+    copied = np.array(values, float)
+    copied.flags.writeable = False
+    return copied
+
+
+def body_states(
+    names: Sequence[str],
+    references: Sequence[np.ndarray],
+    coordinates: np.ndarray,
+    velocity: np.ndarray,
+    rotation: np.ndarray,
+    exact: bool,
+) -> Mapping[str, BodyState]:
+    """The state of each body by name. ``coordinates`` and ``velocity`` (6 nb,), ``rotation``
+    (9 nb,) are copied; ``references`` (3,) are not."""
+    place = coordinates.reshape(-1, 6).copy()
+    speed = velocity.reshape(-1, 6).copy()
+    turn = rotation.reshape(-1, 3, 3).copy()
+    return {
+        name: BodyState(name, place[b], speed[b], turn[b], references[b], exact)
+        for b, name in enumerate(names)
+    }
+
+
+# Call of a function of the user, for the kernels: what it is given, and what it may return.
+
+Function = Callable[[float, Mapping[str, BodyState]], ArrayLike]
+"""f(t, state): wrench (6,) [N, N m], or (k, 6) for k bodies, at the time t [s]."""
+
+
+_last_callers: WeakValueDictionary[int, Caller] = WeakValueDictionary()
+"""The last caller of each function that may remember, by the function's identity."""
+
+
+class Caller:
+    """Calls a ``function`` with the states of all bodies, called ``names``. Its wrenches act on the
+    ``bodies`` (their numbers), about their centres of gravity or about the ``point`` of the first.
+
+    After an ``error`` the function is not called again. A function that ``remembers`` may not be
+    called by two runs in turn; ``owner`` is an object of its run.
+    """
+
+    def __init__(
+        self,
+        function: Function,
+        names: Sequence[str],
+        references: Sequence[np.ndarray],
+        bodies: Sequence[int],
+        point: Sequence[float] | None,
+        remembers: bool = False,
+        owner: object | None = None,
+    ) -> None:
+        self.error: BaseException | None = None
+        self.number = register(self)
+        self._function = function
+        self._names = names
+        self._references = [read_only(reference) for reference in references]
+        self._bodies = bodies
+        self._point = point
+        self._remembers = remembers
+        self._owner = owner
+        self._has_called = False
+
+    def answer(
+        self, t: float, exact: bool, own: np.ndarray, velocity: np.ndarray, rotation: np.ndarray
+    ) -> bool:
+        """Replace the coordinates ``own`` (6 nb,) of all bodies by the wrenches on them. Returns
+        false, and keeps the error, if the function raises or returns no wrench."""
+        if self.error is not None:
+            return False
+        before = catching.catches
+        try:
+            catching.catches = True
+            if self._remembers:
+                self._check_owner()
+            each = body_states(self._names, self._references, own, velocity, rotation, exact)
+            wrench = self._wrench(self._function(t, each))
+            if self._point is not None:
+                first = each[self._names[self._bodies[0]]]
+                wrench[0, 3:] += first.wrench(wrench[0, :3], self._point)[3:]
+        except BaseException as error:  # also an interrupt: machine code knows no exceptions
+            catching.catches = before
+            self.error = error
+            return False
+        catching.catches = before
+        own[:] = 0.0
+        own.reshape(-1, 6)[self._bodies] = wrench
+        return True
+
+    def _check_owner(self) -> None:
+        """Raises ValueError if another run has called the function since this one did."""
+        key = id(self._function)  # valid while a caller keeps the function
+        last = _last_callers.get(key)
+        if self._has_called and last is not None and last._owner is not self._owner:
+            raise ValueError(
+                "another run has called the same function since, and it may remember; give each run"
+                " an object of its own, or say External(..., repeatable=True) if it depends on its"
+                " arguments alone"
+            )
+        self._has_called = True
+        _last_callers[key] = self
+
+    def _wrench(self, returned: Any) -> np.ndarray:
+        """Wrenches (k, 6) that the function has returned. Raises ValueError if they are none."""
+        count = len(self._bodies)
+        if returned is None:
+            raise ValueError("returned nothing; expected 6 numbers: force [N] and moment [N m]")
+        try:
+            wrench = np.array(returned, float)
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"returned {type(returned).__name__}; expected 6 numbers: force [N] and moment"
+                " [N m] in the earth frame"
+            ) from None
+        if wrench.shape != (count, 6) and (count > 1 or wrench.shape != (6,)):
+            expected = f"({count}, 6)" if count > 1 else "(6,)"
+            raise ValueError(
+                f"returned an array of shape {wrench.shape}; expected {expected}: force [N] and"
+                " moment [N m] in the earth frame"
+            )
+        if not np.isfinite(wrench).all():
+            raise ValueError(f"returned {wrench.tolist()}; expected finite numbers")
+        return wrench.reshape(count, 6)
 
 
 class Coupling(StrEnum):

@@ -1,1 +1,0 @@
-"""Damping of a body beyond radiation: linear, with the squared velocity, and of roll."""

@@ -1,1 +1,0 @@
-"""Forces that other programs and functions of the user give."""
