@@ -26,7 +26,7 @@ from hydrosim.scene import (
     Unstable,
 )
 from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.state_layout import state_layout
+from hydrosim.stepping.names import state_layout
 
 SHORT = 700.0  # s: the first contact, at 534 s, and a few dozen events after it
 RECORDED = 0.4  # s

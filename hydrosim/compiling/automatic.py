@@ -43,7 +43,7 @@ from hydrosim.forces.layout import carried_weights
 from hydrosim.integrate import DOPRI5
 from hydrosim.linear.stability import all_open, combinations, smallest_step
 from hydrosim.radiation.threads import one_thread
-from hydrosim.rigid.free import coordinate_owners
+from hydrosim.rigid.kinematics import coordinate_owners
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.scene import ACCURACY
 

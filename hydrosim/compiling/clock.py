@@ -35,8 +35,8 @@ from hydrosim.forces.line import drum, winch
 from hydrosim.forces.signal import corners, signal_rate
 from hydrosim.integrate import Control
 from hydrosim.modes import NO_INDEX
-from hydrosim.rigid.free import are_lengths
-from hydrosim.stepping.clock import Clock
+from hydrosim.rigid.kinematics import are_lengths
+from hydrosim.stepping.state import Clock
 from hydrosim.streams.wind import gust_components, mean_wind
 from hydrosim.waves.displaced_loads import STATES_PER_FOLLOWED_BODY
 from hydrosim.waves.wave_reference import grid_step, steps_per_block

@@ -15,8 +15,7 @@ from hydrosim.compiling.restart import initial_headings, start_time
 from hydrosim.integrate import IntegrationMethod, method_named
 from hydrosim.linear.linearise import nonlinearities
 from hydrosim.scene import LinearScenes
-from hydrosim.stepping.names import force_names
-from hydrosim.stepping.state_layout import state_layout
+from hydrosim.stepping.names import force_names, state_layout
 from hydrosim.waves.wave_reference import met_by_waves
 
 if TYPE_CHECKING:
@@ -27,8 +26,8 @@ if TYPE_CHECKING:
     from hydrosim.linear.stability import Vibration
     from hydrosim.scene import Scene, WaveForces
     from hydrosim.stepping.dynamics import Model
+    from hydrosim.stepping.names import StateLayout
     from hydrosim.stepping.state import State
-    from hydrosim.stepping.state_layout import StateLayout
     from hydrosim.waves.components import WaveComponents
 
 # `Notes`: messages and data from compiling a scene.

@@ -10,8 +10,7 @@ import numpy as np
 
 from hydrosim.compiling.tanks import steady_surface
 from hydrosim.dofs import DOFS, about_z
-from hydrosim.rigid.free import slopes_at
-from hydrosim.rigid.kinematics import BODY, Bodies
+from hydrosim.rigid.kinematics import BODY, Bodies, slopes_at
 from hydrosim.rigid.tree import BALL, BRANCH, FULL_TURN, MOVE, NO_BODY, NO_TREE, SLIDE, TURN, Tree
 from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import Branch, JointMotion, MotionKind

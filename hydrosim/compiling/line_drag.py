@@ -26,8 +26,7 @@ from hydrosim.forces.line.kind import (
 )
 from hydrosim.forces.line.points import LineShape, line_shapes
 from hydrosim.linear.linearise import linearise
-from hydrosim.rigid.free import positions_at, slopes_at
-from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.rigid.kinematics import place_bodies, positions_at, slopes_at
 from hydrosim.stepping.dynamics import new_work
 from hydrosim.waves.build import first_order
 from hydrosim.waves.components import WaveComponents

@@ -17,7 +17,7 @@ from hydrosim.radiation.convolution import convolution_model
 from hydrosim.radiation.retardation import resolved_length
 from hydrosim.radiation.spectra import LONGER, Spectra, spectra
 from hydrosim.radiation.threads import one_thread
-from hydrosim.rigid.free import moving_dofs, slopes_at_rest
+from hydrosim.rigid.kinematics import moving_dofs, slopes_at_rest
 from hydrosim.scene import ConstantRadiation, Scene
 from hydrosim.stepping.names import coordinate_names
 

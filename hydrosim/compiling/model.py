@@ -32,8 +32,8 @@ from hydrosim.forces.layout import (
 )
 from hydrosim.results.points import named_points, point_names
 from hydrosim.rigid.heading import Headings, new_headings
-from hydrosim.rigid.inertia import constant_inertia
 from hydrosim.rigid.kinematics import Bodies
+from hydrosim.rigid.mass import constant_inertia
 from hydrosim.scene import Scene
 from hydrosim.stepping import blending
 from hydrosim.stepping.dynamics import Model

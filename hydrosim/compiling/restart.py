@@ -28,15 +28,14 @@ from hydrosim.results.memory import push_again, take_over
 from hydrosim.rigid.kinematics import Motion
 from hydrosim.scene import Body, Place, Scene, Start, WaveForces
 from hydrosim.stepping.dynamics import Model, motion_at
-from hydrosim.stepping.names import Coordinate, memory_names
+from hydrosim.stepping.names import MOVING, Coordinate, StateKind, memory_names
 from hydrosim.stepping.state import State
-from hydrosim.stepping.state_layout import MOVING, StateKind
 from hydrosim.waves import slow_bodies
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrosim.stepping.state_layout import StateLayout
+    from hydrosim.stepping.names import StateLayout
 
 MODE_OVERRUN_ATOL = (
     1e-6  # m or s: a stored mode may exceed its end by this; it then ends as the run begins

@@ -19,7 +19,7 @@ from hydrosim.forces.stream_load import STREAM_LOAD_KIND, CurrentLoad, StreamLoa
 from hydrosim.presentation.layout import text_of
 from hydrosim.presentation.nodes import Value
 from hydrosim.presentation.units import Units, units_of
-from hydrosim.rigid.free import moving_dofs
+from hydrosim.rigid.kinematics import moving_dofs
 from hydrosim.scene import (
     Body,
     DirectionalTable,

@@ -30,7 +30,7 @@ from hydrosim.waves.wave_reference import grid_step
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene, WaveForces
-    from hydrosim.stepping.state_layout import StateLayout
+    from hydrosim.stepping.names import StateLayout
 
 # A start at rest under the loads at the start: contacts, lines and buoyancy carry all loads.
 #

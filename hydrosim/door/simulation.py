@@ -20,11 +20,10 @@ from hydrosim.outputs import Output, as_output
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import record_angles
 from hydrosim.scene import ForceElement, LinearScenes, Scene
-from hydrosim.stepping.clock import rounding_at
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import force_names
 from hydrosim.stepping.run import grid_time
-from hydrosim.stepping.state import GRID_POINT
+from hydrosim.stepping.state import GRID_POINT, rounding_at
 from hydrosim.studies.run.checkpoint import Checkpoint, CheckpointWriter
 from hydrosim.studies.run.course import RunInProgress
 from hydrosim.studies.run.error_estimate import estimate_error

@@ -54,8 +54,8 @@ import numpy as np
 from hydrosim.forces.layout import HYDROSTATIC
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.kinematics import vertical_in_body, wrench_of_coordinates
+from hydrosim.rigid.mass import spring_energy, spring_force
 from hydrosim.rigid.solids import Solids, sums_below
-from hydrosim.rigid.stiffness import spring_energy, spring_force
 from hydrosim.rigid.vectors import add, cross, dot, matvec, scale, vector
 
 

@@ -24,7 +24,7 @@ from hydrosim.forces.kind import ElementKind
 from hydrosim.forces.layout import Layout, LinearResistance, axes_at_rest
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.rigid.kinematics import wrench_of_coordinates
-from hydrosim.rigid.stiffness import spring_energy, spring_force
+from hydrosim.rigid.mass import spring_energy, spring_force
 from hydrosim.rigid.vectors import product
 from hydrosim.scene import ForceElement, Turns
 

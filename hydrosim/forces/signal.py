@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.jit.kernels import kernel
-from hydrosim.jit.search import piece_of
+from hydrosim.jit.kernels import kernel, piece_of
 
 
 @dataclass(frozen=True)

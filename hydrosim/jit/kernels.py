@@ -151,3 +151,19 @@ def any_negative(values):
         if values[i] < 0.0:
             return True
     return False
+
+
+# Search for the piece of a piecewise function that holds a number.
+
+
+@kernel
+def piece_of(x, low, high, pieces):
+    """Index, from ``low`` to ``high``, of the last of ``pieces`` that starts at or before ``x``. It
+    is ``low`` if all pieces start later."""
+    while low < high:
+        middle = (low + high + 1) // 2
+        if x < pieces[middle].start:
+            high = middle - 1
+        else:
+            low = middle
+    return low

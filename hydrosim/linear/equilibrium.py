@@ -46,8 +46,7 @@ from hydrosim.forces.events import set_initial_modes
 from hydrosim.linear.coordinates import DEPENDENT, find_constraint_rows, inertia, nullspace_of
 from hydrosim.linear.modes import MIN_STIFFNESS_FREQUENCY, MIN_STIFFNESS_RATIO
 from hydrosim.modes import MODE, NO_INDEX
-from hydrosim.rigid.free import positions_at
-from hydrosim.rigid.kinematics import generalised_force, place_bodies
+from hydrosim.rigid.kinematics import generalised_force, place_bodies, positions_at
 from hydrosim.stepping.blending import steady_filters
 from hydrosim.stepping.dynamics import Model, Work, add_constraints, new_work, rhs
 from hydrosim.stepping.state import State

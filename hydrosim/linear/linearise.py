@@ -31,7 +31,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import Recorded, joints_are_linear, signals_of
 from hydrosim.forces.layout import BODY_ROWS, constraint_names
 from hydrosim.linear.coordinates import STEP, Freedom, find_constraint_rows, inertia, nullspace_of
-from hydrosim.rigid.free import moving_dofs
+from hydrosim.rigid.kinematics import moving_dofs
 from hydrosim.rigid.tree import BALL, NO_BODY, SLIDE, fill_rates
 from hydrosim.scene import Scene, Turns
 from hydrosim.stepping.dynamics import Model, dynamic_states, jacobian, new_work, rhs

@@ -39,11 +39,10 @@ from hydrosim.integrate.exponential import (
 from hydrosim.jit.refs import StructReference
 from hydrosim.linear.coordinates import without_waves
 from hydrosim.linear.linearise import find_components, linearise
-from hydrosim.rigid.free import slopes_at_rest
-from hydrosim.stepping.clock import Clock
+from hydrosim.rigid.kinematics import slopes_at_rest
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
-from hydrosim.stepping.state import STATUS, Run, State
+from hydrosim.stepping.state import STATUS, Clock, Run, State
 
 PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval

@@ -58,12 +58,11 @@ from hydrosim.linear.coordinates import find_constraint_rows, inertia, nullspace
 from hydrosim.linear.linearise import Eigensystem, Linear, expand_to_active, linearise
 from hydrosim.linear.modes import SMALLEST_FLOAT, participation_factors
 from hydrosim.modes import MODE, SEGMENT
-from hydrosim.rigid.free import own_coordinates, slopes_at_rest
-from hydrosim.rigid.kinematics import place_bodies
+from hydrosim.rigid.kinematics import own_coordinates, place_bodies, slopes_at_rest
 from hydrosim.scene import Scene
 from hydrosim.stepping.dynamics import Model, dynamic_states, motion_at, new_work
+from hydrosim.stepping.names import StateKind, StateLayout
 from hydrosim.stepping.state import State
-from hydrosim.stepping.state_layout import StateKind, StateLayout
 
 GROWTH = 1e-3  # per period
 REACH = 40.0  # largest |h lambda| at which stability functions are evaluated

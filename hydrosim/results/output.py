@@ -43,9 +43,15 @@ from hydrosim.results.ledger import check_balance
 from hydrosim.results.phases import add_stage_results, group_phases
 from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
 from hydrosim.stepping.blending import DRAUGHT_STATES as STATES_OF_DRAUGHT
-from hydrosim.stepping.names import force_names, is_work_row, may_dissipate, may_store_energy
+from hydrosim.stepping.names import (
+    StateKind,
+    StateLayout,
+    force_names,
+    is_work_row,
+    may_dissipate,
+    may_store_energy,
+)
 from hydrosim.stepping.record import states_at, unpack_channels, with_states
-from hydrosim.stepping.state_layout import StateKind, StateLayout
 from hydrosim.waves import WaveComponents, elevations
 
 if TYPE_CHECKING:

@@ -1,11 +1,10 @@
 """Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""
 
-from hydrosim.rigid.added_mass import add_turning, stream_energy
-from hydrosim.rigid.contents import Contents, new_contents
 from hydrosim.rigid.heading import (
     Headings,
     HeadingScratch,
     accelerations_along,
+    add_turning,
     all_to_earth,
     all_to_heading,
     find_flow,
@@ -13,14 +12,8 @@ from hydrosim.rigid.heading import (
     motion_along,
     new_heading_scratch,
     new_headings,
+    stream_energy,
     translations_to_earth,
-)
-from hydrosim.rigid.inertia import (
-    Inertia,
-    Turning,
-    accelerate_freely,
-    constant_inertia,
-    new_turning,
 )
 from hydrosim.rigid.kinematics import (
     BODY,
@@ -37,5 +30,18 @@ from hydrosim.rigid.kinematics import (
     point_velocity,
     wrench_of_coordinates,
 )
-from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
-from hydrosim.rigid.stiffness import spring_energy, spring_force
+from hydrosim.rigid.mass import (
+    Contents,
+    Inertia,
+    Turning,
+    accelerate_freely,
+    cholesky,
+    cholesky_solve,
+    constant_inertia,
+    kinetic_energy,
+    mass_matrix,
+    new_contents,
+    new_turning,
+    spring_energy,
+    spring_force,
+)

@@ -52,7 +52,6 @@ from hydrosim.radiation.memory import (
     radiation_damping,
     radiation_states,
 )
-from hydrosim.rigid.added_mass import add_turning, stream_energy
 from hydrosim.rigid.constraints import (
     Constraints,
     eliminate,
@@ -61,18 +60,18 @@ from hydrosim.rigid.constraints import (
     restore_pivots,
     solve_for_pivots,
 )
-from hydrosim.rigid.contents import Contents, new_contents
 from hydrosim.rigid.heading import (
     Headings,
     HeadingScratch,
+    add_turning,
     all_to_earth,
     all_to_heading,
     find_flow,
     motion_along,
     new_heading_scratch,
+    stream_energy,
     translations_to_earth,
 )
-from hydrosim.rigid.inertia import Inertia, Turning, accelerate_freely, new_turning
 from hydrosim.rigid.kinematics import (
     Bodies,
     Motion,
@@ -82,7 +81,18 @@ from hydrosim.rigid.kinematics import (
     place_bodies,
     place_bodies_inline,
 )
-from hydrosim.rigid.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
+from hydrosim.rigid.mass import (
+    Contents,
+    Inertia,
+    Turning,
+    accelerate_freely,
+    cholesky,
+    cholesky_solve,
+    kinetic_energy,
+    mass_matrix,
+    new_contents,
+    new_turning,
+)
 from hydrosim.rigid.tree import fill_rates
 from hydrosim.rigid.vectors import cross, matvec, vector
 from hydrosim.stepping.blending import (

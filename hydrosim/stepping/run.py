@@ -16,7 +16,6 @@ from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.rigid.heading import accelerations_along
 from hydrosim.rigid.kinematics import LARGEST_TILT, accelerations, place_bodies
 from hydrosim.rigid.tree import switch_rotation_chart
-from hydrosim.stepping.clock import STEP_ROUNDING, TIME_ROUNDING
 from hydrosim.stepping.closing import project_state
 from hydrosim.stepping.crossing import (
     make_consistent,
@@ -57,7 +56,9 @@ from hydrosim.stepping.state import (
     START_MARGINS,
     START_SLOPE,
     STATUS,
+    STEP_ROUNDING,
     STEP_TOO_SMALL,
+    TIME_ROUNDING,
 )
 from hydrosim.stepping.stepper import find_start_slope, knows_end_slope, take_step
 from hydrosim.tanks.pumping import share_of_step

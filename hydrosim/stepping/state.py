@@ -1,20 +1,113 @@
 """Data of a run: its constants, its state, its record and the scratch of its steps.
 
 A `Run` holds all of them, and every kernel of this folder takes it.
+
+The clock of a run: its grid, and times that no step may cross.
+
+A time in a case and a point of the grid are often equal but for rounding: 150 steps of 0.07 s are
+10.500000000000002 s. Such times are made equal, because a step between them would be as short as
+rounding. Signals get their corners at the same times, so that a step that begins at a corner has
+the rate of the piece that begins there.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from hydrosim.forces import events, new_modes
-from hydrosim.integrate import IntegrationMethod, Newton, Tableau
+from hydrosim.forces.signal import SIGNAL_PIECE
+from hydrosim.integrate import Control, IntegrationMethod, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.radiation.history import VelocityHistory
-from hydrosim.stepping.clock import Clock, align_corners, merge_breakpoints
-from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters
+from hydrosim.stepping.dynamics import Model, Work, dynamic_states, new_work, radiation_filters, rhs
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hydrosim.scene import Scene
+
+STEP_ROUNDING = 1e-9  # of a step: times so close together are equal
+TIME_ROUNDING = 1e-15  # of a time, likewise: four roundings
+
+
+class Clock(NamedTuple):
+    """Grid of ``points`` steps up to ``end`` [s]; every ``every``-th and the last are recorded. It
+    begins ``first`` steps after ``start``, so that a restart uses the grid of the run before it. A
+    slow path in waves is renewed every ``block`` steps, if that is not 0. No step may cross the
+    ``breakpoints``; ``events`` false lets steps run past events. No step is longer than
+    ``signal_step`` [s], or than ``held_step`` [s] while a unit holds still until its load reaches a
+    limit; both are infinite if no load has a rate.
+
+    With adaptive ``control`` the grid is that of the records, and steps are shorter: they begin
+    with the ``solver_step`` [s].
+    """
+
+    start: float
+    first: int
+    step: float
+    end: float
+    points: int
+    every: int
+    block: int
+    breakpoints: np.ndarray
+    events: bool
+    signal_step: float
+    held_step: float
+    control: Control
+    solver_step: float
+
+
+def merge_breakpoints(clock: Clock) -> np.ndarray:
+    """The breakpoints of a clock, without those that differ from a point of its grid, or from one
+    before, by rounding."""
+    times = clock.breakpoints
+    step = clock.step
+    begin = clock.start + clock.first * step
+    points = np.minimum(clock.start + np.rint((times - clock.start) / step) * step, clock.end)
+    on_grid = np.abs(times - points) <= rounding_at(times, clock)
+    times = np.unique(np.where(on_grid, points, times))
+    apart = np.diff(times, prepend=-np.inf) > rounding_at(times, clock)
+    return times[apart & (times >= begin) & (times <= clock.end)]
+
+
+def align_corners(model: Model, clock: Clock) -> Model:
+    """The model with signals whose corners are at the breakpoints of a clock, where they differ
+    from these by rounding. It is the same object if none does."""
+    elements = {}
+    for kind, constants in model.elements._asdict().items():
+        pieces = {
+            name: _align_pieces(array, clock)
+            for name, array in zip(getattr(constants, "_fields", ()), constants, strict=False)
+            if isinstance(array, np.ndarray) and array.dtype == SIGNAL_PIECE
+        }
+        if any(pieces[name] is not getattr(constants, name) for name in pieces):
+            elements[kind] = constants._replace(**pieces)
+    return model._replace(elements=model.elements._replace(**elements)) if elements else model
+
+
+def _align_pieces(pieces: np.ndarray, clock: Clock) -> np.ndarray:
+    """Pieces of signals that begin at the breakpoints, where they differ from these by rounding."""
+    if clock.breakpoints.size == 0:
+        return pieces
+    start = pieces["start"]
+    rounding = rounding_at(start, clock)
+    index = np.searchsorted(clock.breakpoints, start - rounding)
+    times = clock.breakpoints[np.minimum(index, clock.breakpoints.size - 1)]
+    moved = (np.abs(times - start) <= rounding) & (times != start)
+    if not moved.any():
+        return pieces
+    aligned = pieces.copy()
+    aligned["start"][moved] = times[moved]
+    return aligned
+
+
+def rounding_at(times: np.ndarray, clock: Clock) -> np.ndarray:
+    """Differences from ``times`` [s] that are rounding."""
+    least = STEP_ROUNDING * min(clock.step, clock.solver_step)
+    return np.maximum(least, TIME_ROUNDING * np.abs(times))
+
 
 IN_PROGRESS, NOT_FINITE, CAPSIZED, CHATTERING, STEP_TOO_SMALL, NO_SOLUTION, BLOWN_UP = range(7)
 SINGULAR, NO_SAMPLE, DRIVEN_APART = range(7, 10)
@@ -155,3 +248,22 @@ def new_run(
     counters = np.zeros(COUNTERS, dtype=np.int64)
     work = new_work(model)
     return Run(clock, model, method.tableau, state, work, scratch, record, counters)
+
+
+# Forces of elements on their bodies at the start of a run: pretensions of lines.
+
+
+def start_loads(
+    scene: Scene, model: Model, state: State, rows: Sequence[str], time: float
+) -> dict[str, float]:
+    """Magnitudes of the forces of all elements on their bodies [N], by name, in a ``state`` at a
+    ``time`` [s]; ``rows`` are the names of the rows of forces."""
+    work = new_work(model)
+    rates = np.empty(state.y.size)
+    rhs(time, state.y, state.modes, state.history, model, work, rates)
+    first = {body.name: 6 * b for b, body in enumerate(scene.bodies)}
+    forces = {}
+    for name, element in scene.forces.items():
+        own = work.wrench[rows.index(name), first[element.body] :][:3]
+        forces[name] = float(np.linalg.norm(own))
+    return forces

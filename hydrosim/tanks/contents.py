@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import kernel, root
-from hydrosim.jit.search import piece_of
+from hydrosim.jit.kernels import kernel, piece_of, root
 from hydrosim.modes import MODE
 from hydrosim.scene import Active, Body, LevelReached, Pump, Scene, Tank, When
 from hydrosim.tanks.pieces import (

@@ -21,8 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.jit.search import piece_of
+from hydrosim.jit.kernels import clear, kernel, piece_of, root
 from hydrosim.rigid.kinematics import vertical_in_body
 from hydrosim.rigid.solids import Solids, area_below, sums_below
 from hydrosim.rigid.vectors import dot, scale, vector

@@ -48,7 +48,7 @@ from hydrosim.scene import Body, Joint, Scene, Weight
 from hydrosim.scene.joint import JointType
 from hydrosim.scene.scene import arrangement, floating_roots
 from hydrosim.stepping.names import coordinate_at
-from hydrosim.stepping.start_loads import start_loads
+from hydrosim.stepping.state import start_loads
 from hydrosim.studies.ballast import with_contents_at
 from hydrosim.studies.run.simulation import check_criteria
 from hydrosim.studies.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits

@@ -22,7 +22,7 @@ WATER = {"hydrosim.forces.linear_mooring.add_energy", "hydrosim.waves.loads.wave
 EVERY_STAGE = {
     "hydrosim.forces.linear_mooring.add_force",
     "hydrosim.radiation.memory.radiation_states",
-    "hydrosim.rigid.inertia.accelerate_freely",
+    "hydrosim.rigid.mass.accelerate_freely",
     "hydrosim.rigid.kinematics.acceleration_map",
     "hydrosim.stepping.dynamics.add_constraints",
     "hydrosim.stepping.dynamics.find_mass",

@@ -16,7 +16,7 @@ from hydrosim.compiling.clock import compile_clock
 from hydrosim.compiling.compile import compile_scene
 from hydrosim.forces import AppliedForce, LinearMooring, Spring, Table
 from hydrosim.scene import Active, Method, Scene, When
-from hydrosim.stepping.clock import align_corners, merge_breakpoints
+from hydrosim.stepping.state import align_corners, merge_breakpoints
 
 MASS = 1e3
 STIFFNESS = 2e3

@@ -10,7 +10,7 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.scene import Scene, Start
-from hydrosim.stepping.state_layout import StateKind, state_layout
+from hydrosim.stepping.names import StateKind, state_layout
 
 CASES = Path(__file__).parents[2] / "cases"
 IRREGULAR = CASES / "sphere" / "irregular.yaml"

@@ -25,7 +25,7 @@ from hydrosim.forces.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.scene import Body, Weight
 from hydrosim.scene.force import strongest_breaking_load
 from hydrosim.scene.scene import joined_with
-from hydrosim.stepping.start_loads import start_loads
+from hydrosim.stepping.state import start_loads
 
 # of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
 MOST_OF_BREAKING = 2.0

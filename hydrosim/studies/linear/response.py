@@ -48,7 +48,7 @@ from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest, equilibri
 from hydrosim.linear.impedance import at_frequencies
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import NaturalMode, modes_of_stiffness, natural_modes
-from hydrosim.rigid.free import coordinate_map, positions_at, slopes_at
+from hydrosim.rigid.kinematics import coordinate_map, positions_at, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene, SecondOrder, WaveForces
 from hydrosim.stepping.dynamics import new_work, rhs
 from hydrosim.stepping.names import contact_names

@@ -23,7 +23,7 @@ from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
-from hydrosim.rigid.free import are_lengths, own_coordinates
+from hydrosim.rigid.kinematics import are_lengths, own_coordinates
 from hydrosim.scene import FreeSurface, Question
 from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.stepping.names import coordinate_at, coordinate_names, coordinates, dofs_of

@@ -54,10 +54,9 @@ from hydrosim.modes import MODE
 from hydrosim.radiation.history import LONGEST_REMEMBERED
 from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import REPORTED, ErrorEstimate
-from hydrosim.rigid.attitudes import rotation_vectors
+from hydrosim.rigid.vectors import rotation_vectors
 from hydrosim.scene import Kinematics, Scene, Tolerance
 from hydrosim.scene.scene import fitting_step
-from hydrosim.stepping.clock import Clock
 from hydrosim.stepping.record import new_record, unpack_channels
 from hydrosim.stepping.run import advance
 from hydrosim.stepping.state import (
@@ -69,6 +68,7 @@ from hydrosim.stepping.state import (
     REACHED_TIME,
     RECORDS,
     STATUS,
+    Clock,
     Run,
     new_run,
 )

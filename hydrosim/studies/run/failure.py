@@ -24,7 +24,7 @@ from hydrosim.scene import Method
 from hydrosim.scene.scene import joined_with
 from hydrosim.stepping import state
 from hydrosim.stepping.dynamics import motion_at
-from hydrosim.stepping.names import element_of, force_names, is_work_row
+from hydrosim.stepping.names import StateKind, element_of, force_names, is_work_row
 from hydrosim.stepping.record import unpack_channels
 from hydrosim.stepping.run import PITCH_DOF
 from hydrosim.stepping.state import (
@@ -42,13 +42,12 @@ from hydrosim.stepping.state import (
     Run,
     State,
 )
-from hydrosim.stepping.state_layout import StateKind
 
 if TYPE_CHECKING:
     from hydrosim.compiling.compiled import Compiled
     from hydrosim.scene import Scene
     from hydrosim.stepping.dynamics import Model
-    from hydrosim.stepping.record import Record
+    from hydrosim.stepping.state import Record
 
 MAX_ENERGY_RATIO = 10.0  # times the possible energy
 MIN_TESTED_ENERGY = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less energy is not tested

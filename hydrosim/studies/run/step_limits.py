@@ -22,7 +22,7 @@ from hydrosim.linear.stability import (
     without_progress,
 )
 from hydrosim.radiation.threads import one_thread
-from hydrosim.rigid.free import coordinate_groups
+from hydrosim.rigid.kinematics import coordinate_groups
 from hydrosim.scene import Unstable
 from hydrosim.scene.scene import fitting_step
 from hydrosim.stepping.record import unpack_channels

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.forces import AppliedForce, Frictionless, LinearMooring, StickSlip
 from hydrosim.results.ledger import REPORTED
-from hydrosim.rigid.attitudes import rotation_vectors
+from hydrosim.rigid.vectors import rotation_vectors
 from hydrosim.scene import Kinematics, LinearScenes, Method, Scene, Solver, Tolerance
 
 CASES = Path(hs.__file__).parents[1] / "cases"
