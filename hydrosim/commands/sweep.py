@@ -130,7 +130,7 @@ def _until(
     """Run a study with more and more seeds; ``by`` is the number of workers and the scheduler."""
     from hydrosim.interrupts import raise_if_interrupted
     from hydrosim.results.runs_file import open_runs
-    from hydrosim.studies.sweep.sweep import run_study, run_until
+    from hydrosim.studies.many.many import run_study, run_until
 
     def run(part: ParameterStudy, path: Path) -> xr.Dataset:
         pool = _pool(by[1], by[0])
@@ -166,8 +166,8 @@ def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
 def _with_progress(
     study: ParameterStudy, result: Output, workers: int | None, resume: bool, pool: Pool | None
 ) -> xr.Dataset:
+    from hydrosim.studies.many.many import run_study
     from hydrosim.studies.many.unfinished import folder_of
-    from hydrosim.studies.sweep.sweep import run_study
 
     pace = None if resume else _Pace()  # what is read again of a folder says nothing of it
     with progress("sweep", "runs") as report:

@@ -15,7 +15,7 @@ from hydrosim.forces import driven_coordinates
 from hydrosim.forces.joint import locks
 from hydrosim.forces.joint.locks import CLOSED, NO_RATCHET
 from hydrosim.forces.layout import constraint_names
-from hydrosim.linear.coordinates import inertia, nullspace_of
+from hydrosim.linear.linearise import inertia, nullspace_of
 from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 from hydrosim.rigid.constraints import ROW_ROUNDING
 from hydrosim.rigid.kinematics import place_bodies

@@ -20,7 +20,7 @@ from hydrosim.forces.line.points import line_shapes
 from hydrosim.forces.signal import Recorded
 from hydrosim.forces.spring import kinematics
 from hydrosim.forces.trigger import AFTER
-from hydrosim.linear.coordinates import find_constraint_rows
+from hydrosim.linear.linearise import find_constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.results.points import check_points
 from hydrosim.scene import Kinematics, Scene

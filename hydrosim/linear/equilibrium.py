@@ -43,7 +43,7 @@ from hydrosim.forces import lasting_states, without_friction
 from hydrosim.forces.contact.law import OPEN, STICK
 from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
 from hydrosim.forces.events import set_initial_modes
-from hydrosim.linear.coordinates import DEPENDENT, find_constraint_rows, inertia, nullspace_of
+from hydrosim.linear.linearise import DEPENDENT, find_constraint_rows, inertia, nullspace_of
 from hydrosim.linear.modes import MIN_STIFFNESS_FREQUENCY, MIN_STIFFNESS_RATIO
 from hydrosim.modes import MODE, NO_INDEX
 from hydrosim.rigid.kinematics import generalised_force, place_bodies, positions_at

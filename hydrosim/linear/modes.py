@@ -25,8 +25,7 @@ from hydrosim.errors import InputError
 from hydrosim.linear.linearise import expand_to_active
 
 if TYPE_CHECKING:
-    from hydrosim.linear.coordinates import Freedom
-    from hydrosim.linear.linearise import Linear
+    from hydrosim.linear.linearise import Freedom, Linear
 
 STATIC = 1e-5  # rad/s: slower modes count as static
 # rad/s; relative to the largest stiffness over inertia: below them there is no stiffness

@@ -37,8 +37,7 @@ from hydrosim.integrate.exponential import (
     propagation_interval,
 )
 from hydrosim.jit.refs import StructReference
-from hydrosim.linear.coordinates import without_waves
-from hydrosim.linear.linearise import find_components, linearise
+from hydrosim.linear.linearise import find_components, linearise, without_waves
 from hydrosim.rigid.kinematics import slopes_at_rest
 from hydrosim.stepping.dynamics import Model, new_work, rhs
 from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads

@@ -54,8 +54,15 @@ from hydrosim.forces import kinds_with_mode_sets, loop_modes, modes_of_kind, new
 from hydrosim.forces.contact.law import OPEN
 from hydrosim.forces.kind import KindWithModeSets, ModeSet
 from hydrosim.integrate import IntegrationMethod
-from hydrosim.linear.coordinates import find_constraint_rows, inertia, nullspace_of
-from hydrosim.linear.linearise import Eigensystem, Linear, expand_to_active, linearise
+from hydrosim.linear.linearise import (
+    Eigensystem,
+    Linear,
+    expand_to_active,
+    find_constraint_rows,
+    inertia,
+    linearise,
+    nullspace_of,
+)
 from hydrosim.linear.modes import SMALLEST_FLOAT, participation_factors
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.rigid.kinematics import own_coordinates, place_bodies, slopes_at_rest

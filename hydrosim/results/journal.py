@@ -305,7 +305,7 @@ def runs_at(path: Path) -> xr.Dataset | None:
 
 
 def _rounds(path: Path) -> list[Path]:
-    """Rounds of a study with `until`, see `hydrosim.studies.sweep.sweep`."""
+    """Rounds of a study with `until`, see `hydrosim.studies.many.many`."""
     result = path.with_suffix("") if path.suffix == PARTIAL else path
     folder = Path(f"{result}.rounds")
     return sorted(folder.glob("*.nc*")) if os.path.isdir(folder) else []

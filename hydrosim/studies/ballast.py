@@ -38,9 +38,8 @@ from hydrosim.errors import InputError
 from hydrosim.forces import without_friction
 from hydrosim.forces.hydrostatics import add_weight
 from hydrosim.forces.layout import HYDROSTATIC, WEIGHT, row_names
-from hydrosim.linear.coordinates import STEP, without_waves
 from hydrosim.linear.equilibrium import WIDE, equilibrium, stiffness_of
-from hydrosim.linear.linearise import linearise
+from hydrosim.linear.linearise import STEP, linearise, without_waves
 from hydrosim.linear.modes import STATIC
 from hydrosim.rigid.kinematics import place_bodies
 from hydrosim.rigid.tree import NO_TREE

@@ -20,8 +20,8 @@ from scenes import SWINGING_BLOCK
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
+from hydrosim.studies.many.many import run_study
 from hydrosim.studies.sweep.study import load_study
-from hydrosim.studies.sweep.sweep import run_study
 
 pytestmark = pytest.mark.slow
 

@@ -47,10 +47,9 @@ from hydrosim.forces import (
 )
 from hydrosim.integrate.exponential import extend_nodes
 from hydrosim.linear import equilibrium as places
-from hydrosim.linear.coordinates import nullspace_of
 from hydrosim.linear.equilibrium import Contacts, equilibrium
 from hydrosim.linear.impedance import find_admittances
-from hydrosim.linear.linearise import Linear
+from hydrosim.linear.linearise import Linear, nullspace_of
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
 from hydrosim.studies.linear.response import responder

@@ -13,8 +13,7 @@ from scenes import block
 import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.forces import LinearMooring, Spring
-from hydrosim.linear.coordinates import nullspace_of
-from hydrosim.linear.linearise import Linear, linearise
+from hydrosim.linear.linearise import Linear, linearise, nullspace_of
 from hydrosim.linear.modes import ModeKind, NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.scene import Body, Scene
 

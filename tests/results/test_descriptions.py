@@ -20,9 +20,9 @@ from hydrosim.results.variables import PURPOSE, describe_coordinates
 from hydrosim.statistics import effects
 from hydrosim.statistics.explain import explain_run
 from hydrosim.statistics.statistics import statistics
+from hydrosim.studies.many.many import run_study
 from hydrosim.studies.run.provenance import case_of
 from hydrosim.studies.sweep.study import load_study
-from hydrosim.studies.sweep.sweep import run_study
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted(

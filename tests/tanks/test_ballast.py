@@ -18,7 +18,7 @@ import hydrosim as hs
 from hydrosim.errors import InputError
 from hydrosim.evidence import Feature, Kind
 from hydrosim.forces import LinearMooring
-from hydrosim.linear.coordinates import inertia
+from hydrosim.linear.linearise import inertia
 from hydrosim.scene import (
     Body,
     Box,

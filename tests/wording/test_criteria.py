@@ -14,10 +14,10 @@ from hydrosim.presentation.document import Document
 from hydrosim.presentation.nodes import Outcome, Table, Value, Verdict
 from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.statistics.criteria import criteria_of
+from hydrosim.studies.many.many import run_study
 from hydrosim.studies.run import simulation
 from hydrosim.studies.run.simulation import blank_run
 from hydrosim.studies.sweep.study import load_study
-from hydrosim.studies.sweep.sweep import run_study
 from hydrosim.wording.run import criteria_nodes, run_document
 
 CASE = """\

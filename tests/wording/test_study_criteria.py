@@ -17,8 +17,8 @@ from hydrosim.report.page import html
 from hydrosim.statistics import effects
 from hydrosim.statistics.criteria import judge_plan, judge_study
 from hydrosim.statistics.over_seeds import as_csv
+from hydrosim.studies.many.many import run_study
 from hydrosim.studies.sweep.study import load_study
-from hydrosim.studies.sweep.sweep import run_study
 from hydrosim.wording.study import study_document, study_tables
 
 FAR = {"limit": 2.0, "source": "Drawing 7", "at_least": False, "never_is_late": False}

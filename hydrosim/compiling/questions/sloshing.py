@@ -16,8 +16,7 @@ from hydrosim.compiling.questions.query import Query, SceneContext, natural_peri
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.linear import modes
-from hydrosim.linear.coordinates import without_waves
-from hydrosim.linear.linearise import linearise
+from hydrosim.linear.linearise import linearise, without_waves
 from hydrosim.scene import Body, Box, FreeSurface, Tank, TankMesh, TankShape, TankTable
 from hydrosim.tanks.contents import changing_tanks, level_of, tank_names, unforeseen_tanks
 from hydrosim.tanks.shapes import height, volume_at

@@ -19,9 +19,8 @@ from hydrosim.scene import Scene
 from hydrosim.statistics.figures import ScalarResult
 from hydrosim.statistics.results import MotionCauseResult, StageResult
 from hydrosim.statistics.weather import image_of, without_images
-from hydrosim.studies.operability.search import Trials
 from hydrosim.studies.operability.seas import Swell, add_mirrored_limits
-from hydrosim.studies.operability.study import limits_of, load_limits
+from hydrosim.studies.operability.study import Trials, limits_of, load_limits
 from hydrosim.studies.operability.weather import assess_weather, read_weather
 from hydrosim.wording.limits import distinct_lines, limits_tables
 

@@ -19,8 +19,7 @@ from hydrosim.scene import Scene
 from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 from hydrosim.studies.many import executors
 from hydrosim.studies.many.outcome import RunOutcome
-from hydrosim.studies.operability.search import Trials
-from hydrosim.studies.operability.study import limits_of, load_limits
+from hydrosim.studies.operability.study import Trials, limits_of, load_limits
 
 SPHERE = CASES.parent / "sphere" / "irregular.yaml"
 HEAVE = "{channel: position.sphere.heave, statistic: largest_absolute, limit: 1 m}"

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from hydrosim.errors import InputError
-from hydrosim.studies.operability.search import (
+from hydrosim.studies.operability.study import (
     HeightLimit,
     LimitSearch,
     allowed_failures,

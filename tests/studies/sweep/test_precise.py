@@ -14,8 +14,8 @@ from scenes import CASES
 from hydrosim.errors import InputError
 from hydrosim.outputs import Output, as_output
 from hydrosim.results.dataset import write_run
+from hydrosim.studies.many.many import run_until
 from hydrosim.studies.sweep.study import ParameterStudy, load_study, read_study
-from hydrosim.studies.sweep.sweep import run_until
 
 TEXT = f"""
 case: {CASES}/base.yaml
