@@ -46,7 +46,7 @@ import xarray as xr
 
 import hydrosim as hs
 from benchmarks.report import RESULTS, Row, markdown
-from hydrosim.compiling.compiled import Compiled
+from hydrosim.compile.compiled import Compiled
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.scene import Kinematics, Method, Scene
 from tests.generators.error_cases import KINDS, SPACINGS, drawn_scene

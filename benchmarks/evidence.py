@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from benchmarks.report import ROOT, Answer, Row, machine, page_table
-from hydrosim.evidence import FILE, Feature, Kind, Line, known_lines
+from hydrosim.report.evidence import FILE, Feature, Kind, Line, known_lines
 
 NAME = "evidence"
 """Name of the plugin, which the fixture asks for, and of what it notes in reports."""

@@ -25,9 +25,9 @@ from benchmarks.report import ROOT, Answer, Row
 from benchmarks.scenes import base_case
 from hydrosim import simulate
 from hydrosim.compare.exact import differences
-from hydrosim.outputs import Output
+from hydrosim.files.outputs import Output
+from hydrosim.run.checkpoint import Checkpoint
 from hydrosim.scene import Solver
-from hydrosim.studies.run.checkpoint import Checkpoint
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 KILLS, REPEATS = 10, 5

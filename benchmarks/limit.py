@@ -26,12 +26,14 @@ from numba import njit
 from scipy.interpolate import make_interp_spline
 
 from benchmarks.scenes import Several
-from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER
+from hydrosim.elements.layout import RADIATION, WAVE_FIRST_ORDER
+from hydrosim.integrate.dynamics import Model, find_mass, new_work
+from hydrosim.multibody import vectors
+from hydrosim.multibody.kinematics import place_bodies
+from hydrosim.multibody.mass import Inertia
 from hydrosim.radiation import StateSpace
 from hydrosim.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
 from hydrosim.radiation.history import push
-from hydrosim.rigid import Inertia, place_bodies, vectors
-from hydrosim.stepping.dynamics import Model, find_mass, new_work
 
 bare = njit(error_model="numpy", nogil=True, fastmath=True, forceinline=True)
 """One loop with all that it calls inside, sums in any order: three times as fast as with calls."""

@@ -27,7 +27,7 @@ from benchmarks.report import Answer, Row
 from benchmarks.scenes import FINEST, Several, compiled, motions, short_case, sphere, with_states
 from benchmarks.timing import Timed, interleaved, time_all, time_loop, timed
 from hydrosim import SimulationError
-from hydrosim.forces import Fender, StickSlip
+from hydrosim.elements import Fender, StickSlip
 from hydrosim.scene import (
     ConvolutionRadiation,
     Kinematics,

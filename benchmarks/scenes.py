@@ -13,8 +13,10 @@ import xarray as xr
 
 from benchmarks.report import ROOT
 from hydrosim import compile_scene, load_case, load_database
-from hydrosim.compiling.compiled import Compiled
-from hydrosim.forces import Fender, IndexedConstants, NormalCurve, StickSlip, assign_indices
+from hydrosim.compile.compiled import Compiled
+from hydrosim.elements import Fender, IndexedConstants, NormalCurve, StickSlip, assign_indices
+from hydrosim.integrate.dynamics import Model
+from hydrosim.integrate.names import state_layout
 from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import (
     Kinematics,
@@ -25,8 +27,6 @@ from hydrosim.scene import (
     StateSpaceRadiation,
     Unstable,
 )
-from hydrosim.stepping.dynamics import Model
-from hydrosim.stepping.names import state_layout
 
 SHORT = 700.0  # s: the first contact, at 534 s, and a few dozen events after it
 RECORDED = 0.4  # s

@@ -9,7 +9,7 @@ from time import process_time
 from typing import Any, NamedTuple, TypeVar
 
 from benchmarks.scenes import Several
-from hydrosim.studies.run.simulation import run_compiled
+from hydrosim.simulation import run_compiled
 
 Key = TypeVar("Key")
 

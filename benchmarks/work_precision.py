@@ -24,7 +24,7 @@ from benchmarks.report import ROOT, Answer, Row, page_table
 from benchmarks.timing import timed
 from hydrosim.errors import HydrosimError
 from hydrosim.scene import Kinematics, Method, Scene
-from hydrosim.studies.run.simulation import compiled_to_run, run_compiled
+from hydrosim.simulation import compiled_to_run, run_compiled
 from tests.generators.precision_scenes import named_scene, scene_names, shipped_cases
 from tests.generators.references import (
     COARSE,

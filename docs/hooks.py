@@ -66,7 +66,7 @@ def on_page_markdown(text: str, page: Page, files: Files, **_: Any) -> str:
 
 def keys() -> str:
     """The keys of case files, from their schema."""
-    from hydrosim.commands.case import FileKind
+    from hydrosim.cli.case import FileKind
 
     return _keys(
         FileKind.CASE,
@@ -78,7 +78,7 @@ def keys() -> str:
 
 def study_keys() -> str:
     """The keys of study files."""
-    from hydrosim.commands.case import FileKind
+    from hydrosim.cli.case import FileKind
 
     return _keys(
         FileKind.STUDY,
@@ -89,7 +89,7 @@ def study_keys() -> str:
 
 def recipe_keys() -> str:
     """The keys of recipes of databases."""
-    from hydrosim.commands.case import FileKind
+    from hydrosim.cli.case import FileKind
 
     return _keys(
         FileKind.RECIPE,
@@ -100,7 +100,7 @@ def recipe_keys() -> str:
 
 def _keys(kind: Any, title: str) -> str:
     """A page of keys below its ``title``."""
-    from hydrosim.commands.case import schema_of
+    from hydrosim.cli.case import schema_of
 
     return f"{title}\n{READING.format(kind=kind.value)}\n{pages_of(schema_of(kind))}"
 

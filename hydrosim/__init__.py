@@ -13,46 +13,46 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrosim.case import Case, load_case
-    from hydrosim.compiling.compile import compile_scene
+    from hydrosim.compile.compile import compile_scene
+    from hydrosim.coupling.moordyn import moordyn
+    from hydrosim.coupling.simulation import Simulation
     from hydrosim.database import HydroDatabase
     from hydrosim.database.load import load as load_database
-    from hydrosim.door.moordyn import moordyn
-    from hydrosim.door.simulation import Simulation
+    from hydrosim.elements.external import External
     from hydrosim.errors import HydrosimError, InputError, SimulationError
-    from hydrosim.forces.external import External
     from hydrosim.linear.linearise import linearise
     from hydrosim.linear.modes import natural_modes
+    from hydrosim.report.sentences.check import check
     from hydrosim.scene import Scene
+    from hydrosim.simulation import open_run, simulate
     from hydrosim.statistics.figures import ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
-    from hydrosim.studies.many.executors import Pool
-    from hydrosim.studies.many.many import simulate_many
-    from hydrosim.studies.run.simulation import open_run, simulate
-    from hydrosim.wording.check import check
+    from hydrosim.study.executors import Pool
+    from hydrosim.study.many_runs import simulate_many
 
 _HOME = {
     "Case": "case",
     "load_case": "case",
     "HydroDatabase": "database",
     "load_database": "database",
-    "External": "forces.external",
+    "External": "elements.external",
     "HydrosimError": "errors",
     "InputError": "errors",
     "SimulationError": "errors",
     "linearise": "linear.linearise",
     "natural_modes": "linear.modes",
-    "moordyn": "door.moordyn",
-    "open_run": "studies.run.simulation",
-    "compile_scene": "compiling.compile",
+    "moordyn": "coupling.moordyn",
+    "open_run": "simulation",
+    "compile_scene": "compile.compile",
     "Scene": "scene",
-    "simulate": "studies.run.simulation",
-    "Simulation": "door.simulation",
-    "simulate_many": "studies.many.many",
+    "simulate": "simulation",
+    "Simulation": "coupling.simulation",
+    "simulate_many": "study.many_runs",
     "ScalarResult": "statistics.figures",
     "StageResult": "statistics.results",
     "MotionCauseResult": "statistics.results",
-    "Pool": "studies.many.executors",
-    "check": "wording.check",
+    "Pool": "study.executors",
+    "check": "report.sentences.check",
 }
 __all__ = sorted(_HOME)
 _OLD_NAMES = {"Figure": "ScalarResult", "WhyResult": "MotionCauseResult"}
@@ -74,6 +74,6 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")
     if name in _OF_RUNS:
-        import_module("hydrosim.accessor")
+        import_module("hydrosim.report.accessor")
     module = import_module(f"hydrosim.{_HOME[name]}")
     return getattr(module, "load" if name == "load_database" else name)

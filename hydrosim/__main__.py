@@ -29,21 +29,21 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads are slower on
 import typer
 from rich.console import Console
 
-from hydrosim.commands import db
-from hydrosim.commands.analysis import ballast, calibrate, converge, line, linear
-from hydrosim.commands.case import case, check, schema
-from hydrosim.commands.compare import compare
-from hydrosim.commands.export import export
-from hydrosim.commands.new import example, new
-from hydrosim.commands.options import tells_absent_variables
-from hydrosim.commands.report import plot, replay, report
-from hydrosim.commands.run import run
-from hydrosim.commands.statistics import explain, statistics
-from hydrosim.commands.sweep import operability, sweep
-from hydrosim.commands.terminal import make_streams_last, print_lines, print_status
+from hydrosim.cli import db
+from hydrosim.cli.analysis import ballast, calibrate, converge, line, linear
+from hydrosim.cli.case import case, check, schema
+from hydrosim.cli.compare import compare
+from hydrosim.cli.export import export
+from hydrosim.cli.new import example, new
+from hydrosim.cli.options import tells_absent_variables
+from hydrosim.cli.report import plot, replay, report
+from hydrosim.cli.run import run
+from hydrosim.cli.statistics import explain, statistics
+from hydrosim.cli.sweep import operability, sweep
+from hydrosim.cli.terminal import make_streams_last, print_lines, print_status
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.interrupts import install_signal_handlers
-from hydrosim.presentation.document import printable
+from hydrosim.files.document import printable
+from hydrosim.files.interrupts import install_signal_handlers
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
 COMMANDS = (

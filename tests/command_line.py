@@ -16,7 +16,7 @@ import pytest
 import typer
 
 from hydrosim.__main__ import app, main
-from hydrosim.commands import progress
+from hydrosim.cli import progress
 
 NEVER = 1e6
 """Time [s] after which no test runs any more."""

@@ -18,8 +18,8 @@ from scenes import scene_of
 from stated_lines import WRITING, unlike
 
 import hydrosim as hs
-from hydrosim.commands.progress import announce_compiling
-from hydrosim.evidence import Feature, Kind, Line
+from hydrosim.cli.progress import announce_compiling
+from hydrosim.report.evidence import Feature, Kind, Line
 
 hypothesis.settings.register_profile(  # no test is about wall time
     "hydrosim", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]

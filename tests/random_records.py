@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.scene import Jonswap
-from hydrosim.waves.spectra import density
+from hydrosim.water.spectra import density
 
 DURATION = 10800.0
 MOST_PROBABLE = np.exp(-1.0)  # probability that the largest is below

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from hydrosim.presentation.layout import text_of
-from hydrosim.presentation.nodes import Between, Cell, List, Node, Sentence, Table, Value, Verdict
-from hydrosim.presentation.units import DEFAULT, Units
+from hydrosim.files.display_units import DEFAULT, Units
+from hydrosim.files.document_layout import text_of
+from hydrosim.files.document_nodes import Between, Cell, List, Node, Sentence, Table, Value, Verdict
 
 
 def texts(nodes: Iterable[Node], units: Units = DEFAULT) -> list[str]:

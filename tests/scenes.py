@@ -17,7 +17,7 @@ import hydrosim as hs
 from hydrosim import load_case
 from hydrosim.database import HydroDatabase, load
 from hydrosim.dofs import DOFS
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,

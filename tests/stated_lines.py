@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hydrosim.evidence import Line, known_lines
+from hydrosim.report.evidence import Line, known_lines
 
 WRITING = "evidence"
 """Name of the plugin that writes the page, and of what it reads from reports."""

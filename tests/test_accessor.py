@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from hydrosim.presentation.nodes import Table
+from hydrosim.files.document_nodes import Table
 
 HOSTILE = """</td><script>alert('a&b')</script>"""
 CASE = f"""

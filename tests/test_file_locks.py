@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from hydrosim import locks
 from hydrosim.errors import InputError
+from hydrosim.files import locks
 
 ALIVE = os.getppid()
 

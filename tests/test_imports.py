@@ -16,23 +16,21 @@ import hydrosim
 
 PACKAGE = Path(hydrosim.__file__).parent
 ROOMS = """
-errors cache dofs modes interrupts program
-locks
-outputs
-leftovers
-jit documents scene
-rigid integrate waves radiation recordings presentation
-tanks streams decay
-database forces
-case stepping
-linear results evidence
-statistics
-compiling compare
-studies
-door wording
-plot report
-accessor
-commands
+errors cache dofs modes program
+files scene
+jit
+multibody radiation water
+database tanks
+elements
+case integrate
+linear results
+compile statistics
+analysis compare
+run
+simulation
+coupling study
+report
+cli
 __main__ __init__
 """
 FLOOR = {room: k for k, line in enumerate(ROOMS.strip().splitlines()) for room in line.split()}
@@ -40,7 +38,7 @@ LONGEST = 25
 """Files, from the first that imports to the last that is imported."""
 MOST = 25
 """Files in a folder."""
-OPEN = {"commands"}
+OPEN = {"cli"}
 """Folders of as many files as there are things to do."""
 OF_BENCHMARKS = {"test_error_scenes", "test_figures_on_pages", "test_work_precision"}
 """Tests of benchmarks themselves, which may import them."""
@@ -152,9 +150,9 @@ def plant(package: Path, sources: dict[str, str]) -> Path:
     ("room", "planted"),
     [
         ("scene/scene.py", "from hydrosim.database import HydroDatabase"),
-        ("rigid/joints.py", "from hydrosim.forces import spring"),
-        ("forces/tug.py", "def f():\n    import hydrosim.stepping.run"),
-        ("linear/modes.py", "from hydrosim import compiling"),
+        ("multibody/joints.py", "from hydrosim.elements import spring"),
+        ("elements/tug.py", "def f():\n    import hydrosim.integrate.loop"),
+        ("linear/modes.py", "from hydrosim import compile"),
     ],
 )
 def test_an_import_that_is_planted_the_wrong_way_is_found(
@@ -168,34 +166,34 @@ def test_an_import_that_is_planted_the_wrong_way_is_found(
 @pytest.mark.parametrize(
     "planted",
     [
-        "from hydrosim.forces import channels",
-        "from hydrosim.forces.channels import Channel",
-        "def f():\n    import hydrosim.forces.channels",
-        "if TYPE_CHECKING:\n    from hydrosim.forces.channels import Channel",
-        "from hydrosim import forces",
+        "from hydrosim.elements import channels",
+        "from hydrosim.elements.channels import Channel",
+        "def f():\n    import hydrosim.elements.channels",
+        "if TYPE_CHECKING:\n    from hydrosim.elements.channels import Channel",
+        "from hydrosim import elements",
     ],
 )
 def test_a_circle_that_is_planted_is_found(tmp_path: Path, planted: str) -> None:
     sources = {
-        "forces/__init__.py": "from hydrosim.forces import channels, spring",
-        "forces/channels.py": "from hydrosim.forces.contact.fender import Contact",
-        "forces/contact/fender.py": "from hydrosim.forces.contact.plane import Plane",
-        "forces/contact/plane.py": "from hydrosim.errors import InputError",
-        "forces/spring.py": "from hydrosim.forces.contact.plane import Plane",
+        "elements/__init__.py": "from hydrosim.elements import channels, spring",
+        "elements/channels.py": "from hydrosim.elements.contact.fender import Contact",
+        "elements/contact/fender.py": "from hydrosim.elements.contact.plane import Plane",
+        "elements/contact/plane.py": "from hydrosim.errors import InputError",
+        "elements/spring.py": "from hydrosim.elements.contact.plane import Plane",
     }
     package = plant(tmp_path / "hydrosim", sources)
     assert circles(package) == []
-    (circle,) = circles(plant(package, {"forces/contact/plane.py": planted}))
-    assert circle.startswith("forces: ")
+    (circle,) = circles(plant(package, {"elements/contact/plane.py": planted}))
+    assert circle.startswith("elements: ")
 
 
 def test_a_circle_of_deep_folders_is_found(tmp_path: Path) -> None:
     sources = {
-        "studies/many/executors.py": "from hydrosim.studies.run.simulation import simulate",
-        "studies/run/simulation.py": "from hydrosim.studies.many.shared import RunTask",
+        "report/charts/studies.py": "from hydrosim.report.sentences.run import title",
+        "report/sentences/run.py": "from hydrosim.report.charts.panels import Panel",
     }
     (circle,) = circles(plant(tmp_path / "hydrosim", sources))
-    assert circle.startswith("studies: ")
+    assert circle.startswith("report: ")
 
 
 @pytest.mark.parametrize(

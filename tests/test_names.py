@@ -35,8 +35,8 @@ VAGUE_FUNCTIONS = {
     "database/build": STORED,
     "radiation": STORED,
     "cache.py stored": "called there",
-    "forces/external.py delayed": "public",
-    "door/simulation.py ended": "public",
+    "elements/external.py delayed": "public",
+    "coupling/simulation.py ended": "public",
 }
 """Files or functions that the rule leaves out, and why."""
 TWIN_FOLDER = "case/"

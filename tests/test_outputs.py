@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 
 import hydrosim as hs
 from hydrosim.errors import WritingError, unwritable
-from hydrosim.interrupts import ENDING_SIGNALS, install_signal_handlers, raise_if_interrupted
-from hydrosim.outputs import Output, content, save_picture
+from hydrosim.files.interrupts import ENDING_SIGNALS, install_signal_handlers, raise_if_interrupted
+from hydrosim.files.outputs import Output, content, save_picture
 from hydrosim.results.dataset import write_run
 
 ROOT = Path(__file__).parents[1]

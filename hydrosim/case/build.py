@@ -24,10 +24,10 @@ from hydrosim.case.hydrodynamics import build_hydrodynamics, hull_of
 from hydrosim.case.seas import wave_trains
 from hydrosim.case.streams import with_streams
 from hydrosim.case.tanks import Lightship
-from hydrosim.documents.layers import DUMPER, FILES
-from hydrosim.documents.units import Scale
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import as_attribute
+from hydrosim.files.display_units import as_attribute
+from hydrosim.files.layers import DUMPER, FILES
+from hydrosim.files.units import Scale
 from hydrosim.scene.joint import arrange_joints
 
 if TYPE_CHECKING:

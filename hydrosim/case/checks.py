@@ -21,12 +21,12 @@ from hydrosim.case.waves import (
     RecordedElevation,
     Table,
 )
-from hydrosim.documents.messages import Keys, Problem, suggestion
-from hydrosim.documents.units import value_text
-from hydrosim.documents.yaml_nodes import with_hint
+from hydrosim.files.messages import Keys, Problem, suggestion
+from hydrosim.files.units import value_text
+from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene.joint import arrange_joints
 
-# The output has forces of these names (`hydrosim.forces.layout`, which would load numba).
+# The output has forces of these names (`hydrosim.elements.layout`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")
 
 

@@ -8,8 +8,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import StrictStr, model_validator
 
-from hydrosim.documents import quantities as of
-from hydrosim.documents.units import AnyQuantity, Scale, problem
+from hydrosim.files import quantities as of
+from hydrosim.files.units import AnyQuantity, Scale, problem
 
 CRITERIA = "criteria_asked"
 TITLE_BLOCK = "title_block"

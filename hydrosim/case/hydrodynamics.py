@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import BeforeValidator, Discriminator, StrictBool, StrictStr, Tag, model_validator
 
 from hydrosim import scene
-from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import MeshKeys, SchemaModel, as_matrix
-from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import MeshKeys, SchemaModel, as_matrix
+from hydrosim.files.units import Quantity, problem
 from hydrosim.scene import FrequencyColumn, Hull, Without
 from hydrosim.scene.hydrodynamics import key_of
 

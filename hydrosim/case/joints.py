@@ -16,9 +16,9 @@ from pydantic import Discriminator, StrictStr, model_validator
 
 from hydrosim import scene
 from hydrosim.case.elements.element import Active, Exemplary
-from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import problem
 from hydrosim.scene.joint import JointType
 
 MIN_AXIS_LENGTH = 1e-100  # length of an axis: below it has no direction

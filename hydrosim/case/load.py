@@ -12,13 +12,13 @@ from yaml.nodes import Node
 
 from hydrosim.case.checks import check, recorded_series
 from hydrosim.case.schema import CaseFile
-from hydrosim.documents.layers import apply_setting, read_case, settings_of, yaml_text
-from hydrosim.documents.messages import validate_document
-from hydrosim.documents.units import units_written
-from hydrosim.documents.yaml_nodes import SETTING, Places, places_of, source_context
-from hydrosim.outputs import files_named, settings_text
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.units import Units, chosen_units
+from hydrosim.files.display_units import Units, chosen_units
+from hydrosim.files.document import Document
+from hydrosim.files.layers import apply_setting, read_case, settings_of, yaml_text
+from hydrosim.files.messages import validate_document
+from hydrosim.files.outputs import files_named, settings_text
+from hydrosim.files.units import units_written
+from hydrosim.files.yaml_nodes import SETTING, Places, places_of, source_context
 from hydrosim.scene import Scene
 
 

@@ -30,11 +30,11 @@ from hydrosim.case.joints import AnyJoint
 from hydrosim.case.streams import Current, Wind
 from hydrosim.case.tanks import Lightship, Pump, Tank
 from hydrosim.case.waves import Waves
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import suggestion
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import Quantity, problem
 from hydrosim.dofs import DOFS
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import suggestion
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import Quantity, problem
 from hydrosim.scene import (
     Kinematics,
     LinearScenes,

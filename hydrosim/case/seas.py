@@ -14,9 +14,9 @@ from hydrosim.case import schema, waves
 from hydrosim.case.elements import BuildContext
 from hydrosim.case.signals import read_record
 from hydrosim.case.waves import Component
-from hydrosim.documents.messages import validation_problems
-from hydrosim.documents.series import read_series
-from hydrosim.documents.text import (
+from hydrosim.files.messages import validation_problems
+from hydrosim.files.series import read_series
+from hydrosim.files.text import (
     Source,
     TextTable,
     check_spectral_units,

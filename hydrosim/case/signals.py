@@ -17,14 +17,14 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import SchemaModel, T
-from hydrosim.documents.series import Series, read_series
-from hydrosim.documents.text import Source, require_usual
-from hydrosim.documents.units import AnyQuantity, Scale, factor, problem, same_dimension, value_text
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import SchemaModel, T
+from hydrosim.files.series import Series, read_series
+from hydrosim.files.text import Source, require_usual
+from hydrosim.files.units import AnyQuantity, Scale, factor, problem, same_dimension, value_text
 
 if TYPE_CHECKING:
-    from hydrosim.forces.signal import Signal
+    from hydrosim.elements.signal import Signal
 
 
 class Table(SchemaModel, Generic[T]):
@@ -150,7 +150,7 @@ def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
 def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
     """The signal in ``unit`` that is at ``key`` of the case file ``path``; raises as `read_record`
     does."""
-    from hydrosim.forces import signal  # loads numba
+    from hydrosim.elements import signal  # loads numba
 
     match form:
         case Table():

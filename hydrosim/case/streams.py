@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from hydrosim import scene
-from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import problem
 from hydrosim.scene import Amplitudes, WindLaw
 
 
@@ -186,7 +186,7 @@ def current_of(
     stream = scene.Stream(current.speed, current.heading)
     if current.profile is None:
         return stream, None
-    from hydrosim.streams.current import power_profile  # loads numba
+    from hydrosim.water.current import power_profile  # loads numba
 
     depth = current.profile.depth or water_depth
     return stream, power_profile(current.profile.exponent, depth, key)

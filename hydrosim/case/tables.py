@@ -8,9 +8,9 @@ from typing import Any
 
 import yaml
 
-from hydrosim.presentation.layout import text_of
-from hydrosim.presentation.nodes import Sentence, Table, Value
-from hydrosim.presentation.units import DEFAULT, Units
+from hydrosim.files.display_units import DEFAULT, Units
+from hydrosim.files.document_layout import text_of
+from hydrosim.files.document_nodes import Sentence, Table, Value
 
 SEA_ROWS = {
     "spectrum": ("spectrum", ""),

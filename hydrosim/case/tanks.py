@@ -11,10 +11,10 @@ from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_valida
 from hydrosim import scene
 from hydrosim.case.elements.element import AtTime, Event
 from hydrosim.case.hydrodynamics import Depth, MeshHull, RecipeHull
-from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import Axes, Scale, SchemaModel
-from hydrosim.documents.units import Quantity, problem
 from hydrosim.errors import InputError
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import Axes, Scale, SchemaModel
+from hydrosim.files.units import Quantity, problem
 from hydrosim.scene import FreeSurface
 
 SEA_NAME = "sea"

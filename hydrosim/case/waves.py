@@ -17,9 +17,9 @@ from pydantic import (
 )
 
 from hydrosim.case.signals import Recorded
-from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import problem
 from hydrosim.scene import Amplitudes
 
 

@@ -40,23 +40,17 @@ import scipy
 import xarray as xr
 from pydantic import AfterValidator, BeforeValidator, PrivateAttr, StrictBool, StrictInt, StrictStr
 
-from hydrosim.documents import quantities as of
-from hydrosim.documents.layers import read_case
-from hydrosim.documents.messages import validate_document
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.series import select
-from hydrosim.documents.text import (
-    Source,
-    name_and_unit,
-    readable_unit,
-    require_finite,
-    require_rising,
-)
-from hydrosim.documents.units import AnyQuantity, Scale, factor, problem, value_text
-from hydrosim.documents.yaml_nodes import locate_value, place_text
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.recordings import RecordedColumn, Recording, is_time
+from hydrosim.files import quantities as of
+from hydrosim.files.layers import read_case
+from hydrosim.files.messages import validate_document
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.recordings import RecordedColumn, Recording, is_time
+from hydrosim.files.series import select
+from hydrosim.files.text import Source, name_and_unit, readable_unit, require_finite, require_rising
+from hydrosim.files.units import AnyQuantity, Scale, factor, problem, value_text
+from hydrosim.files.yaml_nodes import locate_value, place_text
 from hydrosim.results.channels import Channel
 
 

@@ -41,8 +41,8 @@ from hydrosim.compare.figures import (
     split_bands,
     std_above_rounding,
 )
-from hydrosim.documents.units import factor
-from hydrosim.recordings import Recording
+from hydrosim.files.recordings import Recording
+from hydrosim.files.units import factor
 from hydrosim.results.channels import match_channels, recorded_channels
 
 EQUAL_RMS_RATIO = 1e-3  # rms over std: smaller differences count as equal

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
+from hydrosim.files.file_checks import no_file
 
 OF_MAKING = frozenset({"wall_time", "history", "settings", "date_created", "host"})
 """Variables and attributes that differ between two makings of one result."""

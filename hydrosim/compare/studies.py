@@ -18,8 +18,8 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from hydrosim.documents.series import unit_of
 from hydrosim.errors import InputError
+from hydrosim.files.series import unit_of
 from hydrosim.results.ledger import RELATIVE
 from hydrosim.results.runs_file import RUN, with_keys
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.documents.quantities import MeshKeys
 from hydrosim.errors import InputError
+from hydrosim.files.quantities import MeshKeys
 from hydrosim.scene import Hull
 
 # `Hydrostatics`: integrals over the submerged hull, and its stiffness.

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.database.netcdf import dof_names
-from hydrosim.outputs import Output
+from hydrosim.files.outputs import Output
 from hydrosim.radiation.retardation import (
     diagonal_scale,
     resolved_length,

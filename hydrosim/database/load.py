@@ -16,9 +16,9 @@ from hydrosim.database.checks import EVERYTHING, doubt_warnings, in_order
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.readers import READERS, Reader, bemio, wamit
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
-from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output, as_output
+from hydrosim.files.file_checks import no_file
+from hydrosim.files.outputs import Output, as_output
 from hydrosim.scene import Changes
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 

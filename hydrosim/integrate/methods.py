@@ -8,7 +8,7 @@ A method is a `Tableau`; a step of length h from (t, y) is
 where a_ii = 0 for explicit methods; otherwise `implicit` finds k_i.
 
 The caller evaluates f, because kernels that take functions cannot be cached on disk. So the loop
-over the stages stands beside the equation that it integrates (`hydrosim.stepping.stepper`, or a
+over the stages stands beside the equation that it integrates (`hydrosim.integrate.step`, or a
 test's own loop):
 
     for i in range(1, c.size):
@@ -36,7 +36,7 @@ class Tableau(NamedTuple):
     """Butcher tableau: ``a`` (s, s) lower triangular with a_11 = 0, ``b``, ``c`` (s,).
 
     ``error`` (s,) holds the differences of ``b`` and the embedded weights, or zeros without an
-    embedded method. ``code`` tells `hydrosim.stepping.stepper` how to find the stages. ``closes``
+    embedded method. ``code`` tells `hydrosim.integrate.step` how to find the stages. ``closes``
     is true for an explicit method whose last stage is the end of the step: its derivative begins
     the next step (Dormand & Prince 1980).
     """
@@ -237,3 +237,18 @@ ESDIRK4 = method_of(
     ),
     "implicit, chooses its own steps",
 )
+
+
+# Time stepping without physics: methods as tableaux, stages, error control, event location.
+
+METHODS = {method.name: method for method in (RK2, HEUN, RK4, DOPRI5, ESDIRK4)}
+
+
+def method_named(name: str) -> IntegrationMethod:
+    """The method with the name that a scene gives."""
+    return METHODS[name]
+
+
+def methods_for_any_step() -> list[IntegrationMethod]:
+    """Methods that are stable for any step."""
+    return [method for method in METHODS.values() if method.any_step]

@@ -31,15 +31,12 @@ if TYPE_CHECKING:
 SOURCES = {
     "jit",
     "modes.py",
-    "rigid",
+    "multibody",
     "integrate",
     "tanks",
-    "decay",
-    "forces",
-    "waves",
+    "elements",
+    "water",
     "radiation",
-    "stepping",
-    "streams",
 }
 
 WAYS = {

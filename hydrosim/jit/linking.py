@@ -51,7 +51,12 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import InlineOverloads, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
-from hydrosim.interrupts import called_by_machine_code, catching, delay_interrupts, raise_waiting
+from hydrosim.files.interrupts import (
+    called_by_machine_code,
+    catching,
+    delay_interrupts,
+    raise_waiting,
+)
 from hydrosim.jit.disk import Disk, Name
 from hydrosim.jit.ingredients import describe_type
 from hydrosim.jit.refs import struct_reference

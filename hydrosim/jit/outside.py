@@ -21,7 +21,7 @@ from llvmlite import binding, ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from hydrosim.interrupts import called_by_machine_code
+from hydrosim.files.interrupts import called_by_machine_code
 from hydrosim.jit.kernels import WAY
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from numba.core import config, types
 from numba.extending import typeof_impl
 
 from hydrosim.cache import cache_folder
-from hydrosim.interrupts import raise_waiting
+from hydrosim.files.interrupts import raise_waiting
 from hydrosim.jit.refs import struct_reference
 
 settings: Any = config

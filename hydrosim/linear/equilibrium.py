@@ -38,18 +38,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydrosim.elements import lasting_states, without_friction
+from hydrosim.elements.contact.law import OPEN, STICK
+from hydrosim.elements.contact.laws import COULOMB, FRICTIONLESS
+from hydrosim.elements.events import set_initial_modes
 from hydrosim.errors import InputError
-from hydrosim.forces import lasting_states, without_friction
-from hydrosim.forces.contact.law import OPEN, STICK
-from hydrosim.forces.contact.laws import COULOMB, FRICTIONLESS
-from hydrosim.forces.events import set_initial_modes
+from hydrosim.integrate.draught_interpolation import steady_filters
+from hydrosim.integrate.dynamics import Model, Work, add_constraints, new_work, rhs
+from hydrosim.integrate.state import State
 from hydrosim.linear.linearise import DEPENDENT, find_constraint_rows, inertia, nullspace_of
 from hydrosim.linear.modes import MIN_STIFFNESS_FREQUENCY, MIN_STIFFNESS_RATIO
 from hydrosim.modes import MODE, NO_INDEX
-from hydrosim.rigid.kinematics import generalised_force, place_bodies, positions_at
-from hydrosim.stepping.blending import steady_filters
-from hydrosim.stepping.dynamics import Model, Work, add_constraints, new_work, rhs
-from hydrosim.stepping.state import State
+from hydrosim.multibody.kinematics import generalised_force, place_bodies, positions_at
 
 MAX_NEWTON_ITERATIONS = 100
 RELAXATIONS = 300

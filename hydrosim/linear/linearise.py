@@ -20,7 +20,7 @@ Free coordinates of a scene: their velocities, their inertia, and difference ste
 Constraints of a scene in a state, and the motions that they leave.
 
 Constraints are rows J of J q' = 0, with forces J^T lambda. They come from the function that runs
-use: `hydrosim.stepping.dynamics.add_constraints`. With a basis N of all allowed q', J N = 0, the
+use: `hydrosim.integrate.dynamics.add_constraints`. With a basis N of all allowed q', J N = 0, the
 motions are q = N p, and p obeys
 
     N^T M N p'' = N^T (dQ + d(J^T) lambda0) N p + ...
@@ -45,14 +45,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
 
+from hydrosim.elements import Recorded, in_gusts, joints_are_linear, signals_of
+from hydrosim.elements.layout import BODY_ROWS, constraint_names
 from hydrosim.errors import InputError
-from hydrosim.forces import Recorded, in_gusts, joints_are_linear, signals_of
-from hydrosim.forces.layout import BODY_ROWS, constraint_names
-from hydrosim.rigid.kinematics import acceleration_map, moving_dofs, place_bodies
-from hydrosim.rigid.tree import BALL, NO_BODY, SLIDE, fill_rates
-from hydrosim.scene import Scene, Turns
-from hydrosim.stepping.blending import blend_draughts
-from hydrosim.stepping.dynamics import (
+from hydrosim.integrate.draught_interpolation import blend_draughts
+from hydrosim.integrate.dynamics import (
     Model,
     add_constraints,
     dynamic_states,
@@ -63,12 +60,15 @@ from hydrosim.stepping.dynamics import (
     rhs,
     update_contents,
 )
-from hydrosim.streams.wind import NO_GUSTS
-from hydrosim.waves.build import wave_loads_model
-from hydrosim.waves.displaced_loads import following_model
+from hydrosim.multibody.kinematics import acceleration_map, moving_dofs, place_bodies
+from hydrosim.multibody.tree import BALL, NO_BODY, SLIDE, fill_rates
+from hydrosim.scene import Scene, Turns
+from hydrosim.water.build import wave_loads_model
+from hydrosim.water.displaced_loads import following_model
+from hydrosim.water.wind import NO_GUSTS
 
 if TYPE_CHECKING:
-    from hydrosim.stepping.state import State
+    from hydrosim.integrate.state import State
 
 STEP = 1e-4  # of the central differences: m, rad and their rates
 CALM = wave_loads_model((), (), 0.0, 1.0, 1.0)

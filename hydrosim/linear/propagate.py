@@ -25,8 +25,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import linalg
 
-from hydrosim.forces import given_frequencies, given_rows, resistances
-from hydrosim.forces.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.elements import given_frequencies, given_rows, resistances
+from hydrosim.elements.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.integrate.dynamics import Model, new_work, rhs
+from hydrosim.integrate.exact import Resistances, add_energies, keep_states, sample_loads
 from hydrosim.integrate.exponential import (
     NODES_BESIDE,
     POLYNOMIAL_NODES,
@@ -36,12 +38,10 @@ from hydrosim.integrate.exponential import (
     fill_recursion,
     propagation_interval,
 )
+from hydrosim.integrate.state import STATUS, Clock, Run, State
 from hydrosim.jit.refs import StructReference
 from hydrosim.linear.linearise import find_components, linearise, without_waves
-from hydrosim.rigid.kinematics import slopes_at_rest
-from hydrosim.stepping.dynamics import Model, new_work, rhs
-from hydrosim.stepping.exact import Resistances, add_energies, keep_states, sample_loads
-from hydrosim.stepping.state import STATUS, Clock, Run, State
+from hydrosim.multibody.kinematics import slopes_at_rest
 
 PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval

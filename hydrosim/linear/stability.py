@@ -50,10 +50,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import kinds_with_mode_sets, loop_modes, modes_of_kind, new_modes
-from hydrosim.forces.contact.law import OPEN
-from hydrosim.forces.kind import KindWithModeSets, ModeSet
-from hydrosim.integrate import IntegrationMethod
+from hydrosim.elements import kinds_with_mode_sets, loop_modes, modes_of_kind, new_modes
+from hydrosim.elements.contact.law import OPEN
+from hydrosim.elements.kind import KindWithModeSets, ModeSet
+from hydrosim.integrate.dynamics import Model, dynamic_states, motion_at, new_work
+from hydrosim.integrate.methods import IntegrationMethod
+from hydrosim.integrate.names import StateKind, StateLayout
+from hydrosim.integrate.state import State
 from hydrosim.linear.linearise import (
     Eigensystem,
     Linear,
@@ -65,11 +68,8 @@ from hydrosim.linear.linearise import (
 )
 from hydrosim.linear.modes import SMALLEST_FLOAT, participation_factors
 from hydrosim.modes import MODE, SEGMENT
-from hydrosim.rigid.kinematics import own_coordinates, place_bodies, slopes_at_rest
+from hydrosim.multibody.kinematics import own_coordinates, place_bodies, slopes_at_rest
 from hydrosim.scene import Scene
-from hydrosim.stepping.dynamics import Model, dynamic_states, motion_at, new_work
-from hydrosim.stepping.names import StateKind, StateLayout
-from hydrosim.stepping.state import State
 
 GROWTH = 1e-3  # per period
 REACH = 40.0  # largest |h lambda| at which stability functions are evaluated

@@ -12,14 +12,14 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import about_z
-from hydrosim.forces.contact.fender import Contact
-from hydrosim.forces.line.compensator import Compensator
-from hydrosim.forces.line.winch import Winch
-from hydrosim.forces.link import Strut
-from hydrosim.forces.spring import Spring
-from hydrosim.presentation.layout import digits_of
-from hydrosim.presentation.nodes import Drawing, Node
-from hydrosim.presentation.units import Units, units_of
+from hydrosim.elements.contact.fender import Contact
+from hydrosim.elements.line.compensator import Compensator
+from hydrosim.elements.line.winch import Winch
+from hydrosim.elements.link import Strut
+from hydrosim.elements.spring import Spring
+from hydrosim.files.display_units import Units, units_of
+from hydrosim.files.document_layout import digits_of
+from hydrosim.files.document_nodes import Drawing, Node
 from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
 

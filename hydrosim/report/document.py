@@ -10,28 +10,29 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Line, features_of, lines_about
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.layout import digits_of
-from hydrosim.presentation.nodes import Cell, List, Node, Sentence, Table
-from hydrosim.presentation.units import units_of
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_layout import digits_of
+from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
 from hydrosim.report.arrangement import arrangement_nodes
+from hydrosim.report.evidence import Feature, Line, features_of, lines_about
 from hydrosim.report.page import stretch
 from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
-from hydrosim.results.dataset import RUN_FILE_HINT, read_run
-from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
-from hydrosim.results.validation import check_result
-from hydrosim.scene import Scene
-from hydrosim.wording.comparison import (
+from hydrosim.report.sentences.comparison import (
     comparison_document,
     is_comparison,
     is_of_studies,
     studies_document,
 )
-from hydrosim.wording.limits import is_limits, limits_document
-from hydrosim.wording.run import convergence, result_tables, solution_verdicts, solver_tables
-from hydrosim.wording.sections import (
+from hydrosim.report.sentences.limits import is_limits, limits_document
+from hydrosim.report.sentences.run import (
+    convergence,
+    result_tables,
+    solution_verdicts,
+    solver_tables,
+)
+from hydrosim.report.sentences.sections import (
     Sections,
     assumption_nodes,
     build_sections,
@@ -39,15 +40,19 @@ from hydrosim.wording.sections import (
     title_block,
     title_of,
 )
-from hydrosim.wording.series import CHARTS_NOTE, energies, ledger, main_charts, more_charts
-from hydrosim.wording.statistics import (
+from hydrosim.report.sentences.series import CHARTS_NOTE, energies, ledger, main_charts, more_charts
+from hydrosim.report.sentences.statistics import (
     largest_values,
     main_results,
     next_steps,
     statistics_nodes,
     statistics_of,
 )
-from hydrosim.wording.study import study_document
+from hydrosim.report.sentences.study import study_document
+from hydrosim.results.dataset import RUN_FILE_HINT, read_run
+from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
+from hydrosim.results.validation import check_result
+from hydrosim.scene import Scene
 
 # Section of a report: the lines of evidence about what the scene of a run uses.
 

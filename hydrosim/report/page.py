@@ -20,11 +20,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.layout import digits_of, render_table, text_of
-from hydrosim.presentation.nodes import Chart, Curves, PlottedCurve, Replay
-from hydrosim.presentation.units import Units
+from hydrosim.files.display_units import Units
+from hydrosim.files.document import Document
+from hydrosim.files.document_layout import digits_of, render_table, text_of
+from hydrosim.files.document_nodes import Chart, Curves, PlottedCurve, Replay
+from hydrosim.files.outputs import Output
 from hydrosim.results.channels import interval_envelope
 
 # Positions of the points, bars and ticks of curves in a picture.

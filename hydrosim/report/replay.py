@@ -9,17 +9,17 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import about_z
+from hydrosim.elements.contact.fender import Contact, Fender
+from hydrosim.elements.contact.landing import Landing
+from hydrosim.elements.line.catenary import Catenary
+from hydrosim.elements.line.compensator import Compensator
+from hydrosim.elements.line.winch import Winch
+from hydrosim.elements.link import Strut
+from hydrosim.elements.spring import Spring
 from hydrosim.errors import InputError
-from hydrosim.forces.contact.fender import Contact, Fender
-from hydrosim.forces.contact.landing import Landing
-from hydrosim.forces.line.catenary import Catenary
-from hydrosim.forces.line.compensator import Compensator
-from hydrosim.forces.line.winch import Winch
-from hydrosim.forces.link import Strut
-from hydrosim.forces.spring import Spring
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.nodes import Heading, Node, Replay
-from hydrosim.presentation.units import units_of
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import Heading, Node, Replay
 from hydrosim.report.page import base64_of
 from hydrosim.report.scenery import (
     NO_BODY,
@@ -36,8 +36,8 @@ from hydrosim.report.scenery import (
     waves_of,
 )
 from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
+from hydrosim.report.sentences.sections import title_of
 from hydrosim.scene import JointType, Scene
-from hydrosim.wording.sections import title_of
 
 MAX_REPLAY_BYTES = 2_200_000  # bytes of all moments, as 32-bit numbers
 ENLARGEMENTS = (1, 2, 5, 10, 20, 50)  # of motions

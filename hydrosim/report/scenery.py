@@ -14,21 +14,21 @@ import xarray as xr
 
 from hydrosim.case.load import load_case
 from hydrosim.dofs import about_z
+from hydrosim.elements.contact.fender import Contact, Fender
+from hydrosim.elements.contact.landing import Landing
+from hydrosim.elements.kind import elements_of
+from hydrosim.elements.line.catenary import Catenary, pull_entries
+from hydrosim.elements.line.points import line_points
+from hydrosim.elements.line.shape import LinePull
+from hydrosim.elements.signal import compile_signals, value
 from hydrosim.errors import InputError
-from hydrosim.forces.contact.fender import Contact, Fender
-from hydrosim.forces.contact.landing import Landing
-from hydrosim.forces.kind import elements_of
-from hydrosim.forces.line.catenary import Catenary, pull_entries
-from hydrosim.forces.line.points import line_points
-from hydrosim.forces.line.shape import LinePull
-from hydrosim.forces.signal import compile_signals, value
 from hydrosim.modes import NO_INDEX
+from hydrosim.multibody.kinematics import LINE_PIECE
 from hydrosim.report.page import base64_of
-from hydrosim.rigid.kinematics import LINE_PIECE
+from hydrosim.run.provenance import case_of
 from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
 from hydrosim.scene.body import TankShape
-from hydrosim.studies.run.provenance import case_of
-from hydrosim.waves import WaveComponents, sea
+from hydrosim.water.components import WaveComponents, sea
 
 DECK_HEIGHT_RATIO = 1.2  # times the draught: depth of a hull whose recipe gives none
 UNKNOWN_BOX_SIDE_M = 10.0  # m: side of the box for a body of unknown size

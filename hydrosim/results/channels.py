@@ -1,6 +1,6 @@
 """Channels of a run, ``VARIABLE.SELECTION.SELECTION``, and their selection by name.
 
-Every variable recorded over time gives channels (`hydrosim.documents.series`):
+Every variable recorded over time gives channels (`hydrosim.files.series`):
 "position.barge.surge", "fender_normal_force.interface 1", "clearance.to_leg", "wave_elevation".
 Other channels are derived:
 
@@ -28,11 +28,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.messages import suggestion
-from hydrosim.documents.series import columns_of, select
-from hydrosim.documents.text import Source
-from hydrosim.documents.yaml_nodes import with_hint
 from hydrosim.errors import InputError
+from hydrosim.files.messages import suggestion
+from hydrosim.files.series import columns_of, select
+from hydrosim.files.text import Source
+from hydrosim.files.yaml_nodes import with_hint
 
 RUN = Source(Path("run"))
 LINKS = (

@@ -11,16 +11,16 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from hydrosim.documents.files import no_file
 from hydrosim.errors import InputError
-from hydrosim.outputs import as_output, content
+from hydrosim.files.file_checks import no_file
+from hydrosim.files.outputs import as_output, content
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import xarray as xr
 
-    from hydrosim.outputs import Output
+    from hydrosim.files.outputs import Output
 
 MAX_CACHED_INDEXES = 16  # sets of indexes
 

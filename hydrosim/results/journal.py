@@ -24,8 +24,7 @@ import xarray as xr
 from numpy.lib.recfunctions import repack_fields
 
 from hydrosim.errors import InputError
-from hydrosim.leftovers import has_mark, is_regular_file, remove_folder
-from hydrosim.outputs import Output
+from hydrosim.files.outputs import Output, has_mark, is_regular_file, remove_folder
 from hydrosim.results.dataset import differing
 from hydrosim.results.runs_file import BY_RUN, COMPLETE, LARGE, MISSING, RUN, in_common, open_runs
 
@@ -305,7 +304,7 @@ def runs_at(path: Path) -> xr.Dataset | None:
 
 
 def _rounds(path: Path) -> list[Path]:
-    """Rounds of a study with `until`, see `hydrosim.studies.many.many`."""
+    """Rounds of a study with `until`, see `hydrosim.study.many_runs`."""
     result = path.with_suffix("") if path.suffix == PARTIAL else path
     folder = Path(f"{result}.rounds")
     return sorted(folder.glob("*.nc*")) if os.path.isdir(folder) else []

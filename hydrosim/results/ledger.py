@@ -24,7 +24,7 @@ Figures of the error of a run in its dataset.
     error_evaluations      evaluations of the equation of motion that this took
 
 The first is a variable, the others are attributes. All are absent where motion is propagated
-exactly, and where a run did not measure its error. See `hydrosim.studies.run.error_estimate`.
+exactly, and where a run did not measure its error. See `hydrosim.run.error_estimate`.
 """
 
 from __future__ import annotations

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.integrate.names import memory_names
 from hydrosim.radiation.history import NOW, THEN, push
-from hydrosim.stepping.names import memory_names
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from hydrosim.integrate.dynamics import Model
     from hydrosim.radiation.history import VelocityHistory
     from hydrosim.scene import Scene
-    from hydrosim.stepping.dynamics import Model
 
 HISTORY_ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")

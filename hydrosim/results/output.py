@@ -8,7 +8,7 @@ minus work, plus losses. It is zero except for the error of the time integration
 adds to the energies of the earlier run; its residual begins at zero.
 
 The state y is in `state_value` (state_time, state) by name: at the end, or at every output time if
-the scene asks for it. Another run can start from it (`hydrosim.compiling.restart`).
+the scene asks for it. Another run can start from it (`hydrosim.compile.restart`).
 
 Impulses and works of forces, as variables of a run that records them (`Scene.output_impulses`).
 All are integrals since the start of the run.
@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.forces import ELEMENT_KINDS, kinds_of, losses, modes_of_kind
-from hydrosim.forces.contact.kind import group_of_points, remembered_groups
-from hydrosim.forces.kind import (
+from hydrosim.elements import ELEMENT_KINDS, kinds_of, losses, modes_of_kind
+from hydrosim.elements.contact.kind import group_of_points, remembered_groups
+from hydrosim.elements.kind import (
     Columns,
     HasImpulses,
     ModeRows,
@@ -35,15 +35,8 @@ from hydrosim.forces.kind import (
     UnitKind,
     UnitRecord,
 )
-from hydrosim.modes import RISING, SEGMENT
-from hydrosim.radiation import VelocityHistory, input_rates
-from hydrosim.results import memory, points
-from hydrosim.results.dataset import RECORDED, new_dataset
-from hydrosim.results.ledger import check_balance
-from hydrosim.results.phases import add_stage_results, group_phases
-from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
-from hydrosim.stepping.blending import DRAUGHT_STATES as STATES_OF_DRAUGHT
-from hydrosim.stepping.names import (
+from hydrosim.integrate.draught_interpolation import DRAUGHT_STATES as STATES_OF_DRAUGHT
+from hydrosim.integrate.names import (
     StateKind,
     StateLayout,
     force_names,
@@ -51,15 +44,23 @@ from hydrosim.stepping.names import (
     may_dissipate,
     may_store_energy,
 )
-from hydrosim.stepping.record import states_at, unpack_channels, with_states
-from hydrosim.waves import WaveComponents, elevations
+from hydrosim.integrate.record import states_at, unpack_channels, with_states
+from hydrosim.modes import RISING, SEGMENT
+from hydrosim.radiation import VelocityHistory, input_rates
+from hydrosim.results import memory, points
+from hydrosim.results.dataset import RECORDED, new_dataset
+from hydrosim.results.ledger import check_balance
+from hydrosim.results.phases import add_stage_results, group_phases
+from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
+from hydrosim.water.components import WaveComponents
+from hydrosim.water.loads import elevations
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from hydrosim.integrate.dynamics import Model
+    from hydrosim.integrate.state import Record
     from hydrosim.scene import Scene
-    from hydrosim.stepping.dynamics import Model
-    from hydrosim.stepping.state import Record
 
 
 def coordinates(scene: Scene) -> dict[str, object]:

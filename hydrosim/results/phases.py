@@ -41,9 +41,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces.contact import group
-from hydrosim.forces.contact.group import CARRIED_SHARE, NEVER, GroupMemory
-from hydrosim.forces.contact.law import OPEN, STICK
+from hydrosim.elements.contact import group
+from hydrosim.elements.contact.group import CARRIED_SHARE, NEVER, GroupMemory
+from hydrosim.elements.contact.law import OPEN, STICK
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.rigid.kinematics import new_motion, place_bodies
-from hydrosim.rigid.tree import NO_TREE
+from hydrosim.multibody.kinematics import new_motion, place_bodies
+from hydrosim.multibody.tree import NO_TREE
 
 if TYPE_CHECKING:
+    from hydrosim.integrate.dynamics import Model
     from hydrosim.scene import Clearance, Scene
-    from hydrosim.stepping.dynamics import Model
 
 Frames = tuple[np.ndarray, np.ndarray]
 """Positions of the centres of gravity (nt, nb, 3), and rotation matrices (nt, nb, 3, 3)."""

@@ -17,7 +17,7 @@ import numpy as np
 from hydrosim.case.criteria import CRITERIA, TITLE_BLOCK
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import BASE_UNITS, UNITS_ATTRIBUTE, Units
+from hydrosim.files.display_units import BASE_UNITS, UNITS_ATTRIBUTE, Units
 
 if TYPE_CHECKING:
     import xarray as xr

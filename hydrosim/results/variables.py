@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrosim.documents.series import unit_of
-from hydrosim.forces import ELEMENT_KINDS
-from hydrosim.forces.kind import Variable
+from hydrosim.elements import ELEMENT_KINDS
+from hydrosim.elements.kind import Variable
+from hydrosim.files.series import unit_of
 from hydrosim.results.phases import Phase
 
 if TYPE_CHECKING:

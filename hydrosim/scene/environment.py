@@ -193,7 +193,7 @@ class WindProfile:
 
 
 class GustSpectrum(StrEnum):
-    """Spectrum of gusts, see `hydrosim.streams.wind`."""
+    """Spectrum of gusts, see `hydrosim.water.wind`."""
 
     NPD = "npd"
     API = "api"

@@ -24,7 +24,7 @@ class LevelReached:
 @dataclass(frozen=True)
 class When:
     """A ``time`` [s], or the moment when a ``channel`` has been ``above`` or ``below`` a value for
-    ``lasting`` [s]. `hydrosim.forces.trigger` lists the names of channels."""
+    ``lasting`` [s]. `hydrosim.elements.trigger` lists the names of channels."""
 
     time: float = 0.0
     channel: str | None = None
@@ -44,8 +44,8 @@ class Active:
 
 @dataclass(frozen=True)
 class ForceElement:
-    """Base of the elements in `hydrosim.forces`. ``body`` is the name of the body that it acts on;
-    ``active`` limits the time. ``capacity`` [N] is the allowable force of each of its contact
+    """Base of the elements in `hydrosim.elements`. ``body`` is the name of the body that it acts
+    on; ``active`` limits the time. ``capacity`` [N] is the allowable force of each of its contact
     points or lines. Forces are compared with it; nothing breaks.
 
     The work of an element that ``supplies`` is booked as work, otherwise as dissipation. Each

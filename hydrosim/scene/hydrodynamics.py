@@ -142,8 +142,8 @@ class AtDraught:
 @dataclass(frozen=True)
 class Family:
     """Databases of one hull at several draughts. Quantities at the body's own draught are
-    interpolated between them, see `hydrosim.stepping.blending`. The origins of their frames are one
-    point of the hull, seen from above. The position at rest has the draught of the first of
-    ``members``."""
+    interpolated between them, see `hydrosim.integrate.draught_interpolation`. The origins of their
+    frames are one point of the hull, seen from above. The position at rest has the draught of the
+    first of ``members``."""
 
     members: tuple[AtDraught, ...]

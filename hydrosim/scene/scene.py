@@ -89,11 +89,11 @@ class Solver:
     An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the error of each step below
     ``tolerance`` times its length. ``unstable`` applies to the other methods. ``automatic`` selects
     an adaptive method and its tolerance such that errors of motions are at most ``accuracy`` of
-    their range, see `hydrosim.compiling.automatic`. Other methods have no accuracy.
+    their range, see `hydrosim.compile.automatic`. Other methods have no accuracy.
 
     A ``linear`` scene is propagated exactly unless steps are asked for, see
     `hydrosim.linear.propagate`. A scene with mirror symmetry has no sway, roll and yaw unless its
-    ``symmetry`` is ignored, see `hydrosim.compiling.symmetry`.
+    ``symmetry`` is ignored, see `hydrosim.compile.symmetry`.
     """
 
     method: Method = Method.RK4
@@ -116,7 +116,7 @@ def fitting_step(output_step: float, limit: float) -> float:
 
 
 class Question(StrEnum):
-    """Questions about values that are possible but unlikely, see `hydrosim.compiling.questions`. A
+    """Questions about values that are possible but unlikely, see `hydrosim.compile.questions`. A
     scene lists the questions that it accepts; these are not asked."""
 
     ANGLES = "angles"

@@ -29,7 +29,7 @@ import scipy
 import xarray as xr
 
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import CYCLES_SUFFIX
+from hydrosim.files.display_units import CYCLES_SUFFIX
 from hydrosim.results.journal import GATHERED
 from hydrosim.results.runs_file import with_keys
 from hydrosim.results.validation import DESIGN

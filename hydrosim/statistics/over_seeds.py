@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.text import escape_unprintable
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.presentation.units import Units, unit_of_dof, units_of
+from hydrosim.files.display_units import Units, unit_of_dof, units_of
+from hydrosim.files.text import escape_unprintable
 from hydrosim.results.channels import lowest_value
 from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import RUN

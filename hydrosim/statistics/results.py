@@ -15,9 +15,9 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from hydrosim.documents.messages import suggestion
-from hydrosim.documents.yaml_nodes import with_hint
 from hydrosim.errors import InputError
+from hydrosim.files.messages import suggestion
+from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.results import phases
 from hydrosim.results.phases import STAGE_TIME, STAGES, Phase
 from hydrosim.statistics.explain import (

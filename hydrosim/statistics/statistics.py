@@ -15,7 +15,7 @@ import scipy
 import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
-from hydrosim.documents.series import STATISTIC_UNITS
+from hydrosim.files.series import STATISTIC_UNITS
 from hydrosim.results.channels import CAPABLE, LINES, channel_series, lowest_value
 from hydrosim.results.dataset import new_dataset
 from hydrosim.results.phases import Phase, stages

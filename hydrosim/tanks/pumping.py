@@ -1,7 +1,7 @@
 """Modes of flows: each flow waits, runs or is over.
 
 A flow runs in pieces of constant rate, which end at given times. It begins at once, when a level is
-reached, or by a trigger (`hydrosim.forces.trigger`). It ends at a time, at a level, by a trigger,
+reached, or by a trigger (`hydrosim.elements.trigger`). It ends at a time, at a level, by a trigger,
 or when its source is empty or its target full. All of these are events.
 """
 

@@ -4,8 +4,8 @@
 
 n: the earth's vertical in the body's axes; s: height of the surface above the body's origin; U: the
 potential energy of the fluid. Phi(s, n) = int max(s - n.r, 0) dV is a sum over the triangles of the
-tank (`hydrosim.rigid.solids`), with V = dPhi/ds and S = -dPhi/dn. So U / (rho g) = s V - Phi is the
-Legendre transform of Phi:
+tank (`hydrosim.multibody.solids`), with V = dPhi/ds and S = -dPhi/dn. So U / (rho g) = s V - Phi is
+the Legendre transform of Phi:
 
     dU/dV = rho g s,   dU/dn = rho g S   (V constant)
 
@@ -22,9 +22,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel, piece_of, root
-from hydrosim.rigid.kinematics import vertical_in_body
-from hydrosim.rigid.solids import Solids, area_below, sums_below
-from hydrosim.rigid.vectors import dot, scale, vector
+from hydrosim.multibody.kinematics import vertical_in_body
+from hydrosim.multibody.solids import Solids, area_below, sums_below
+from hydrosim.multibody.vectors import dot, scale, vector
 from hydrosim.tanks.pieces import FIRST_MOMENT, slope, value
 
 VOLUME_RTOL = 1e-14  # of a tank's volume

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from hydrosim import forces, scene
+from hydrosim import elements, scene
 from hydrosim.case import load_case
 from hydrosim.dofs import DOFS
 
@@ -44,14 +44,14 @@ def test_barge(base: scene.Scene, cases: Path) -> None:
 
 def test_mooring(base: scene.Scene) -> None:
     mooring = base.forces["mooring"]
-    assert isinstance(mooring, forces.LinearMooring)
+    assert isinstance(mooring, elements.LinearMooring)
     assert_array_equal(mooring.stiffness, np.diag([392.4e3, 392.4e3, 0, 0, 0, 0]))
     assert_array_equal(mooring.damping_ratio, [0.2, 0.2, 0, 0, 0, 0])
 
 
 def test_lift_table_c(base: scene.Scene) -> None:
     lift = base.forces["deballast"]
-    assert isinstance(lift, forces.AppliedForce)
+    assert isinstance(lift, elements.AppliedForce)
     assert (lift.point, lift.body_fixed) == ((0.0, 0.0, 0.0), False)
     assert list(lift.force) == ["heave"]
     time, force = lift.force["heave"].time, lift.force["heave"].value
@@ -63,7 +63,7 @@ def test_lift_table_c(base: scene.Scene) -> None:
 
 def test_interface(base: scene.Scene) -> None:
     interface = base.forces["interface"]
-    assert isinstance(interface, forces.Fender)
+    assert isinstance(interface, elements.Fender)
     (barge,) = base.bodies
     assert_array_equal(np.abs(interface.points[:, :2]), np.full((4, 2), 20.0))
     deck = barge.centre_of_gravity[2] + interface.points[:, 2]
@@ -72,12 +72,12 @@ def test_interface(base: scene.Scene) -> None:
     assert interface.plane.normal == (0.0, 0.0, -1.0)
     slope = np.diff(interface.normal.force) / np.diff(interface.normal.compression)
     assert_allclose(4 * slope, 20000 * TONNE_FORCE / 0.5, rtol=1e-12)  # 20 000 t per 0.5 m
-    assert interface.friction == forces.StickSlip(0.2, 0.1, 5.6e8 / 4, 3.3e7 / 4, 1e6 / 4)
+    assert interface.friction == elements.StickSlip(0.2, 0.1, 5.6e8 / 4, 3.3e7 / 4, 1e6 / 4)
 
 
 def test_no_friction_differs_in_friction_only(base: scene.Scene, cases: Path) -> None:
     slippery = load_case(cases / "no_friction.yaml").scene()
-    assert slippery.forces["interface"].friction == forces.Frictionless()
+    assert slippery.forces["interface"].friction == elements.Frictionless()
     assert list(slippery.forces) == list(base.forces)
     assert slippery.environment == base.environment
     points = (s.forces["interface"].normal.force for s in (slippery, base))

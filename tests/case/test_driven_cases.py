@@ -9,10 +9,10 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.case import load_case
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
+from hydrosim.elements import Drive, Harmonic, SmoothTable
 from hydrosim.errors import InputError
-from hydrosim.forces import Drive, Harmonic, SmoothTable
-from hydrosim.wording.run import run_document
+from hydrosim.report.sentences.run import run_document
 
 CASE = """\
 title: Crane with a load

@@ -12,14 +12,14 @@ import pytest
 import yaml
 from validation_data import unpacked
 
+from hydrosim.analysis.line import lines_of_system
 from hydrosim.case.lines.chains import case_keys, mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.system import MooringLine
 from hydrosim.case.load import load_case
-from hydrosim.documents.text import Source
+from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces.line.catenary import Catenary
-from hydrosim.studies.line import lines_of_system
+from hydrosim.files.text import Source
+from hydrosim.report.evidence import Feature, Kind
 
 SEMI_TAUT = unpacked("lines/semi_taut.txt")
 TYPES = """\

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import pytest
 
 from hydrosim.case import load_case
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.errors import InputError
-from hydrosim.studies.run.simulation import simulate
-from hydrosim.studies.sweep.study import load_study
+from hydrosim.simulation import simulate
+from hydrosim.study.sweep import load_study
 
 CASE = """\
 title: Box at a quay

@@ -12,9 +12,9 @@ import pytest
 from hydrosim.case.lines.chains import case_keys, mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.case.load import load_case
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.documents.text import Source
+from hydrosim.compile.compile import compile_scene
 from hydrosim.errors import InputError
+from hydrosim.files.text import Source
 
 CASE = """\
 title: moored

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from hydrosim import forces, scene
+from hydrosim import elements, scene
 from hydrosim.case import Case
 from hydrosim.case.checks import RESERVED
 from hydrosim.dofs import DOFS
-from hydrosim.forces.layout import BODY_ROWS, WEIGHT
+from hydrosim.elements.layout import BODY_ROWS, WEIGHT
 
 Load = Callable[..., Case]
 Refusal = Callable[..., str]
@@ -335,7 +335,7 @@ class TestMooring:
             "damping_ratio: {surge: 20 %}"
         )
         mooring = load(text).scene().forces["element"]
-        assert isinstance(mooring, forces.LinearMooring)
+        assert isinstance(mooring, elements.LinearMooring)
         assert_allclose(
             mooring.stiffness, np.diag([392400, 0, 0, 0, 0, 180e6 / math.pi]), rtol=1e-15
         )
@@ -399,11 +399,11 @@ class TestAppliedForce:
             "time: [0, 1 hour], force: {heave: [0, 1 kN], pitch: [1 kN*m, 0]}"
         )
         force = load(text).scene().forces["element"]
-        assert isinstance(force, forces.AppliedForce)
+        assert isinstance(force, elements.AppliedForce)
         assert (force.body_fixed, force.point) == (True, (1.0, 0.0, 0.0))
         assert list(force.force) == ["heave", "pitch"]
         for signal, values in zip(force.force.values(), ([0, 1000], [1000, 0]), strict=True):
-            assert isinstance(signal, forces.Table)
+            assert isinstance(signal, elements.Table)
             assert_array_equal([signal.time, signal.value], [[0, 3600], values])
 
     def test_constant(self, load: Load) -> None:
@@ -454,14 +454,14 @@ class TestForcesOverTime:
         force = load(text).scene().forces["element"].force
         assert_array_equal([force["surge"].time, force["surge"].value], [[0, 60], [1e3, 2e3]])
         assert_array_equal([force["sway"].time, force["sway"].value], [[0.0], [5.0]])
-        assert force["heave"] == forces.Harmonic(3e3, 8.0, mean=-1e3, phase=math.pi / 2)
-        assert force["yaw"] == forces.Harmonic(2e3, 1.0)
+        assert force["heave"] == elements.Harmonic(3e3, 8.0, mean=-1e3, phase=math.pi / 2)
+        assert force["yaw"] == elements.Harmonic(2e3, 1.0)
 
     def test_prescribed(self, load: Load) -> None:
         two = "[[0, 0, 1], [0, 1, 1]]"
         sine = fender(f"prescribed: {{{self.SINE}}}, total: true").replace("[[0, 0, 1]]", two)
         normal = load(sine).scene().forces["element"].normal
-        assert normal.force == forces.Harmonic(1.5e3, 8.0, mean=-500.0, phase=math.pi / 2)
+        assert normal.force == elements.Harmonic(1.5e3, 8.0, mean=-500.0, phase=math.pi / 2)
         table = "prescribed: {time: [0, 1], force: [0, 4 kN]}, total: true"
         force = load(fender(table)).scene().forces["element"].normal.force
         assert_array_equal([force.time, force.value], [[0, 1], [0, 4e3]])
@@ -514,14 +514,14 @@ class TestForcesOverTime:
 class TestFender:
     def test_a_stiffness_is_a_line(self, load: Load) -> None:
         fend = load(fender("stiffness: 5 kN/m, damping: 2")).scene().forces["element"]
-        assert isinstance(fend, forces.Fender)
-        assert fend.plane == forces.Plane((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), None)
+        assert isinstance(fend, elements.Fender)
+        assert fend.plane == elements.Plane((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), None)
         assert_array_equal(fend.points, [[0, 0, 1]])
         assert_array_equal(
             np.vstack([fend.normal.compression, fend.normal.force]), [[0, 1], [0, 5e3]]
         )
         assert fend.normal.damping == 2.0
-        assert fend.friction == forces.Frictionless()
+        assert fend.friction == elements.Frictionless()
 
     @pytest.mark.parametrize("total", [False, True])
     def test_totals_are_shared_by_the_points(self, load: Load, total: bool) -> None:
@@ -536,17 +536,17 @@ class TestFender:
         assert_array_equal(fend.normal.compression, [0, 1, 2])
         assert_array_equal(fend.normal.force * share, [0, 8e3, 80e3])
         assert fend.normal.damping * share == 16.0
-        assert fend.friction == forces.StickSlip(0.4, 0.2, 32 / share, 64 / share, 128 / share)
+        assert fend.friction == elements.StickSlip(0.4, 0.2, 32 / share, 64 / share, 128 / share)
 
     def test_friction_slope(self, load: Load) -> None:
         friction = "law: friction_slope, coefficient: 0.2, slope: 1e9 N*s/m, total: true"
         fend = load(fender(friction=friction)).scene().forces["element"]
-        assert fend.friction == forces.FrictionSlope(0.2, 1e9)
+        assert fend.friction == elements.FrictionSlope(0.2, 1e9)
 
     def test_one_word_turns_friction_off(self, load: Load) -> None:
         text = fender(friction="law: friction_slope, coefficient: 0.2, slope: 1e9")
         case = load(text, ["forces.element.friction.law=none"])
-        assert case.scene().forces["element"].friction == forces.Frictionless()
+        assert case.scene().forces["element"].friction == elements.Frictionless()
 
     @pytest.mark.parametrize(
         ("keys", "key", "found"),
@@ -665,7 +665,7 @@ SPRING = "type: spring, body: block, point: [1, 0, 0], anchor: [9, 0, 2 m], leng
 class TestSpring:
     def test_a_stiffness_is_a_line(self, load: Load) -> None:
         spring = load(element(f"{SPRING}, stiffness: 5 kN/m")).scene().forces["element"]
-        assert isinstance(spring, forces.Spring)
+        assert isinstance(spring, elements.Spring)
         assert (spring.body, spring.point, spring.anchor) == ("block", (1, 0, 0), (9, 0, 2))
         assert (spring.length, spring.damping, spring.anchor_body) == (6.0, 0.0, None)
         assert_array_equal([spring.extension, spring.tension], [[0, 1], [0, 5e3]])
@@ -725,7 +725,7 @@ TORSION = "type: torsion_spring, body: block"
 class TestStrut:
     def test_a_stiffness_is_a_line_of_both_signs(self, load: Load) -> None:
         strut = load(element(f"{STRUT}, stiffness: -5 kN/m")).scene().forces["element"]
-        assert isinstance(strut, forces.Strut)
+        assert isinstance(strut, elements.Strut)
         assert (strut.length, strut.damping, strut.absorbs) == (None, 0.0, False)
         assert_array_equal([strut.offset, strut.force], [[0, 1], [0, -5e3]])
 
@@ -746,7 +746,7 @@ class TestStrut:
             "strut", "power_take_off"
         )
         pto = load(text).scene().forces["element"]
-        assert isinstance(pto, forces.Strut)
+        assert isinstance(pto, elements.Strut)
         assert (pto.absorbs, pto.damping, pto.offset.size, pto.supports_weight()) == (
             True,
             2e3,
@@ -785,7 +785,7 @@ class TestTorsionSpring:
         text = element(f"{TORSION}, axis: [0, 2, 0], {curve}, {more}")
         text = text.replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
         spring = load(text).scene().forces["element"]
-        assert isinstance(spring, forces.TorsionSpring)
+        assert isinstance(spring, elements.TorsionSpring)
         assert (spring.axis, spring.damping, spring.drag, spring.to) == ((0, 2, 0), 3e3, 2, "tug")
         assert spring.neutral == pytest.approx(np.pi / 2)
         assert_array_equal(spring.offset, [-np.radians(20.0), 0, 1])
@@ -824,7 +824,7 @@ class TestBushing:
             " stiffness: {surge: 5 kN/m, yaw: 2 kN*m/rad}, damping: {heave: 3}"
         ).replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
         bushing = load(text).scene().forces["element"]
-        assert isinstance(bushing, forces.Bushing)
+        assert isinstance(bushing, elements.Bushing)
         assert (bushing.point, bushing.to) == ((1.0, 0.0, 0.0), "tug")
         assert_array_equal(bushing.stiffness, np.diag([5e3, 0, 0, 0, 0, 2e3]))
         assert_array_equal(bushing.damping, np.diag([0, 0, 3.0, 0, 0, 0]))

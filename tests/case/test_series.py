@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
-from hydrosim import forces
+from hydrosim import elements
 from hydrosim.case import Case
 from hydrosim.errors import InputError
 
@@ -30,9 +30,9 @@ def surge(file: str = "data.csv", column: str = "Fx", more: str = "") -> str:
     return case(f"surge: {{file: {file}, column: {column}{more}}}")
 
 
-def record(load: Load, text: str, dof: str = "surge") -> forces.Recorded:
+def record(load: Load, text: str, dof: str = "surge") -> elements.Recorded:
     signal = load(text).scene().forces["push"].force[dof]
-    assert isinstance(signal, forces.Recorded)
+    assert isinstance(signal, elements.Recorded)
     return signal
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from hydrosim.elements import CurrentLoad, LinearDamping, QuadraticDamping, WindLoad
 from hydrosim.errors import InputError
-from hydrosim.forces import CurrentLoad, LinearDamping, QuadraticDamping, WindLoad
 from hydrosim.scene import (
     CurrentProfile,
     Environment,

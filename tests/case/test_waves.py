@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from hydrosim import scene
 from hydrosim.case import Case
 from hydrosim.errors import InputError
-from hydrosim.waves.spectra import energy
+from hydrosim.water.spectra import energy
 
 Load = Callable[..., Case]
 PEAK = "significant_height: 1.5 m, peak_period: 8 s"

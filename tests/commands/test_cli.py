@@ -18,7 +18,7 @@ from command_line import Command, command, files
 from scenes import CASES, ROOT, hull
 
 import hydrosim as hs
-from hydrosim.commands.progress import ProgressLines
+from hydrosim.cli.progress import ProgressLines
 from hydrosim.database.netcdf import write as write_database
 
 SHORT = ("--set", "duration=20 s")
@@ -158,7 +158,7 @@ class TestRun:
         def load(*arguments: object) -> None:
             raise KeyboardInterrupt
 
-        monkeypatch.setattr("hydrosim.studies.run.course.advance_until", load)
+        monkeypatch.setattr("hydrosim.run.course.advance_until", load)
         before = files(project)
         result = hydrosim("run", "base.yaml", "-o", "run.nc")
         assert (result.code, result.out) == (130, "")

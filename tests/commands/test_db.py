@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from command_line import Command, command, files
 
-from hydrosim.commands import db as build_command
-from hydrosim.commands.db import TimeLeft
+from hydrosim.cli import db as build_command
+from hydrosim.cli.db import TimeLeft
 from hydrosim.database import HydroDatabase, netcdf
 from hydrosim.database.checks import CHECKS
 from hydrosim.database.load import WRITERS, read
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output
+from hydrosim.files.outputs import Output
 
 ROOT = Path(__file__).parents[2]
 

@@ -14,7 +14,7 @@ from recorded_runs import made_run
 from scenes import block, moving, on_floor, scene, steady
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce, Harmonic, StickSlip
+from hydrosim.elements import AppliedForce, Harmonic, StickSlip
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import Scene
 

@@ -20,8 +20,8 @@ from scenes import SWINGING_BLOCK
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.studies.many.many import run_study
-from hydrosim.studies.sweep.study import load_study
+from hydrosim.study.many_runs import run_study
+from hydrosim.study.sweep import load_study
 
 pytestmark = pytest.mark.slow
 

@@ -12,7 +12,7 @@ import xarray as xr
 from command_line import Command, command, files
 from scenes import SWINGING_BLOCK
 
-from hydrosim.outputs import Output, content
+from hydrosim.files.outputs import Output, content
 
 BLOCK = SWINGING_BLOCK
 STAGED = BLOCK.replace(

@@ -20,8 +20,8 @@ from scenes import SWINGING_BLOCK
 from typer.main import get_command
 
 from hydrosim.__main__ import app
-from hydrosim.commands.terminal import print_lines
-from hydrosim.presentation.document import printable
+from hydrosim.cli.terminal import print_lines
+from hydrosim.files.document import printable
 
 ROOT = Path(__file__).parents[2]
 CASE = ROOT / "cases" / "sphere" / "decay.yaml"
@@ -199,7 +199,7 @@ def test_a_terminal_may_be_closed_before_all_is_printed() -> None:
     script = (
         "import signal, sys, time; gone = [];"
         "signal.signal(signal.SIGHUP, lambda *_: gone.append(1));"
-        "from hydrosim.commands.terminal import make_streams_last; make_streams_last();"
+        "from hydrosim.cli.terminal import make_streams_last; make_streams_last();"
         "print('ready', flush=True);"
         "[time.sleep(0.01) for _ in range(1000) if not gone];"
         "print('lost', flush=True); sys.exit(7)"

@@ -10,7 +10,7 @@ import xarray as xr
 from command_line import Command
 from recorded_runs import made_run
 
-from hydrosim.outputs import Output
+from hydrosim.files.outputs import Output
 from hydrosim.results.dataset import write_run
 
 

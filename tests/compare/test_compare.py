@@ -17,11 +17,11 @@ from hydrosim.compare import Comparison, MappingFile, compare
 from hydrosim.compare.align import precision_of
 from hydrosim.compare.comparison import CONFUSED_UNITS, UNIT_GAIN_TOLERANCE, exceeded_tolerances
 from hydrosim.compare.dataset import to_dataset
-from hydrosim.documents.units import factor
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.recordings import read_recording
-from hydrosim.wording.comparison import comparison_tables
+from hydrosim.files.recordings import read_recording
+from hydrosim.files.units import factor
+from hydrosim.report.sentences.comparison import comparison_tables
 
 RUN = made_run()
 TIME = RUN.time.values

@@ -10,10 +10,10 @@ import xarray as xr
 
 from hydrosim.compare import compare, read_mapping
 from hydrosim.compare.align import guess
-from hydrosim.documents.text import Source, name_and_unit
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.recordings import RecordedColumn, Recording, read_recording
+from hydrosim.files.recordings import RecordedColumn, Recording, read_recording
+from hydrosim.files.text import Source, name_and_unit
 from hydrosim.results.channels import Channel
 
 CHANNELS = [

@@ -10,7 +10,7 @@ from reading import tables, texts
 from hydrosim.compare.dataset import studies_dataset
 from hydrosim.compare.studies import StudyComparison, compare_studies
 from hydrosim.errors import InputError
-from hydrosim.wording.comparison import studies_tables
+from hydrosim.report.sentences.comparison import studies_tables
 
 RUNS, CHANNELS = 12, 20
 

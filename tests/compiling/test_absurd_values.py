@@ -13,10 +13,10 @@ import pytest
 from markers import few
 
 from hydrosim.case import load_case
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.errors import InputError
+from hydrosim.report.sentences.check import check, describe_direction
 from hydrosim.scene.force import strongest_breaking_load
-from hydrosim.wording.check import check, describe_direction
 
 Mistake = tuple[str, str, Any, Any, str]
 """Case, key, wrong value, right value, text of the question."""

@@ -9,8 +9,7 @@ import pytest
 from scenes import block, moving, scene, steady
 
 import hydrosim as hs
-from hydrosim.errors import InputError
-from hydrosim.forces import (
+from hydrosim.elements import (
     Fender,
     Frictionless,
     Landing,
@@ -21,6 +20,7 @@ from hydrosim.forces import (
     Spring,
     StickSlip,
 )
+from hydrosim.errors import InputError
 from hydrosim.scene import ForceElement, Scene, Weight
 
 WEIGHT = 9.81 * 2e7

@@ -12,9 +12,9 @@ import xarray as xr
 from scenes import in_contact, in_waves, scene_of
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
+from hydrosim.elements import Fender, StickSlip
 from hydrosim.errors import InputError
-from hydrosim.forces import Fender, StickSlip
 from hydrosim.scene import (
     Jonswap,
     Kinematics,

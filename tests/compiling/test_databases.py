@@ -9,9 +9,9 @@ import pytest
 from scenes import ROOT, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.databases import database_warnings
-from hydrosim.compiling.hydrodynamic_groups import moving
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.databases import database_warnings
+from hydrosim.compile.hydrodynamic_groups import moving
 from hydrosim.database import HydroDatabase, Use, body_of, check, doubt_warnings, load
 from hydrosim.database.changes import apply_changes
 from hydrosim.dofs import DOFS

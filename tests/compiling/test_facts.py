@@ -13,8 +13,8 @@ from scenes import SEA, in_contact, in_waves
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.compiling import compiled
-from hydrosim.compiling.compiled import Facts, facts_of
+from hydrosim.compile import compiled
+from hydrosim.compile.compiled import Facts, facts_of
 from hydrosim.scene import WaveTrain
 
 PACKAGE = Path(hydrosim.__file__).parent
@@ -29,17 +29,17 @@ MAKERS = (
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom
     "each_alone": {
-        "compiling/compiled.py",
-        "compiling/model.py",
-        "compiling/symmetry.py",
+        "compile/compiled.py",
+        "compile/model.py",
+        "compile/symmetry.py",
     },
-    "initial_headings": {"compiling/compiled.py", "compiling/model.py"},
-    "state_layout": {"compiling/compiled.py"},
-    "nonlinearities": {"compiling/compiled.py"},
+    "initial_headings": {"compile/compiled.py", "compile/model.py"},
+    "state_layout": {"compile/compiled.py"},
+    "nonlinearities": {"compile/compiled.py"},
     "met_by_waves": {
-        "compiling/compiled.py",
-        "compiling/model.py",
-        "studies/linear/response.py",
+        "compile/compiled.py",
+        "compile/model.py",
+        "analysis/response.py",
     },
 }
 

@@ -12,9 +12,9 @@ from scenes import block, scene, steady
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.compiling.clock import MAX_PHASE_RAD, held_step, signal_step
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.forces import (
+from hydrosim.compile.clock import MAX_PHASE_RAD, held_step, signal_step
+from hydrosim.compile.compile import compile_scene
+from hydrosim.elements import (
     AppliedForce,
     External,
     Fender,
@@ -27,9 +27,9 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.forces.signal import signal_rate
+from hydrosim.elements.signal import signal_rate
 from hydrosim.scene import ForceElement, Joint, JointType, Method, Scene
-from hydrosim.streams.wind import gust_components, mean_wind
+from hydrosim.water.wind import gust_components, mean_wind
 
 SPHERE = Path(__file__).parents[2] / "cases" / "sphere"
 MISSED = 3.3e-5  # of the amplitude: MAX_PHASE_RAD^4 / 1944

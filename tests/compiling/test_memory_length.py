@@ -14,9 +14,10 @@ import pytest
 from numpy.testing import assert_array_equal
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_for_linear
-from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.compile.compile import compile_for_linear
+from hydrosim.compile.compiled import Compiled
+from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load
 from hydrosim.database.kernels import kernels
 from hydrosim.scene import (
@@ -31,7 +32,6 @@ from hydrosim.scene import (
     Scene,
     Solver,
 )
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 TESTS = Path(__file__).parents[1]
 DATA = TESTS / "data" / "draughts"

@@ -17,9 +17,9 @@ from scenes import SEA, in_contact, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
+from hydrosim.elements import LinearMooring
+from hydrosim.elements.contact.law import SLIP, STICK
 from hydrosim.errors import InputError
-from hydrosim.forces import LinearMooring
-from hydrosim.forces.contact.law import SLIP, STICK
 from hydrosim.radiation import Retardation, StateSpace, fits, kept
 from hydrosim.scene import (
     Body,

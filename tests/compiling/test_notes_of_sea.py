@@ -9,10 +9,11 @@ import numpy as np
 from scenes import block, hull, scene_of
 
 from hydrosim import check, simulate
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.questions.waters import OUTSIDE_REFUSED, ranges
-from hydrosim.compiling.scene_notes import OUTSIDE_WARNED, range_warnings
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, ranges
+from hydrosim.compile.scene_notes import OUTSIDE_WARNED, range_warnings
 from hydrosim.report.document import run_document as report_document
+from hydrosim.report.sentences.run import run_document
 from hydrosim.scene import (
     Environment,
     Question,
@@ -22,8 +23,7 @@ from hydrosim.scene import (
     WaveTrain,
     WhiteNoise,
 )
-from hydrosim.waves import sea
-from hydrosim.wording.run import run_document
+from hydrosim.water.components import sea
 
 NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies
 

@@ -12,14 +12,14 @@ from scenes import block, moving, on_floor, scene_of
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs
+from hydrosim.analysis.response import responder
 from hydrosim.case import load_case
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.questions import QUESTIONS
-from hydrosim.compiling.questions.query import extents, text_beyond
-from hydrosim.compiling.questions.sloshing import mode_period, width
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.questions import QUESTIONS
+from hydrosim.compile.questions.query import extents, text_beyond
+from hydrosim.compile.questions.sloshing import mode_period, width
 from hydrosim.database import HydroDatabase, load
-from hydrosim.errors import InputError
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Catenary,
     Coulomb,
@@ -38,6 +38,7 @@ from hydrosim.forces import (
     WindLoad,
     constant,
 )
+from hydrosim.errors import InputError
 from hydrosim.scene import (
     Body,
     Box,
@@ -59,7 +60,6 @@ from hydrosim.scene import (
     TankTable,
     Weight,
 )
-from hydrosim.studies.linear.response import responder
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted((ROOT / "cases").glob("*/*.yaml"))

@@ -27,9 +27,9 @@ from scenes import (
 from scenes import scene as dry
 
 import hydrosim as hs
-from hydrosim.compiling.restart import open_start
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
+from hydrosim.compile.restart import open_start
+from hydrosim.elements import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
 from hydrosim.results.ledger import worst_gap
 from hydrosim.scene import (

@@ -10,10 +10,10 @@ import pytest
 from scenes import scene_of
 
 import hydrosim as hs
-from hydrosim.compiling import sizes
-from hydrosim.compiling.validate_scene import check_scene
+from hydrosim.compile import sizes
+from hydrosim.compile.validate_scene import check_scene
+from hydrosim.elements import Plane
 from hydrosim.errors import InputError
-from hydrosim.forces import Plane
 from hydrosim.scene import ConvolutionRadiation, Question, Scene, StateSpaceRadiation
 
 TOO_LARGE: dict[str, tuple[dict[str, Any], str]] = {

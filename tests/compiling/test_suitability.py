@@ -12,7 +12,7 @@ import xarray
 from scenes import ROOT
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.database import HydroDatabase, load, netcdf
 from hydrosim.database.readers import wamit
 from hydrosim.errors import InputError

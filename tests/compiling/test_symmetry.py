@@ -37,8 +37,7 @@ from scipy.linalg import block_diag
 import hydrosim as hs
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, LATERAL, SYMMETRY_RTOL
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     CurrentLoad,
@@ -53,6 +52,8 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.report.sentences.check import check_document
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import (
     Body,
@@ -72,7 +73,6 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]
 ROUNDING = 1e-10

@@ -17,20 +17,20 @@ from validation_data import unpacked
 from hydrosim.database.build import barge, drift
 from hydrosim.database.build.drift import MIN_TESTED_KH, Water
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.outputs import Output
+from hydrosim.files.outputs import Output
+from hydrosim.report.evidence import Feature, Kind
 
 pytest.importorskip("capytaine", reason="capytaine is not installed (pip install .[bem])")
 
 import capytaine as cpt
 
-from hydrosim.commands.db import build_database
+from hydrosim.cli.db import build_database
 from hydrosim.database.build import bem, green, mesh, near_field
 from hydrosim.database.build.afloat import hulls_afloat
 from hydrosim.database.build.build import build
 from hydrosim.database.build.recipe import Recipe, load_recipe
 from hydrosim.database.netcdf import read
-from hydrosim.waves.bed_reflection import interpolate
+from hydrosim.water.bed_reflection import interpolate
 
 pytestmark = pytest.mark.bem
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"

@@ -9,7 +9,7 @@ from scipy.special import h1vp, hankel1, jv, jvp
 
 from hydrosim.database.build import drift
 from hydrosim.database.build.drift import Water
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 
 RHO, G, RADIUS = 1025.0, 9.81, 10.0
 HEADINGS = np.radians([0.0, 30.0, 90.0, 200.0])

@@ -11,7 +11,7 @@ from validation_data import unpacked
 
 from hydrosim.database import all_headings
 from hydrosim.database.build import barge as hull
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 
 LATERAL, ALONG = [1, 3, 5], [0, 2, 4]
 HALF_RHO_G = 1025.0 * 9.81 / 2

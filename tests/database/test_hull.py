@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 from hydrosim.database.build.barge import box, hydrostatics
 from hydrosim.database.build.recipe import barge_with_deck, hull_of_recipe
 from hydrosim.database.hull import close_hull, immersed_triangles, integrals, read_hull
-from hydrosim.documents.quantities import MeshKeys
 from hydrosim.errors import InputError
+from hydrosim.files.quantities import MeshKeys
 
 meshio = pytest.importorskip("meshio")
 DATABASES = Path(__file__).parents[2] / "hydro_db"

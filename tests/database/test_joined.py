@@ -15,8 +15,8 @@ from hydrosim.database.build.build import build
 from hydrosim.database.build.drift import Water
 from hydrosim.database.build.recipe import load_recipe
 from hydrosim.database.netcdf import read
-from hydrosim.documents.quantities import MeshKeys
 from hydrosim.errors import InputError
+from hydrosim.files.quantities import MeshKeys
 
 pytestmark = pytest.mark.bem
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"

@@ -20,7 +20,7 @@ from hydrosim.database.build import bem, drift, near_field, second_order
 from hydrosim.database.build.assemble import Floating
 from hydrosim.database.build.drift import Water
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 
 pytestmark = pytest.mark.bem
 RHO, G = 1025.0, 9.81

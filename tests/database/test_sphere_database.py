@@ -12,7 +12,7 @@ from validation_data import unpacked
 
 from hydrosim.case import load_case
 from hydrosim.database import HydroDatabase, load
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 
 ROOT = Path(__file__).parents[2]
 RADIUS, DENSITY, GRAVITY = 5.0, 1000.0, 9.81

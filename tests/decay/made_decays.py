@@ -8,8 +8,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
-from hydrosim.decay.fit import DecayFit, fit_decays
-from hydrosim.decay.record import decay_of
+from hydrosim.elements.decay_records import decay_of
+from hydrosim.elements.roll_decay import DecayFit, fit_decays
 from hydrosim.errors import InputError
 
 DISTURBANCES = ("none", "white", "memory", "waves")

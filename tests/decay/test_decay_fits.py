@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from made_decays import Law, draw, draw_no_decay, noise, roll_of, try_fit
 
-from hydrosim.decay.fit import DecayProblem, fit_decays, fit_files
-from hydrosim.decay.record import decay_of, read_decay
+from hydrosim.elements.decay_records import decay_of, read_decay
+from hydrosim.elements.roll_decay import DecayProblem, fit_decays, fit_files
 from hydrosim.errors import InputError
 
 LAW = Law(0.03, 0.15, 0.4, 12.0)

@@ -25,7 +25,7 @@ import pytest
 from stated_lines import ROUNDING, unlike
 
 from benchmarks import ELSEWHERE, evidence
-from hydrosim.evidence import Line, known_lines
+from hydrosim.report.evidence import Line, known_lines
 
 ROOT = Path(__file__).parents[2]
 PAGES = (

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from hydrosim.compare.exact import read_result
-from hydrosim.documents.series import read_series
-from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
-from hydrosim.recordings import read_recording
+from hydrosim.files.recordings import read_recording
+from hydrosim.files.series import read_series
+from hydrosim.files.text import Source
 from hydrosim.results.dataset import read_run
 
 READERS: dict[str, Callable[[Path], object]] = {

@@ -13,8 +13,8 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 from markers import few
 
-from hydrosim.commands.case import FileKind, schema_of
-from hydrosim.documents.yaml_nodes import compose_nodes, plain_values
+from hydrosim.cli.case import FileKind, schema_of
+from hydrosim.files.yaml_nodes import compose_nodes, plain_values
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted(path for path in (ROOT / "cases").rglob("*.yaml") if path.parent.name != "studies")

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from hydrosim.case import load_case
-from hydrosim.documents.messages import MOST_TOLD
-from hydrosim.documents.yaml_nodes import MAX_LETTERS, MAX_NESTING, MOST_TEXT
 from hydrosim.errors import InputError
+from hydrosim.files.messages import MOST_TOLD
+from hydrosim.files.yaml_nodes import MAX_LETTERS, MAX_NESTING, MOST_TEXT
 
 BOMB = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"{name}: &{name} [{', '.join([f'*{before}'] * 10)}]\n"

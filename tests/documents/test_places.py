@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from hydrosim.case import load_case
-from hydrosim.documents.yaml_nodes import add_source_lines, compose_nodes, places_of, source_context
 from hydrosim.errors import InputError
+from hydrosim.files.yaml_nodes import add_source_lines, compose_nodes, places_of, source_context
 
 TEXT = """\
 bodies:

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
 
-from hydrosim.documents import units
-from hydrosim.documents.units import Quantity, factor
+from hydrosim.files import units
+from hydrosim.files.units import Quantity, factor
 
 LENGTH = Quantity("length", "m", "12.4 m")
 MASS = Quantity("mass", "kg", "1000 tonne", above=0)
@@ -168,7 +168,7 @@ def test_a_folder_that_cannot_be_written_is_no_error(tmp_path: Path) -> None:
 def loads_pint(cache: Path) -> list[str]:
     """Whether a new process has loaded pint after a number and after a unit, and what it read."""
     code = (
-        "import sys; from hydrosim.documents.units import Quantity;"
+        "import sys; from hydrosim.files.units import Quantity;"
         "q = Quantity('length', 'm', ''); q.read('3'); print('pint' in sys.modules);"
         "length = q.read('3 km'); print('pint' in sys.modules); print(length)"
     )

@@ -15,14 +15,14 @@ from scenes import CASES, block, moving, observed_orders, on_floor, scene, stead
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.forces import Frictionless, LinearDamping, LinearMooring, Spring
-from hydrosim.forces.external import BodyState
-from hydrosim.presentation.nodes import Table
+from hydrosim.elements import Frictionless, LinearDamping, LinearMooring, Spring
+from hydrosim.elements.external import BodyState
+from hydrosim.files.document_nodes import Table
+from hydrosim.report.sentences.run import summary
 from hydrosim.results.dataset import write_run
+from hydrosim.run.provenance import case_of
 from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
 from hydrosim.scene.joint import Resistance
-from hydrosim.studies.run.provenance import case_of
-from hydrosim.wording.run import summary
 
 MASS, STIFFNESS = 1e3, 1e4
 OMEGA = np.sqrt(STIFFNESS / MASS)  # rad/s

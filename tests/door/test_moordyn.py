@@ -12,7 +12,7 @@ import pytest
 from scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce, Harmonic
+from hydrosim.elements import AppliedForce, Harmonic
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import Scene, Start
 

@@ -11,7 +11,7 @@ import pytest
 from scenes import block, scene, table
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce, LinearMooring, Table
+from hydrosim.elements import AppliedForce, LinearMooring, Table
 from hydrosim.scene import Active, Method, Scene, Solver, When
 
 PUSH, END = 100.0, 12.0

@@ -16,8 +16,8 @@ from scenes import block, in_contact, moving, scene, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.forces import LinearMooring
-from hydrosim.forces.external import BodyState
+from hydrosim.elements import LinearMooring
+from hydrosim.elements.external import BodyState
 from hydrosim.scene import ConvolutionRadiation, LinearScenes, Method, Scene, Solver
 
 SPRING = LinearMooring("block", np.diag([1e4, 0.0, 0.0, 0.0, 0.0, 0.0]))

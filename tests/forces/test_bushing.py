@@ -13,11 +13,11 @@ from scipy.spatial.transform import Rotation
 from test_struts import load_on
 
 import hydrosim as hs
+from hydrosim.elements import Bushing, TorsionSpring
 from hydrosim.errors import SimulationError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Bushing, TorsionSpring
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Active, Kinematics, LinearScenes, Start, When
 
 Figure = Callable[[str, float], None]

@@ -11,16 +11,16 @@ from examples import KINDS, LAWS, all_examples, built
 from scenes import block, scene
 from test_elements import ELEMENTS
 
-from hydrosim.evidence import features_of
-from hydrosim.forces import ELEMENT_KINDS as KINDS_OF_UNITS
-from hydrosim.forces import External, ForceElement
-from hydrosim.forces.contact import landing
-from hydrosim.forces.contact.laws import LAWS as ALL_LAWS
-from hydrosim.forces.kind import ElementKind
-from hydrosim.forces.layout import Layout, ResonanceTerms, RollMode
+from hydrosim.elements import ELEMENT_KINDS as KINDS_OF_UNITS
+from hydrosim.elements import External, ForceElement
+from hydrosim.elements.contact import landing
+from hydrosim.elements.contact.laws import LAWS as ALL_LAWS
+from hydrosim.elements.kind import ElementKind
+from hydrosim.elements.layout import Layout, ResonanceTerms, RollMode
+from hydrosim.report.evidence import features_of
 from hydrosim.scene import Environment
-from hydrosim.streams.current import current_table
-from hydrosim.streams.wind import mean_wind
+from hydrosim.water.current import current_table
+from hydrosim.water.wind import mean_wind
 
 LAYOUT = Layout(
     body={"block": 0, "carrier": 1},

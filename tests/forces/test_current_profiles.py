@@ -10,9 +10,9 @@ import pytest
 from scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.forces import CurrentLoad, LinearDamping, QuadraticDamping
+from hydrosim.elements import CurrentLoad, LinearDamping, QuadraticDamping
 from hydrosim.scene import CurrentProfile, Environment, Hull, Scene, Stream
-from hydrosim.streams.current import (
+from hydrosim.water.current import (
     current_at,
     current_table,
     current_velocity,

@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import CurrentLoad, LinearDamping, LinearMooring, QuadraticDamping, WindLoad
+from hydrosim.elements import CurrentLoad, LinearDamping, LinearMooring, QuadraticDamping, WindLoad
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Environment, Scene, Stream
 
 Figure = Callable[[str, float], None]

@@ -13,20 +13,20 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scenes import moving, scene, steady, with_step
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.hydrostatics import at_rest
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.hydrostatics import at_rest
 from hydrosim.database import load
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck, hull_of_recipe
 from hydrosim.dofs import DOFS
+from hydrosim.elements.hydrostatics import add_displacement, add_displacement_energy
+from hydrosim.elements.layout import HYDROSTATIC
 from hydrosim.errors import InputError, SimulationError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces.hydrostatics import add_displacement, add_displacement_energy
-from hydrosim.forces.layout import HYDROSTATIC
+from hydrosim.integrate.dynamics import Model
 from hydrosim.linear.linearise import linearise
-from hydrosim.rigid import new_motion, place_bodies
+from hydrosim.multibody.kinematics import new_motion, place_bodies
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Hull, Kinematics, Scene, Weight
-from hydrosim.stepping.dynamics import Model
 
 DATABASES = Path(__file__).parents[2] / "hydro_db"
 LENGTH, BEAM, DEPTH, DRAUGHT, KG = 260.0, 63.0, 15.0, 12.4, 7.5

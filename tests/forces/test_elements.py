@@ -15,7 +15,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Bushing,
     Catenary,
@@ -38,13 +38,13 @@ from hydrosim.forces import (
     Winch,
     WindLoad,
 )
-from hydrosim.forces.contact.fender import CONTACT_STATES, DISSIPATED
-from hydrosim.forces.contact.law import OPEN, SLIP, STICK
-from hydrosim.forces.layout import BODY_ROWS, HYDROSTATIC
-from hydrosim.rigid import Motion
+from hydrosim.elements.contact.fender import CONTACT_STATES, DISSIPATED
+from hydrosim.elements.contact.law import OPEN, SLIP, STICK
+from hydrosim.elements.layout import BODY_ROWS, HYDROSTATIC
+from hydrosim.integrate.dynamics import Model, new_work, rhs, stored_energies
+from hydrosim.integrate.state import State
+from hydrosim.multibody.kinematics import Motion
 from hydrosim.scene import Body, Environment, Kinematics, Scene, Stream
-from hydrosim.stepping.dynamics import Model, new_work, rhs, stored_energies
-from hydrosim.stepping.state import State
 
 RNG = np.random.default_rng(5)
 ELEMENT = len(BODY_ROWS)  # the row of the one element of a scene

@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 DOCS = HERE.parents[1] / "docs" / "extending.md"
 NEW = "forces/rope.py"
 LINES = {  # of files that are there: before which line stands what
-    "forces/__init__.py": {
+    "elements/__init__.py": {
         "    spring,\n    stream_load,": "    rope,\n",
         "    guides: Any": "    ropes: Any\n",
         "    tanks.TANK_FLOW_KIND": "    rope.ROPE_KIND,\n",
@@ -31,8 +31,8 @@ LINES = {  # of files that are there: before which line stands what
             "        rope.add_energy(t, y, modes, motion, bodies, e.ropes, stored)\n"
         ),
     },
-    "forces/events.py": {
-        "from hydrosim.forces import bushing": "from hydrosim.forces import rope\n",
+    "elements/events.py": {
+        "from hydrosim.elements import bushing": "from hydrosim.elements import rope\n",
         "    }\n\n\n@kernel\ndef joint_output_start": (
             '        "rope": (elements.ropes.lines.size, rope.ROPE_OUTPUTS),\n'
         ),
@@ -67,10 +67,10 @@ import numpy as np
 import hydrosim as hs
 from dataclasses import replace
 from scipy.integrate import solve_ivp
-from hydrosim.forces import AppliedForce, constant
-from hydrosim.forces.rope import BROKEN, Rope
+from hydrosim.elements import AppliedForce, constant
+from hydrosim.elements.rope import BROKEN, Rope
 from hydrosim.scene import Body, LinearScenes, Scene, Solver, Start
-from hydrosim.studies.run.step_limits import scene_combinations
+from hydrosim.run.step_limits import scene_combinations
 
 m, k, eta, weight = 1000.0, 1e5, 2e5, 5000.0
 

@@ -15,7 +15,8 @@ from scipy.integrate import quad, solve_ivp
 from scipy.special import beta, betainc
 
 import hydrosim as hs
-from hydrosim.forces import LinearMooring, WindLoad
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.elements import LinearMooring, WindLoad
 from hydrosim.scene import (
     Amplitudes,
     Environment,
@@ -29,7 +30,10 @@ from hydrosim.scene import (
     WindLaw,
     WindProfile,
 )
-from hydrosim.streams.wind import (
+from hydrosim.study.seas import Sea, in_sea
+from hydrosim.study.sweep import scenes_with_seeds
+from hydrosim.water.components import GUSTS, phases
+from hydrosim.water.wind import (
     density,
     gust_at,
     gust_components,
@@ -39,10 +43,6 @@ from hydrosim.streams.wind import (
     turbulence_intensity,
     variance,
 )
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
-from hydrosim.studies.operability.seas import Sea, in_sea
-from hydrosim.studies.sweep.study import scenes_with_seeds
-from hydrosim.waves.components import GUSTS, phases
 
 FOOT = 0.3048
 NPD = WindProfile(WindLaw.NPD)

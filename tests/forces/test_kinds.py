@@ -1,4 +1,4 @@
-"""Kinds answer for themselves: outside `hydrosim.forces` next to nobody names one."""
+"""Kinds answer for themselves: outside `hydrosim.elements` next to nobody names one."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from scenes import block, in_contact, on_floor, scene
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.forces import ELEMENT_KINDS, Elements, Frictionless, modes_of_kind
-from hydrosim.forces.events import held_points
-from hydrosim.forces.kind import (
+from hydrosim.elements import ELEMENT_KINDS, Elements, Frictionless, modes_of_kind
+from hydrosim.elements.events import held_points
+from hydrosim.elements.kind import (
     ElementKind,
     HasImpulses,
     HasMirrorSymmetry,

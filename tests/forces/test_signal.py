@@ -13,9 +13,9 @@ from scenes import block, errors, observed_orders, scene, surge
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Harmonic, Recorded, Signal, Table, constant
-from hydrosim.forces.signal import compile_signals, corners, rate, time_of_largest, value
+from hydrosim.elements import AppliedForce, Harmonic, Recorded, Signal, Table, constant
+from hydrosim.elements.signal import compile_signals, corners, rate, time_of_largest, value
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Start
 
 Figure = Callable[[str, float], None]

@@ -25,11 +25,11 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Coulomb, Spring, StickSlip
+from hydrosim.elements import Coulomb, Spring, StickSlip
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
+from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
-from hydrosim.studies.run.step_limits import scene_combinations, scene_step_limits
 
 Figure = Callable[[str, float], None]
 EXACT = 1e-7  # of the range of the motion, at the smallest step

@@ -16,12 +16,14 @@ from scipy.spatial.transform import Rotation
 from test_spring import momenta
 
 import hydrosim as hs
+from hydrosim.elements import AppliedForce, Bushing, Harmonic, Strut, TorsionSpring
 from hydrosim.errors import SimulationError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Bushing, Harmonic, Strut, TorsionSpring
+from hydrosim.integrate.dynamics import new_work, rhs
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
+from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import (
     Active,
     Body,
@@ -38,8 +40,6 @@ from hydrosim.scene import (
     When,
 )
 from hydrosim.scene import JointResistance as Resistance
-from hydrosim.stepping.dynamics import new_work, rhs
-from hydrosim.studies.run.step_limits import scene_step_limits
 
 Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)

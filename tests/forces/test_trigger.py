@@ -12,11 +12,11 @@ from reading import texts
 from scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
 
 import hydrosim as hs
+from hydrosim.elements import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.report.sentences.run import run_document
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, When
-from hydrosim.wording.run import run_document
 
 MASS = 2.0
 ALONG = ("surge",)

@@ -13,14 +13,14 @@ from scenes import block, hull, in_waves, moving, scene, scene_of
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.compiling.roll_mode import roll_mode
-from hydrosim.decay.fit import fit_decays
-from hydrosim.decay.record import decay_of
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
-from hydrosim.forces.viscous_roll import SharpBarge, ViscousRoll
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.compile.roll_mode import roll_mode
+from hydrosim.elements import LinearMooring
+from hydrosim.elements.decay_records import decay_of
+from hydrosim.elements.roll_decay import fit_decays
+from hydrosim.elements.viscous_roll import SharpBarge, ViscousRoll
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, LinearScenes, Scene
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 MASS, INERTIA = 2e3, 6e3
 STIFFNESS = np.diag([0.0, 0.0, 0.0, INERTIA, 0.0, 0.0])  # a natural frequency of 1 rad/s

@@ -11,19 +11,19 @@ from numpy.testing import assert_allclose
 from scenes import block, heave, motion, moving, scene, scene_of, steady, with_body
 
 import hydrosim as hs
+from hydrosim.elements.hydrostatics import add_weight, add_weight_energy
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces.hydrostatics import add_weight, add_weight_energy
-from hydrosim.rigid import place_bodies
+from hydrosim.integrate.dynamics import new_work
+from hydrosim.multibody.kinematics import place_bodies
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, LinearScenes, Weight
-from hydrosim.stepping.dynamics import new_work
 
 MASS, STIFFNESS, G = 3e3, 4e4, 9.81
 
 
 def hung(**solver: object) -> hs.Scene:
     """A block held up by a spring at the place at rest, with its weight, let go there."""
-    from hydrosim.forces import LinearMooring
+    from hydrosim.elements import LinearMooring
 
     body = block(MASS, dofs=["heave"], weight=Weight.CARRIED)
     stiffness = np.diag([0.0, 0.0, STIFFNESS, 0.0, 0.0, 0.0])
@@ -107,7 +107,7 @@ def _calm(base: hs.Scene) -> object:
 
 def test_what_nothing_carries_is_refused() -> None:
     """Alone, with a damper, and hung on a body that nothing carries; carried by a held one."""
-    from hydrosim.forces import LinearDamping, Spring
+    from hydrosim.elements import LinearDamping, Spring
 
     loose, other = block(MASS, weight=Weight.CARRIED), block(MASS, name="other")
     damper = {"damper": LinearDamping("block", damping=np.eye(6))}

@@ -23,6 +23,7 @@ import numpy as np
 import yaml
 
 from hydrosim.__main__ import app
+from hydrosim.analysis.line import lines_of_system, offsets_to, response
 from hydrosim.case.lines.chains import (
     DEFAULT_WATER,
     case_keys,
@@ -33,10 +34,9 @@ from hydrosim.case.lines.chains import (
 )
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
-from hydrosim.decay.fit import fit_files
-from hydrosim.documents.text import Source
-from hydrosim.studies.line import lines_of_system, offsets_to, response
-from hydrosim.wording.analysis import calibration_document, keys_of
+from hydrosim.elements.roll_decay import fit_files
+from hydrosim.files.text import Source
+from hydrosim.report.sentences.analysis import calibration_document, keys_of
 from tests.case import mooring_files
 from tests.generators.mutants import CASES
 from tests.orcaflex_files import contents

@@ -29,15 +29,15 @@ import yaml
 
 from hydrosim.compare.align import read_mapping
 from hydrosim.database.build.recipe import load_recipe
-from hydrosim.documents.layers import read_case
-from hydrosim.documents.messages import validate_document
 from hydrosim.errors import HydrosimError
-from hydrosim.presentation.document import Document, printable
-from hydrosim.studies.operability.study import load_limits
-from hydrosim.studies.operability.weather import assess_weather, read_weather
-from hydrosim.studies.study_file import StudyFile
-from hydrosim.studies.sweep.study import load_study
-from hydrosim.wording.limits import weather_nodes
+from hydrosim.files.document import Document, printable
+from hydrosim.files.layers import read_case
+from hydrosim.files.messages import validate_document
+from hydrosim.report.sentences.limits import weather_nodes
+from hydrosim.study.operability import load_limits
+from hydrosim.study.study_file import StudyFile
+from hydrosim.study.sweep import load_study
+from hydrosim.study.weather import assess_weather, read_weather
 from tests.generators import mutant_files
 from tests.generators.mutant_trials import Outcome, said
 from tests.generators.mutants import CASES, CHANGES, NUMBER, RENAMES, change, places, written

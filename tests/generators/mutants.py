@@ -19,8 +19,8 @@ import yaml
 
 from hydrosim.case import load_case
 from hydrosim.case.build import resolved_case_text
-from hydrosim.documents.layers import read_case
-from hydrosim.documents.yaml_nodes import plain_values
+from hydrosim.files.layers import read_case
+from hydrosim.files.yaml_nodes import plain_values
 
 CASES = Path(__file__).parents[2] / "cases"
 NUMBER = re.compile(r"^[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import hydrosim as hs
 from hydrosim.scene import LinearScenes, Scene
-from hydrosim.studies.run.simulation import prepare_scene
+from hydrosim.simulation import prepare_scene
 from tests.generators.error_cases import written_scene
 from tests.generators.long_cases import ACCEPTED
 from tests.generators.random_cases import Case

@@ -15,14 +15,14 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.compiled import Compiled
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.compiled import Compiled
 from hydrosim.linear.stability import smallest_step
+from hydrosim.run.error_estimate import MIN_CHOSEN_RANGE, TOLERANCES_IN_RANGE
+from hydrosim.run.step_limits import scene_combinations
 from hydrosim.scene import LinearScenes, Method, Scene, Solver, Tolerance
 from hydrosim.scene.scene import fitting_step
-from hydrosim.studies.run.error_estimate import MIN_CHOSEN_RANGE, TOLERANCES_IN_RANGE
-from hydrosim.studies.run.simulation import run_compiled
-from hydrosim.studies.run.step_limits import scene_combinations
+from hydrosim.simulation import run_compiled
 
 COARSE, FINE = 1e-10, 1e-11  # tolerances of references
 SPACING = 0.05

@@ -17,9 +17,9 @@ import numpy as np
 import xarray as xr
 
 from hydrosim import InputError, SimulationError, compile_scene, load_case, simulate
-from hydrosim.compiling.compiled import Compiled
+from hydrosim.compile.compiled import Compiled
 from hydrosim.dofs import DOFS
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -29,7 +29,9 @@ from hydrosim.forces import (
     StickSlip,
     constant,
 )
-from hydrosim.forces.contact.laws import Law
+from hydrosim.elements.contact.laws import Law
+from hydrosim.integrate.dynamics import dynamic_states
+from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import (
     ConvolutionRadiation,
     LinearScenes,
@@ -38,8 +40,6 @@ from hydrosim.scene import (
     Solver,
     Unstable,
 )
-from hydrosim.stepping.dynamics import dynamic_states
-from hydrosim.studies.run.step_limits import scene_step_limits
 
 CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"
 STEPS = 200

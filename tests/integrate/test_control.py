@@ -9,8 +9,8 @@ import pytest
 from scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
+from hydrosim.elements import LinearMooring
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Method
 
 

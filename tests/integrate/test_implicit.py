@@ -10,17 +10,18 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from test_runge_kutta import order_fulfilled
 
-from hydrosim.integrate import (
-    ESDIRK4,
-    Control,
+from hydrosim.integrate.implicit import (
+    MAX_ITERATIONS,
+    NO_FILTERS,
     Filters,
-    advance_state,
+    factorise,
     factorise_iteration_matrix,
     new_newton,
     newton_iteration,
-    stage_state,
+    solve,
 )
-from hydrosim.integrate.implicit import MAX_ITERATIONS, NO_FILTERS, factorise, solve
+from hydrosim.integrate.methods import ESDIRK4, advance_state, stage_state
+from hydrosim.integrate.step_control import Control
 
 Figure = Callable[[str, float], None]
 PAIR = ESDIRK4.tableau

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrosim import scene
-from hydrosim.integrate import METHODS, IntegrationMethod, method_named
+from hydrosim.integrate.methods import METHODS, IntegrationMethod, method_named
 from hydrosim.linear.stability import ray_limits
 
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from hydrosim.evidence import Feature, Kind
-from hydrosim.integrate import (
+from hydrosim.integrate.methods import (
     DOPRI5,
     HEUN,
     RK2,
@@ -20,6 +19,7 @@ from hydrosim.integrate import (
     hermite,
     stage_state,
 )
+from hydrosim.report.evidence import Feature, Kind
 
 # what dopri5's error is estimated with, a method of its own
 PAIR = DOPRI5.tableau

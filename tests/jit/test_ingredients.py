@@ -265,7 +265,7 @@ EVERY_ROOT = """
 import gc
 from hydrosim.jit.ingredients import digest_of_kernel
 from hydrosim.jit.linking import CompiledKernel
-import hydrosim.stepping.run, hydrosim.linear
+import hydrosim.integrate.loop, hydrosim.linear
 for one in gc.get_objects():
     if isinstance(one, CompiledKernel):
         print(one.py_func.__module__, one.py_func.__qualname__, digest_of_kernel(one))
@@ -284,7 +284,7 @@ def test_digests_are_the_same_in_every_process() -> None:
 EDITED_FOLDERS = """
 import gc, sys, types
 import hydrosim as hs
-import hydrosim.decay.fit  # no kernel of the case reads it
+import hydrosim.elements.roll_decay  # no kernel of the case reads it
 from hydrosim.jit import ingredients
 from hydrosim.jit.linking import _Kernel
 hs.simulate(hs.load_case(sys.argv[1], {"duration": 10.0}))

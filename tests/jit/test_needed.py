@@ -18,14 +18,14 @@ for one in gc.get_objects():
     if isinstance(one, CompiledKernel) and one.overloads:
         print(one.py_func.__module__ + "." + one.py_func.__qualname__)
 """
-WATER = {"hydrosim.forces.linear_mooring.add_energy", "hydrosim.waves.loads.wave_loads"}
+WATER = {"hydrosim.elements.linear_mooring.add_energy", "hydrosim.water.loads.wave_loads"}
 EVERY_STAGE = {
-    "hydrosim.forces.linear_mooring.add_force",
+    "hydrosim.elements.linear_mooring.add_force",
     "hydrosim.radiation.memory.radiation_states",
-    "hydrosim.rigid.mass.accelerate_freely",
-    "hydrosim.rigid.kinematics.acceleration_map",
-    "hydrosim.stepping.dynamics.add_constraints",
-    "hydrosim.stepping.dynamics.find_mass",
+    "hydrosim.multibody.mass.accelerate_freely",
+    "hydrosim.multibody.kinematics.acceleration_map",
+    "hydrosim.integrate.dynamics.add_constraints",
+    "hydrosim.integrate.dynamics.find_mass",
 }
 
 

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipkm1
 from solutions import about
 
-from hydrosim.forces import Frictionless
+from hydrosim.elements import Frictionless
 from hydrosim.scene import Scene
 
 G = 9.81

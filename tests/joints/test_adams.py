@@ -23,7 +23,7 @@ from jointed import carried, completed, joint, places, rotations, scene
 from scipy.spatial.transform import Rotation
 from validation_data import unpacked
 
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
 
 GRAVITY = 9.80665

@@ -33,7 +33,7 @@ from scipy.spatial.transform import Rotation
 from solutions import about, skew, solved
 from turning import points, turned, turned_back
 
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Coefficients, Environment, Joint, Scene, Stream, Symmetry, Weight
 
 Figure = Callable[[str, float], None]

@@ -21,9 +21,7 @@ import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
-from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     Coulomb,
     Drive,
     Fender,
@@ -35,8 +33,12 @@ from hydrosim.forces import (
     SmoothTable,
     Table,
 )
-from hydrosim.forces.signal import compile_signals, corners
-from hydrosim.outputs import Output
+from hydrosim.elements.signal import compile_signals, corners
+from hydrosim.errors import InputError
+from hydrosim.files.outputs import Output
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.run import course
+from hydrosim.run.checkpoint import Checkpoint
 from hydrosim.scene import (
     Active,
     Hull,
@@ -54,8 +56,6 @@ from hydrosim.scene import (
     Weight,
     When,
 )
-from hydrosim.studies.run import course
-from hydrosim.studies.run.checkpoint import Checkpoint
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

@@ -18,7 +18,7 @@ import pytest
 from hydrosim import simulate
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
-from hydrosim.forces import (
+from hydrosim.elements import (
     Fender,
     Frictionless,
     Landing,

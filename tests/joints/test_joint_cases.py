@@ -12,11 +12,11 @@ from scenes import block, scene
 
 import hydrosim as hs
 from hydrosim.case import load_case
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.errors import InputError
+from hydrosim.report.sentences.run import run_document
 from hydrosim.results.channels import channel_series
 from hydrosim.scene import Joint, JointType, Ratchet, When, Window
-from hydrosim.wording.run import run_document
 
 SHIPPED = Path(hs.__file__).parents[1] / "cases"
 CASE = """

@@ -12,8 +12,8 @@ from jointed import G, by_rk4, carried, completed, joint, moved, places, rotatio
 from redundant import EARTH, Link, Rigid, joint_wrenches, openings
 from turning import at_rest
 
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, constant
+from hydrosim.elements import AppliedForce, constant
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Joint, JointResistance, JointType, Scene
 from hydrosim.scene.joint import MOTIONS
 

@@ -14,7 +14,7 @@ import xarray as xr
 from jointed import carried, completed, joint, moved, scene, swivelled
 from turning import points, renamed, rooted, swapped, turned, turned_back
 
-from hydrosim.forces import AppliedForce, Harmonic, LinearMooring, Spring
+from hydrosim.elements import AppliedForce, Harmonic, LinearMooring, Spring
 from hydrosim.scene import ForceElement, JointResistance, Scene, Tolerance, Weight
 
 Figure = Callable[[str, float], None]

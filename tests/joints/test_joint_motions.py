@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from hydrosim import simulate
-from hydrosim.forces import AppliedForce, Table
+from hydrosim.elements import AppliedForce, Table
 from hydrosim.scene import (
     Body,
     Joint,

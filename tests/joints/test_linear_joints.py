@@ -9,9 +9,10 @@ import pytest
 from scenes import scene, steady
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.forces import LinearMooring
+from hydrosim.compile.compile import compile_scene
+from hydrosim.elements import LinearMooring
 from hydrosim.linear.modes import natural_modes
+from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import (
     Active,
     Body,
@@ -26,7 +27,6 @@ from hydrosim.scene import (
     Scene,
     When,
 )
-from hydrosim.studies.run.step_limits import scene_step_limits
 
 G, MASS, ARM, INERTIA = 9.81, 3.0, 2.0, 2.0
 

@@ -31,7 +31,7 @@ from jointed import (
 )
 from solutions import solved
 
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Joint, Scene
 
 Figure = Callable[[str, float], None]

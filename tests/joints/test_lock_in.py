@@ -13,7 +13,7 @@ import xarray as xr
 import yaml
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.statistics.explain import explain_run
 
 CASES = Path(__file__).parents[2] / "cases" / "lock_in"

@@ -26,9 +26,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.dofs import about_z
-from hydrosim.forces import AppliedForce, Coulomb, Harmonic, LinearMooring, StickSlip
+from hydrosim.elements import AppliedForce, Coulomb, Harmonic, LinearMooring, StickSlip
+from hydrosim.report.sentences.sections import lines_of
 from hydrosim.scene import (
     Active,
     Body,
@@ -49,7 +50,6 @@ from hydrosim.scene import (
     When,
     Window,
 )
-from hydrosim.wording.sections import lines_of
 
 CLOSES = 0.5  # s
 FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {

@@ -12,7 +12,7 @@ from linkages import GRAVITY, IN_PLANE, TILTED, FourBar, Rates, SliderCrank, acr
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.scene import Joint, JointType, Method, Scene, Tolerance
 

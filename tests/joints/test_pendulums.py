@@ -23,8 +23,8 @@ from jointed import (
 )
 from solutions import about, skew, solved
 
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Harmonic
+from hydrosim.elements import AppliedForce, Harmonic
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Scene
 
 Figure = Callable[[str, float], None]

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce, LinearMooring
+from hydrosim.elements import AppliedForce, LinearMooring
 from hydrosim.scene import (
     Active,
     Body,

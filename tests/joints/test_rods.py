@@ -14,11 +14,11 @@ from jointed import G, apart, by_rk4, carried, completed, observed_order, places
 from solutions import solved
 
 import hydrosim as hs
+from hydrosim.elements import Drive, Harmonic
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Drive, Harmonic
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.report.sentences.check import describe_joints
 from hydrosim.scene import Active, Body, Joint, JointType, Kinematics, Scene, Start, Weight, When
-from hydrosim.wording.check import describe_joints
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from jointed import carried, completed, joint, scene
 
-from hydrosim.compiling.joints import rodrigues
+from hydrosim.compile.joints import rodrigues
 from hydrosim.scene import JointResistance
 
 RATE = 1.5  # rad/s, for 6 s: more than a turn

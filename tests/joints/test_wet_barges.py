@@ -10,10 +10,10 @@ import pytest
 from hinged_barges import HINGE_DAMPING, Barges, allowed_motions, constraints
 
 import hydrosim as hs
-from hydrosim.compiling.compile import Radiation
-from hydrosim.evidence import Feature, Kind
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.compile.compile import Radiation
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 CASES = Path(__file__).parents[2] / "cases" / "hinged_barges"
 NAMES = ["fore", "aft"]

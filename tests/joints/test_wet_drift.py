@@ -17,7 +17,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.dofs import about_z
 from hydrosim.scene import (
     Body,

@@ -22,8 +22,8 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.evidence import Feature, Kind
+from hydrosim.compile.compile import compile_scene
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,7 @@ from jointed import places, rotations
 from scipy.spatial.transform import Rotation
 
 from hydrosim.dofs import about_z
-from hydrosim.forces import AppliedForce, Fender, LinearMooring, Spring
+from hydrosim.elements import AppliedForce, Fender, LinearMooring, Spring
 from hydrosim.scene import Body, ForceElement, Joint, JointResistance, JointType, Scene, Stream
 
 MIRRORED = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.FIXED}

@@ -12,8 +12,7 @@ from reading import texts
 from scenes import SEA, block, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
-from hydrosim import integrate
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -22,11 +21,14 @@ from hydrosim.forces import (
     NormalCurve,
     Plane,
 )
-from hydrosim.forces.contact.law import SLIP, STICK
-from hydrosim.integrate import ESDIRK4, HEUN, RK2, RK4
+from hydrosim.elements.contact.law import SLIP, STICK
+from hydrosim.integrate import methods
+from hydrosim.integrate.methods import ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.linear.stability import Vibration, memory_response, vibration_errors
+from hydrosim.report.sentences.check import check_document
+from hydrosim.run.step_limits import MAX_MOTION_ERROR
 from hydrosim.scene import (
     Body,
     LinearScenes,
@@ -37,8 +39,6 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.run.step_limits import MAX_MOTION_ERROR
-from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]
 
@@ -46,7 +46,7 @@ Figure = Callable[[str, float], None]
 @pytest.mark.parametrize(
     ("method", "part"), [(RK2, 1 / 6), (HEUN, 1 / 6), (RK4, 1 / 120)], ids=["rk2", "heun", "rk4"]
 )
-def test_errors_of_an_undamped_vibration(method: integrate.IntegrationMethod, part: float) -> None:
+def test_errors_of_an_undamped_vibration(method: methods.IntegrationMethod, part: float) -> None:
     """(w h)^p w / (p + 1)! per unit of time, the first term that R leaves out of the exponential;
     the next is smaller by w h."""
     w, step, time = 2.0, 0.01, 7.0

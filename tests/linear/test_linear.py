@@ -17,11 +17,11 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
-from hydrosim.forces.contact.law import STICK
+from hydrosim.elements import LinearMooring
+from hydrosim.elements.contact.law import STICK
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import NaturalMode
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain
 
 Figure = Callable[[str, float], None]

@@ -33,9 +33,10 @@ from scipy.spatial.transform import Rotation
 from test_linear import FrequencyDomain, first_order, harmonic
 
 import hydrosim as hs
-from hydrosim.compiling.compile import Radiation
-from hydrosim.errors import InputError, SimulationError
-from hydrosim.forces import (
+from hydrosim.analysis.response import responder
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.compile.compile import Radiation
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     Fender,
@@ -45,17 +46,16 @@ from hydrosim.forces import (
     PrescribedNormal,
     Table,
 )
+from hydrosim.errors import InputError, SimulationError
 from hydrosim.integrate.exponential import extend_nodes
 from hydrosim.linear import equilibrium as places
 from hydrosim.linear.equilibrium import Contacts, equilibrium
 from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear, nullspace_of
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
+from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
-from hydrosim.studies.linear.response import responder
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
-from hydrosim.studies.run.step_limits import scene_combinations, scene_step_limits
-from hydrosim.waves import WaveComponents
+from hydrosim.water.components import WaveComponents
 
 Figure = Callable[[str, float], None]
 ROUGH = Coulomb(1e6, 1e6)  # as good as a joint

@@ -11,8 +11,8 @@ from markers import few
 from scenes import block
 
 import hydrosim as hs
+from hydrosim.elements import LinearMooring, Spring
 from hydrosim.errors import InputError
-from hydrosim.forces import LinearMooring, Spring
 from hydrosim.linear.linearise import Linear, linearise, nullspace_of
 from hydrosim.linear.modes import ModeKind, NaturalMode, modes_of_stiffness, natural_modes
 from hydrosim.scene import Body, Scene

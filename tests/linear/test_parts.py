@@ -11,12 +11,12 @@ from scenes import block, scene, scene_of
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.forces import LinearMooring, Spring
+from hydrosim.elements import LinearMooring, Spring
 from hydrosim.linear import linearise as module
 from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear, find_components, linearise
+from hydrosim.run.step_limits import add_step_warnings
 from hydrosim.scene import Scene
-from hydrosim.studies.run.step_limits import add_step_warnings
 
 NAMES = ("left", "right", "other")
 PARTS = 2  # of a barge: what moves in its plane, and what moves aside

@@ -24,11 +24,11 @@ SCRIPT = """
 import numpy as np
 import hydrosim as hs
 from dataclasses import replace
-from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
+from hydrosim.elements import AppliedForce, Harmonic, LinearMooring
 from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.scene import Body, LinearScenes, Scene, Solver
-from hydrosim.studies.run.step_limits import scene_combinations
-from hydrosim.studies.run.step_limits import scene_step_limits
+from hydrosim.run.step_limits import scene_combinations
+from hydrosim.run.step_limits import scene_step_limits
 
 bodies = tuple(
     Body(name, mass, np.eye(3), dofs=("surge",), location=(9.0 * mass, 0.0))

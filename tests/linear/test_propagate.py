@@ -26,10 +26,9 @@ from scenes import (
 from scipy import linalg
 
 import hydrosim as hs
-from hydrosim.compiling.compiled import solution
+from hydrosim.compile.compiled import solution
 from hydrosim.dofs import DOFS
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Frictionless,
     Harmonic,
@@ -41,6 +40,7 @@ from hydrosim.forces import (
     Table,
     constant,
 )
+from hydrosim.integrate.dynamics import new_work, rhs
 from hydrosim.integrate.exponential import (
     NODES_BESIDE,
     area_weights,
@@ -48,6 +48,8 @@ from hydrosim.integrate.exponential import (
     propagation_interval,
 )
 from hydrosim.linear.propagate import division, linear_equation, stretches
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.report.sentences.check import check_document
 from hydrosim.scene import (
     Body,
     Box,
@@ -71,8 +73,6 @@ from hydrosim.scene import (
     WaveTrain,
     Weight,
 )
-from hydrosim.stepping.dynamics import new_work, rhs
-from hydrosim.wording.check import check_document
 
 Figure = Callable[[str, float], None]
 Change = Callable[[Scene], Scene]

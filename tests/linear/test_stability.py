@@ -14,10 +14,10 @@ from markers import few
 from scenes import CASES, hull, in_waves, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim import integrate, load_case
-from hydrosim.compiling.compiled import Compiled
+from hydrosim import load_case
+from hydrosim.compile.compiled import Compiled
 from hydrosim.dofs import DOFS
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -30,11 +30,12 @@ from hydrosim.forces import (
     Table,
     constant,
 )
-from hydrosim.forces.contact.law import OPEN, SLIP
-from hydrosim.integrate import DOPRI5, ESDIRK4, HEUN, RK2, RK4
+from hydrosim.elements.contact.law import OPEN, SLIP
+from hydrosim.integrate import methods
+from hydrosim.integrate.methods import DOPRI5, ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.stability import GROWTH, REACH, Combination, ray_limits
+from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
-from hydrosim.studies.run.step_limits import scene_combinations, scene_step_limits
 
 Figure = Callable[[str, float], None]
 DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
@@ -44,9 +45,7 @@ DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
     ("method", "angle", "limit"),
     [(RK2, pi, 2.0), (HEUN, pi, 2.0), (RK4, pi, 2.7853), (RK4, pi / 2, 2 * sqrt(2))],
 )
-def test_limits_on_the_axes(
-    method: integrate.IntegrationMethod, angle: float, limit: float
-) -> None:
+def test_limits_on_the_axes(method: methods.IntegrationMethod, angle: float, limit: float) -> None:
     """Closed forms (Hairer & Wanner 1996, IV.2); the rays are looked at every 0.005, and growth of
     a thousandth per period is let pass."""
     assert ray_limits(method, np.array([angle]))[0] == pytest.approx(limit, abs=0.01)
@@ -60,7 +59,7 @@ def test_limit_of_dopri5_on_the_real_axis() -> None:
 
 
 @pytest.mark.parametrize("method", [RK2, HEUN, RK4, DOPRI5, ESDIRK4])
-def test_limit_is_the_first_place_of_the_whole_ray(method: integrate.IntegrationMethod) -> None:
+def test_limit_is_the_first_place_of_the_whole_ray(method: methods.IntegrationMethod) -> None:
     r, angles = np.linspace(0.0, REACH, 8001)[1:], np.linspace(0.5 * pi, pi, 23)
     growth = np.abs(method.stability(np.multiply.outer(np.exp(1j * angles), r)))
     unstable = growth > 1.0 + GROWTH * r / (2 * np.pi)

@@ -11,12 +11,20 @@ from matplotlib.figure import Figure
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.plot import draw, open_run, pictures
-from hydrosim.plot.panels import PictureFrame, TimeWindow, bands, lines, picture, thin_records
-from hydrosim.plot.pictures import Format, View, phases
-from hydrosim.plot.pictures import figure as figure_of
-from hydrosim.presentation.units import DisplayUnit, as_attribute
+from hydrosim.files.display_units import DisplayUnit, as_attribute
+from hydrosim.report.charts import pictures
+from hydrosim.report.charts.panels import (
+    PictureFrame,
+    TimeWindow,
+    bands,
+    lines,
+    picture,
+    thin_records,
+)
+from hydrosim.report.charts.pictures import Format, View, draw, phases
+from hydrosim.report.charts.pictures import figure as figure_of
 from hydrosim.results.channels import group_by_size
+from hydrosim.simulation import open_run
 
 TIME = np.linspace(0.0, 60.0, 121)
 KILO = DisplayUnit("kN", 1e-3)

@@ -11,10 +11,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output
-from hydrosim.plot.studies import ValueNames, draw_study, page
-from hydrosim.presentation.layout import value_text
-from hydrosim.presentation.units import as_attribute
+from hydrosim.files.display_units import as_attribute
+from hydrosim.files.document_layout import value_text
+from hydrosim.files.outputs import Output
+from hydrosim.report.charts.studies import ValueNames, draw_study, page
 from hydrosim.statistics import effects
 
 

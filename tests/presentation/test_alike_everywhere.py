@@ -16,12 +16,12 @@ from matplotlib.figure import Figure
 from recorded_runs import made_run
 
 from hydrosim.dofs import DOFS
-from hydrosim.plot.pictures import figure as picture_of
-from hydrosim.presentation.units import as_attribute
+from hydrosim.files.display_units import as_attribute
+from hydrosim.report.charts.pictures import figure as picture_of
 from hydrosim.report.document import run_document as report_of
 from hydrosim.report.page import html
+from hydrosim.report.sentences.run import run_document
 from hydrosim.results.dataset import read_run, write_run
-from hydrosim.wording.run import run_document
 
 Shown = tuple[str, float]
 """A unit, and the SI of one of it. Both are written here a second time."""

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from hydrosim.presentation.layout import RenderedTable, decimals_of, render_table, text_of
-from hydrosim.presentation.nodes import Between, Cell, Sentence, Table, Value
-from hydrosim.presentation.units import DEFAULT, Units
+from hydrosim.files.display_units import DEFAULT, Units
+from hydrosim.files.document_layout import RenderedTable, decimals_of, render_table, text_of
+from hydrosim.files.document_nodes import Between, Cell, Sentence, Table, Value
 
 INF, NAN = math.inf, math.nan
 

@@ -12,8 +12,9 @@ from rich.console import Console
 from scenes import block, scene, steady
 
 import hydrosim as hs
-from hydrosim.presentation.document import Document, print_document
-from hydrosim.presentation.nodes import (
+from hydrosim.files.display_units import Units
+from hydrosim.files.document import Document, print_document
+from hydrosim.files.document_nodes import (
     Between,
     Chart,
     Code,
@@ -29,7 +30,6 @@ from hydrosim.presentation.nodes import (
     Verdict,
     warnings,
 )
-from hydrosim.presentation.units import Units
 from hydrosim.report.page import html
 
 TIME = np.array([0.0, 1.0])

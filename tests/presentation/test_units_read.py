@@ -8,7 +8,7 @@ import math
 import pytest
 
 import hydrosim as hs
-from hydrosim.presentation.units import (
+from hydrosim.files.display_units import (
     DEFAULT,
     UNITS_ATTRIBUTE,
     Units,

@@ -13,6 +13,7 @@ from scenes import motion
 from test_runs import HEAVE, decay, heaving
 
 import hydrosim as hs
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.database import HydroDatabase
 from hydrosim.radiation.retardation import tabulated, transfer_function
 from hydrosim.radiation.spectra import LONGER
@@ -25,7 +26,6 @@ from hydrosim.scene import (
     Start,
     StateSpaceRadiation,
 )
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 SURGE, LENGTH, STEP = 0, 40.0, 0.05
 AUTOMATIC = AutomaticRadiation(3e-4, LENGTH, STEP)

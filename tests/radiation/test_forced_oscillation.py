@@ -24,12 +24,12 @@ import pytest
 import xarray as xr
 
 import hydrosim as hs
-from hydrosim.compiling.compiled import Compiled
-from hydrosim.compiling.hydrodynamic_groups import each_alone
+from hydrosim.compile.compiled import Compiled
+from hydrosim.compile.hydrodynamic_groups import each_alone
 from hydrosim.dofs import DOFS
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Drive, Harmonic
+from hydrosim.elements import Drive, Harmonic
 from hydrosim.radiation.retardation import transfer_function
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     Body,
     ConstantRadiation,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from hydrosim.compiling.hydrodynamic_groups import floating_of
+from hydrosim.compile.hydrodynamic_groups import floating_of
 from hydrosim.radiation import FitReport, Floating, Retardation, StateSpace, fits, reduction
 from hydrosim.radiation.emphasis import Emphasis
 from hydrosim.radiation.passivity import Reciprocal

@@ -14,7 +14,6 @@ from scipy.integrate import quad
 from validation_data import unpacked
 
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
 from hydrosim.radiation.retardation import (
     fourier_integral,
     infinite_added_mass,
@@ -27,6 +26,7 @@ from hydrosim.radiation.retardation import (
     tail_exponent,
     transfer_function,
 )
+from hydrosim.report.evidence import Feature, Kind
 
 # the package has a function of this name
 module = sys.modules["hydrosim.radiation.retardation"]

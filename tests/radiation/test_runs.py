@@ -15,11 +15,11 @@ from scenes import SEA, in_contact, in_waves, motion, scene_of, with_body
 from scipy.linalg import expm
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_for_linear
-from hydrosim.compiling.compiled import Compiled
+from hydrosim.compile.compile import compile_for_linear
+from hydrosim.compile.compiled import Compiled
 from hydrosim.database import HydroDatabase
-from hydrosim.evidence import Feature, Kind
 from hydrosim.linear.linearise import linearise
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     Body,
     ConstantRadiation,

@@ -11,11 +11,11 @@ import pytest
 from scenes import scene_of
 
 import hydrosim as hs
+from hydrosim.integrate.dynamics import Model
 from hydrosim.program import SHIPPED_FITS
 from hydrosim.radiation import StateSpace, fits
 from hydrosim.radiation.kept import shipped
 from hydrosim.radiation.ship import pack
-from hydrosim.stepping.dynamics import Model
 
 SAME = 1e-6  # of the largest entry: fits of one database agree to this rounding
 

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from recorded_runs import made_run
 
 from hydrosim.errors import InputError
-from hydrosim.recordings import Recording, read_recording, write_recording
+from hydrosim.files.recordings import Recording, read_recording, write_recording
 from hydrosim.results.channels import default_channels
 
 TIME = np.array([0.0, 0.5, 1.0, 1.5, 2.0])

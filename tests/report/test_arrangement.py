@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from hydrosim.presentation.units import DEFAULT, Units
+from hydrosim.files.display_units import DEFAULT, Units
 from hydrosim.report.arrangement import DrawnBody, DrawnLine, SceneArrangement, svg
 
 BOX = np.array([(x, y, z) for x in (-50.0, 50.0) for y in (-10.0, 10.0) for z in (-4.0, 6.0)])

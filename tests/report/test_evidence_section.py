@@ -8,9 +8,16 @@ import pytest
 from recorded_runs import made_run
 
 import hydrosim as hs
-from hydrosim.evidence import OF_RUNS, OF_SCENES, Feature, features_of, known_lines, lines_about
-from hydrosim.presentation.nodes import List, Sentence, Table
+from hydrosim.files.document_nodes import List, Sentence, Table
 from hydrosim.report.document import UNKNOWN_CASE_NOTE, evidence_nodes, run_document, without_line
+from hydrosim.report.evidence import (
+    OF_RUNS,
+    OF_SCENES,
+    Feature,
+    features_of,
+    known_lines,
+    lines_about,
+)
 from hydrosim.report.scenery import scene_of
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -88,7 +95,7 @@ def test_a_report_names_the_lines_of_its_scene() -> None:
 
 def test_parts_without_a_line_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     coulomb = [line for line in known_lines() if line.features == (Feature.COULOMB,)]
-    monkeypatch.setattr("hydrosim.evidence.known_lines", lambda: tuple(coulomb))
+    monkeypatch.setattr("hydrosim.report.evidence.known_lines", lambda: tuple(coulomb))
     run = hs.simulate(hs.load_case(CASES / "friction_block" / "exact.yaml", {"duration": 5}))
     (bare,) = [node for node in evidence_nodes(run, scene_of(run)) if isinstance(node, List)]
     assert "rigid friction" not in bare.items

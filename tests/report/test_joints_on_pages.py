@@ -12,9 +12,9 @@ from report_pages import data_of
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.plot.panels import picture
-from hydrosim.plot.pictures import joints
 from hydrosim.report.arrangement import arrange_scene
+from hydrosim.report.charts.panels import picture
+from hydrosim.report.charts.pictures import joints
 from hydrosim.report.document import run_document
 from hydrosim.report.page import html
 from hydrosim.report.replay import replay_document

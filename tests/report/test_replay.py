@@ -28,7 +28,7 @@ from hydrosim.report.scenery import (
     waves_of,
 )
 from hydrosim.results.dataset import write_run
-from hydrosim.waves.loads import elevations
+from hydrosim.water.loads import elevations
 
 ROOT = Path(__file__).parents[2]
 MOVE = """(x) => {

@@ -12,7 +12,7 @@ from command_line import Command
 from recorded_runs import made_run
 from report_pages import HOSTILE, Page, chart, data_of, hostile_run
 
-from hydrosim.presentation.document import Document
+from hydrosim.files.document import Document
 from hydrosim.report import document as run_report
 from hydrosim.report.document import RUN_SECTIONS, run_document
 from hydrosim.report.page import MAX_PAGE_BYTES, html, without_folders

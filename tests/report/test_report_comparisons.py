@@ -16,11 +16,15 @@ from hydrosim.compare import compare
 from hydrosim.compare.dataset import studies_dataset, to_dataset
 from hydrosim.compare.studies import compare_studies
 from hydrosim.errors import InputError
-from hydrosim.recordings import read_recording
-from hydrosim.report import report_of
+from hydrosim.files.recordings import read_recording
+from hydrosim.report.document import report_of
 from hydrosim.report.page import html
-from hydrosim.wording.comparison import COMPARISON_SECTIONS, comparison_document, studies_document
-from hydrosim.wording.comparison import STUDY_COMPARISON_SECTIONS as OF_STUDIES
+from hydrosim.report.sentences.comparison import (
+    COMPARISON_SECTIONS,
+    comparison_document,
+    studies_document,
+)
+from hydrosim.report.sentences.comparison import STUDY_COMPARISON_SECTIONS as OF_STUDIES
 
 FILES = {"title": "A barge", "run": "ours.nc", "recording": "test.nc"}
 

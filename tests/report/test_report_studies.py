@@ -13,8 +13,8 @@ from reading import ends, number, rows, tables
 from report_pages import HOSTILE, Page
 
 from hydrosim.report.page import html, ticks
-from hydrosim.wording.limits import is_limits, limits_document
-from hydrosim.wording.study import study_document
+from hydrosim.report.sentences.limits import is_limits, limits_document
+from hydrosim.report.sentences.study import study_document
 
 
 def study(values: int = 3, seeds: int = 4, text: str = "plain") -> xr.Dataset:

@@ -11,8 +11,10 @@ from scenes import block, moving, on_floor, scene
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
+from hydrosim.elements import Frictionless, Spring
 from hydrosim.errors import InputError
-from hydrosim.forces import Frictionless, Spring
+from hydrosim.report.sentences.check import check_document
+from hydrosim.report.sentences.run import run_document
 from hydrosim.results.channels import (
     CHANNEL_KINDS,
     channel_names,
@@ -20,8 +22,6 @@ from hydrosim.results.channels import (
     largest_loads,
     match_channels,
 )
-from hydrosim.wording.check import check_document
-from hydrosim.wording.run import run_document
 
 TIME = np.linspace(0.0, 20.0, 81)
 OMEGA, ARM, DRIFT = 0.3, 7.0, 0.2

@@ -13,16 +13,16 @@ import xarray as xr
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.forces import ELEMENT_KINDS
+from hydrosim.elements import ELEMENT_KINDS
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.runs_file import open_runs
 from hydrosim.results.variables import PURPOSE, describe_coordinates
+from hydrosim.run.provenance import case_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.explain import explain_run
 from hydrosim.statistics.statistics import statistics
-from hydrosim.studies.many.many import run_study
-from hydrosim.studies.run.provenance import case_of
-from hydrosim.studies.sweep.study import load_study
+from hydrosim.study.many_runs import run_study
+from hydrosim.study.sweep import load_study
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted(

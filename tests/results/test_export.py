@@ -16,18 +16,18 @@ from numpy.testing import assert_allclose, assert_array_equal
 from recorded_runs import made_run
 
 from hydrosim.case.signals import Recorded, read_record
-from hydrosim.documents.series import read_series
-from hydrosim.documents.text import Source, escape_unprintable
-from hydrosim.errors import InputError
-from hydrosim.presentation.units import as_attribute
-from hydrosim.results.channels import channel_series
-from hydrosim.results.dataset import write_run
-from hydrosim.results.export import (
+from hydrosim.compare.export import (
     MAX_MATLAB_NAME_LETTERS,
     ExportColumn,
     escape_formula,
     identifiers,
 )
+from hydrosim.errors import InputError
+from hydrosim.files.display_units import as_attribute
+from hydrosim.files.series import read_series
+from hydrosim.files.text import Source, escape_unprintable
+from hydrosim.results.channels import channel_series
+from hydrosim.results.dataset import write_run
 
 SUFFIXES = (".nc", ".csv", ".mat", pytest.param(".parquet", marks=pytest.mark.extras))
 HOSTILE = '=HYPERLINK("http://a.b";"c")'
@@ -289,7 +289,7 @@ def test_what_cannot_be_is_said(export: Command, arguments: tuple[str, ...], sai
 
 
 def test_without_pyarrow_it_is_said(export: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hydrosim.commands.export.find_spec", lambda name: None)
+    monkeypatch.setattr("hydrosim.cli.export.find_spec", lambda name: None)
     result = export("run.nc", "-o", "run.parquet")
     assert result.code == 2
     assert "pip install 'hydrosim[export]'" in result.err

@@ -11,7 +11,7 @@ import xarray as xr
 from scenes import FLOOR, block, moving, on_floor, scene, steady, table, with_step
 
 import hydrosim as hs
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     FrictionSlope,

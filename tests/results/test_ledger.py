@@ -11,12 +11,12 @@ import xarray as xr
 from scenes import block, moving, scene
 
 import hydrosim as hs
+from hydrosim.elements import AppliedForce, Harmonic, LinearMooring
 from hydrosim.errors import SimulationError
-from hydrosim.forces import AppliedForce, Harmonic, LinearMooring
+from hydrosim.integrate.record import unpack_channels
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, check_balance, worst_gap
+from hydrosim.run import course, failure
 from hydrosim.scene import Method, Scene
-from hydrosim.stepping.record import unpack_channels
-from hydrosim.studies.run import course, failure
 
 MASS, OMEGA = 2e4, 1.5
 

@@ -15,9 +15,9 @@ from scenes import CASES, block, hull, in_contact, scene_of
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.forces.contact.curves import PrescribedNormal
-from hydrosim.forces.contact.frictionless import Frictionless
-from hydrosim.forces.signal import Table
+from hydrosim.elements.contact.curves import PrescribedNormal
+from hydrosim.elements.contact.frictionless import Frictionless
+from hydrosim.elements.signal import Table
 from hydrosim.results import phases
 from hydrosim.results.channels import CHANNEL_KINDS, channel_series
 from hydrosim.results.dataset import read_run, write_run

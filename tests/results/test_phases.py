@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hydrosim.forces.contact.law import OPEN, SLIP, STICK
+from hydrosim.elements.contact.law import OPEN, SLIP, STICK
+from hydrosim.report.sentences.explain import reported_spans
 from hydrosim.results.phases import (
     MIN_STICKING_SHARE,
     WINDOW,
@@ -15,7 +16,6 @@ from hydrosim.results.phases import (
     group_phases,
     is_operation,
 )
-from hydrosim.wording.explain import reported_spans
 
 
 def history(*pieces: tuple[float, int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -14,12 +14,12 @@ import xarray as xr
 from scenes import block, scene
 
 import hydrosim as hs
-from hydrosim.commands.options import tells_absent_variables
+from hydrosim.cli.options import tells_absent_variables
 from hydrosim.errors import InputError
 from hydrosim.report.document import replay_of, report_of
 from hydrosim.results import dataset
 from hydrosim.results.runs_file import open_runs
-from hydrosim.studies.run.simulation import open_run
+from hydrosim.simulation import open_run
 
 Change = Callable[[netCDF4.Dataset], None]
 

@@ -11,8 +11,7 @@ from reading import number, row
 from scenes import block, moving, scene, steady, table
 
 import hydrosim as hs
-from hydrosim.errors import InputError
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -21,12 +20,13 @@ from hydrosim.forces import (
     Plane,
     linear_mooring,
 )
-from hydrosim.forces.contact.group import GROUP_STATES as GROUP_STATES
-from hydrosim.plot.pictures import PICTURES
+from hydrosim.elements.contact.group import GROUP_STATES as GROUP_STATES
+from hydrosim.errors import InputError
+from hydrosim.report.charts.pictures import PICTURES
+from hydrosim.report.sentences.run import run_document
 from hydrosim.results.phases import STAGES, TRANSFER_FRACTIONS, stages
 from hydrosim.scene import Clearance, Kinematics, LinearScenes, Scene, Solver, Start, Weight
 from hydrosim.statistics.explain import WHOLE_RUN, explain_run
-from hydrosim.wording.run import run_document
 
 MASS, WEIGHT = 1e5, 9.81e5
 K = 1e7  # N/m of each: legs together, pads together

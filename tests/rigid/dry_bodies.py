@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hydrosim.rigid import BODY, Bodies, Motion, new_motion, place_bodies
+from hydrosim.multibody.kinematics import BODY, Bodies, Motion, new_motion, place_bodies
 from hydrosim.scene import Body
 
 INERTIA = np.array([[3.0, 0.2, -0.4], [0.2, 4.0, 0.3], [-0.4, 0.3, 6.0]])

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from hydrosim.rigid import cholesky, cholesky_solve
-from hydrosim.rigid.constraints import (
+from hydrosim.multibody.constraints import (
     eliminate,
     find_forces,
     new_constraints,
     restore_pivots,
     solve_for_pivots,
 )
+from hydrosim.multibody.mass import cholesky, cholesky_solve
 
 
 @pytest.mark.parametrize(("rows", "n"), [(0, 3), (1, 1), (1, 6), (2, 6), (3, 6), (6, 6), (5, 12)])

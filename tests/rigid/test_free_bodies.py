@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 
 from hydrosim import simulate
 from hydrosim.dofs import DOFS
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
+from hydrosim.elements import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, Method, Scene, Solver
 
 Figure = Callable[[str, float], None]

@@ -9,13 +9,8 @@ from scipy import linalg
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.rigid import (
-    accelerate_freely,
-    constant_inertia,
-    new_motion,
-    new_turning,
-    place_bodies,
-)
+from hydrosim.multibody.kinematics import new_motion, place_bodies
+from hydrosim.multibody.mass import accelerate_freely, constant_inertia, new_turning
 from hydrosim.scene import Kinematics
 
 RNG = np.random.default_rng(11)

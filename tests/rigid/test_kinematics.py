@@ -12,7 +12,7 @@ from scenes import block, scene
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.rigid import (
+from hydrosim.multibody.kinematics import (
     Bodies,
     Motion,
     acceleration_map,

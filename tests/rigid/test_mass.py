@@ -9,9 +9,9 @@ from scipy import linalg
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.rigid import cholesky, cholesky_solve, kinetic_energy, mass_matrix
+from hydrosim.integrate.dynamics import new_work
+from hydrosim.multibody.mass import cholesky, cholesky_solve, kinetic_energy, mass_matrix
 from hydrosim.scene import Kinematics
-from hydrosim.stepping.dynamics import new_work
 
 RNG = np.random.default_rng(7)
 

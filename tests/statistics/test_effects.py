@@ -11,11 +11,11 @@ import xarray as xr
 from reading import ends, number, rows, tables, texts
 
 from hydrosim.errors import InputError
-from hydrosim.presentation.layout import render_table
-from hydrosim.presentation.units import DEFAULT
+from hydrosim.files.display_units import DEFAULT
+from hydrosim.files.document_layout import render_table
+from hydrosim.report.sentences.study import study_tables
 from hydrosim.statistics import effects
 from hydrosim.statistics.over_seeds import as_csv
-from hydrosim.wording.study import study_tables
 
 GAMMA = 0.5772156649015329
 """Euler's constant: the mean of Gumbel's standard law."""
@@ -70,8 +70,8 @@ def test_differences_are_taken_seed_by_seed() -> None:
 def test_sobol_indices_of_ishigami() -> None:
     """sin x1 + 7 sin^2 x2 + x3^4 sin(x1) / 10 (Ishigami and Homma 1990): variances in closed form,
     first 0.3139, 0.4424, 0, total 0.5576, 0.4424, 0.2437. The estimators are off by 1/sqrt(n)."""
-    from hydrosim.studies.study_file import DesignPlan
-    from hydrosim.studies.sweep.designs import design_rows
+    from hydrosim.study.designs import design_rows
+    from hydrosim.study.study_file import DesignPlan
 
     ranges = {name: {"from": -np.pi, "to": np.pi} for name in ("x1", "x2", "x3")}
     plan = DesignPlan.model_validate(

@@ -11,9 +11,10 @@ import xarray as xr
 from reading import ends, number, row, rows
 
 from hydrosim.dofs import DOFS
+from hydrosim.elements.contact.kind import MODES
 from hydrosim.errors import InputError
-from hydrosim.forces.contact.kind import MODES
-from hydrosim.presentation.document import Document
+from hydrosim.files.document import Document
+from hydrosim.report.sentences.explain import explanation, mean_cell
 from hydrosim.results.phases import STAGES, Phase
 from hydrosim.statistics.explain import (
     COVARIANCE,
@@ -27,7 +28,6 @@ from hydrosim.statistics.explain import (
     WHOLE_RUN,
     explain_run,
 )
-from hydrosim.wording.explain import explanation, mean_cell
 
 MU = 0.2
 EVERY = 1.0  # s

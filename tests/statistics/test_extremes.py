@@ -15,7 +15,7 @@ from random_records import DURATION, HARD, KINDS, MOST_PROBABLE, SEA
 from scipy.special import owens_t
 from scipy.stats import gumbel_r, norm
 
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.statistics.extremes import LAWS, SHAPE_SCATTER, ExtremeModel, extremes
 from hydrosim.statistics.gaussian import Crossings, crossings, fit_gaussian
 from hydrosim.statistics.gumbel import fit_maxima, length_ratio

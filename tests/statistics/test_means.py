@@ -13,9 +13,9 @@ from scenes import in_contact
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
+from hydrosim.report.sentences.statistics import figures, statistics_nodes, statistics_of
 from hydrosim.statistics.figures import ScalarResult, figure_of
 from hydrosim.statistics.statistics import statistics
-from hydrosim.wording.statistics import figures, statistics_nodes, statistics_of
 
 CHANNEL = "force_line.barge.surge"
 TIME = np.arange(0.0, 400.0, 0.5)

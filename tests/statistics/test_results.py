@@ -10,8 +10,8 @@ import xarray as xr
 from scenes import block, moving, on_floor, scene, steady, table
 
 import hydrosim as hs
+from hydrosim.elements import AppliedForce, Frictionless, Landing, NormalCurve, StickSlip
 from hydrosim.errors import InputError
-from hydrosim.forces import AppliedForce, Frictionless, Landing, NormalCurve, StickSlip
 from hydrosim.results.phases import STAGES
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import EXPLAINED_PHASES, FRICTION_PARTS, explain_run

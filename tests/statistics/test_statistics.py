@@ -11,17 +11,17 @@ import xarray as xr
 from random_records import KINDS
 from reading import ends, number, row, rows, texts
 
-from hydrosim.documents.series import unit_of
 from hydrosim.dofs import DOFS
-from hydrosim.forces.contact.law import OPEN, SLIP, STICK
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.nodes import Node
+from hydrosim.elements.contact.law import OPEN, SLIP, STICK
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import Node
+from hydrosim.files.series import unit_of
+from hydrosim.report.sentences.seeds import GUMBEL_METHOD, MIN_RUNS, nodes_over_seeds
+from hydrosim.report.sentences.statistics import contact_nodes, figures
 from hydrosim.results.phases import contact_phases
 from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.statistics import statistics
-from hydrosim.wording.seeds import GUMBEL_METHOD, MIN_RUNS, nodes_over_seeds
-from hydrosim.wording.statistics import contact_nodes, figures
 
 TIME = np.arange(0.0, 2000.0, 0.5)
 

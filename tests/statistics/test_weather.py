@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hydrosim.documents.text import Source
 from hydrosim.errors import InputError
+from hydrosim.files.text import Source
 from hydrosim.statistics.weather import (
     AlphaFactors,
     Hindcast,
@@ -21,7 +21,7 @@ from hydrosim.statistics.weather import (
     windows,
     workability,
 )
-from hydrosim.studies.operability.weather import read_hindcast, read_scatter
+from hydrosim.study.weather import read_hindcast, read_scatter
 
 HOUR = 3600.0
 

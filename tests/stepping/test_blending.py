@@ -19,16 +19,21 @@ from scenes import moving
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.compiled import Compiled
+from hydrosim.compile.clock import compile_clock
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.compiled import Compiled
 from hydrosim.database import load
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.integrate import RK4
+from hydrosim.integrate.draught_interpolation import DRAUGHT_CUTOFF, DRAUGHT_STATES
+from hydrosim.integrate.dynamics import Work, new_work, stored_energies
+from hydrosim.integrate.loop import advance
+from hydrosim.integrate.methods import RK4
+from hydrosim.integrate.record import new_record
+from hydrosim.integrate.state import START_SLOPE, Run, new_run
 from hydrosim.linear.equilibrium import equilibrium
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     AtDraught,
     Body,
@@ -50,11 +55,6 @@ from hydrosim.scene import (
     WaveTrain,
     Weight,
 )
-from hydrosim.stepping.blending import DRAUGHT_CUTOFF, DRAUGHT_STATES
-from hydrosim.stepping.dynamics import Work, new_work, stored_energies
-from hydrosim.stepping.record import new_record
-from hydrosim.stepping.run import advance
-from hydrosim.stepping.state import START_SLOPE, Run, new_run
 
 DATA = Path(__file__).parents[1] / "data" / "draughts"
 FILES = {3.6: DATA / "3m6.nc", 4.0: DATA / "4m.nc", 4.4: DATA / "4m4.nc"}

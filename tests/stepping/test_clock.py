@@ -12,11 +12,11 @@ from scenes import block, moving, observed_orders, scene, steady
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.forces import AppliedForce, LinearMooring, Spring, Table
+from hydrosim.compile.clock import compile_clock
+from hydrosim.compile.compile import compile_scene
+from hydrosim.elements import AppliedForce, LinearMooring, Spring, Table
+from hydrosim.integrate.state import align_corners, merge_breakpoints
 from hydrosim.scene import Active, Method, Scene, When
-from hydrosim.stepping.state import align_corners, merge_breakpoints
 
 MASS = 1e3
 STIFFNESS = 2e3

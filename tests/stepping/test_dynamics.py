@@ -12,11 +12,11 @@ from scenes import SEA, hull, in_contact, in_waves, motion, scene_of
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Table
-from hydrosim.integrate import ESDIRK4
+from hydrosim.elements import AppliedForce, Table
+from hydrosim.integrate.methods import ESDIRK4
+from hydrosim.integrate.state import new_scratch
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import LinearScenes, Method, Solver, WaveTrain
-from hydrosim.stepping.state import new_scratch
 
 Figure = Callable[[str, float], None]
 LIFT = 119.9e6  # N, when the deck is just below the topside

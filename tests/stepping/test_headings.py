@@ -19,11 +19,10 @@ from numpy.testing import assert_allclose
 from scenes import ROOT, SEA, in_contact, in_waves, motion, moving, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_scene
+from hydrosim.compile.compile import compile_scene
 from hydrosim.database import HydroDatabase, load
 from hydrosim.dofs import DOFS, about_z
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     CurrentLoad,
     Fender,
     LinearDamping,
@@ -34,6 +33,7 @@ from hydrosim.forces import (
     StickSlip,
     WindLoad,
 )
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     Body,
     ConvolutionRadiation,

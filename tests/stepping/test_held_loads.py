@@ -21,8 +21,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.compiling import clock
-from hydrosim.forces import (
+from hydrosim.compile import clock
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     Fender,

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.stepping.record import (
+from hydrosim.compile.clock import compile_clock
+from hydrosim.compile.compile import compile_scene
+from hydrosim.integrate.loop import advance
+from hydrosim.integrate.record import (
     MEMORY_SPACING,
     new_record,
     states_at,
     unpack_channels,
     with_states,
 )
-from hydrosim.stepping.run import advance
-from hydrosim.stepping.state import GRID_POINT, RECORDS, Run, new_run
+from hydrosim.integrate.state import GRID_POINT, RECORDS, Run, new_run
 
 CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"
 RECORDS_OF_RUN = 41  # 20 s, every 0.5 s

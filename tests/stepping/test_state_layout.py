@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
+from hydrosim.integrate.names import StateKind, state_layout
 from hydrosim.scene import Scene, Start
-from hydrosim.stepping.names import StateKind, state_layout
 
 CASES = Path(__file__).parents[2] / "cases"
 IRREGULAR = CASES / "sphere" / "irregular.yaml"

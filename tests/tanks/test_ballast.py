@@ -15,10 +15,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
+from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
 from hydrosim.linear.linearise import inertia
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     Body,
     Box,

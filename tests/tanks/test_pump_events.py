@@ -13,9 +13,9 @@ from numpy.testing import assert_allclose
 from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
+from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     Active,
     Box,

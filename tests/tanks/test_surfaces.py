@@ -15,14 +15,14 @@ from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs
+from hydrosim.elements import LinearMooring
+from hydrosim.elements.hydrostatics import add_weight, add_weight_energy
 from hydrosim.errors import SimulationError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
-from hydrosim.forces.hydrostatics import add_weight, add_weight_energy
+from hydrosim.integrate.dynamics import Model, Work, new_work, update_contents
 from hydrosim.linear.linearise import nonlinearities
-from hydrosim.rigid import place_bodies
+from hydrosim.multibody.kinematics import place_bodies
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Box, Kinematics, Plan, Pump, Tank, TankMesh, TankShape, Weight
-from hydrosim.stepping.dynamics import Model, Work, new_work, update_contents
 from hydrosim.tanks.shapes import capacity, triangles, volume_at
 from hydrosim.tanks.surface import level_surfaces
 

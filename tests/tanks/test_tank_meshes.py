@@ -11,8 +11,8 @@ from scenes import block, moving, scene
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs
+from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
-from hydrosim.forces import LinearMooring
 from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
 from hydrosim.tanks.mirror import image_indices
 from hydrosim.tanks.pieces import SURFACE_MOMENT, quantities_at

@@ -21,7 +21,7 @@ from cases.chain.comparison import (
     moordyn_maximum,
     static_maximum,
 )
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 
 EXPERIMENT = "Bergdahl et al. 2016, measured at 5 radii"
 SLOWEST, FASTEST = 3.5, 1.25  # s

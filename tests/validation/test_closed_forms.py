@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from hydrosim import simulate
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, constant
+from hydrosim.analysis.response import at_rest
+from hydrosim.elements import AppliedForce, constant
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.studies.linear.response import at_rest
 
 BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"
 LENGTH, BEAM, DRAUGHT = 100.0, 20.0, 5.0

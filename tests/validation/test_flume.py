@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cases.flume import comparison as flume
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 
 EXPERIMENT = "Sundsdal et al. 2025"
 FREE = (Feature.WAVES, Feature.RADIATION, Feature.JOINTS)

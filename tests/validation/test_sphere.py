@@ -14,8 +14,8 @@ from validation_data import unpacked
 
 from hydrosim import load_case, simulate
 from hydrosim.database import HydroDatabase, load, move_reference
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
+from hydrosim.elements import LinearMooring
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Environment, RegularWave, Scene, Solver, WaveTrain
 
 CASES = Path(__file__).parents[2] / "cases" / "sphere"

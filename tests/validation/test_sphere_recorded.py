@@ -10,7 +10,7 @@ from validation_data import unpacked
 
 from hydrosim import load_case, simulate
 from hydrosim.compare import Comparison, compare, read_mapping
-from hydrosim.recordings import read_recording
+from hydrosim.files.recordings import read_recording
 
 DATA = unpacked("sphere")
 CASE = """

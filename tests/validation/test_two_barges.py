@@ -16,10 +16,9 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 import hydrosim as hs
-from hydrosim.compiling.hydrodynamic_groups import HydrodynamicGroup
+from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load, require_array
-from hydrosim.evidence import Feature, Kind
-from hydrosim.presentation.nodes import List
+from hydrosim.files.document_nodes import List
 from hydrosim.radiation import Retardation, retardation
 from hydrosim.radiation.retardation import (
     diagonal_scale,
@@ -27,8 +26,9 @@ from hydrosim.radiation.retardation import (
     retardation_function,
     transfer_function,
 )
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.report.sentences.check import check_document
 from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
-from hydrosim.wording.check import check_document
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

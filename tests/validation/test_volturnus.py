@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from validation_data import unpacked
 
-from hydrosim.compiling.compile import Radiation
+from hydrosim.analysis.response import responder
+from hydrosim.compile.compile import Radiation
 from hydrosim.database import HydroDatabase, load
 from hydrosim.database.changes import velocity_transfer
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
+from hydrosim.elements import LinearMooring
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Environment, Scene
-from hydrosim.studies.linear.response import responder
 
 DATA = unpacked("volturnus")
 RHO, G = 1025.0, 9.80665

@@ -11,8 +11,8 @@ from validation_data import unpacked
 
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
 from hydrosim.radiation import fits, retardation
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene.hydrodynamics import Given
 
 DATA = unpacked("volturnus")

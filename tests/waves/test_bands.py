@@ -25,10 +25,11 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.waves import WaveBody, following_model, sea
-from hydrosim.waves.displaced_loads import FollowingLoads
-from hydrosim.waves.narrow_bands import bands_model
-from hydrosim.waves.slow_path_loads import (
+from hydrosim.water.body import WaveBody
+from hydrosim.water.components import sea
+from hydrosim.water.displaced_loads import FollowingLoads, following_model
+from hydrosim.water.narrow_bands import bands_model
+from hydrosim.water.slow_path_loads import (
     BLOCK_BEGIN,
     BLOCK_POSITION,
     BLOCK_RATE,
@@ -36,7 +37,7 @@ from hydrosim.waves.slow_path_loads import (
     new_block,
     slow_loads,
 )
-from hydrosim.waves.transfer import excitation_at, mean_drift_at
+from hydrosim.water.transfer import excitation_at, mean_drift_at
 
 SWELL = WaveTrain(Jonswap(2.0, 12.0), heading=radians(30.0), ramp=40.0, repeat_period=3600.0)
 ACROSS = replace(SWELL, heading=radians(-110.0), seed=4)

@@ -11,9 +11,9 @@ from scenes import ROOT
 
 from hydrosim.database import all_headings, load
 from hydrosim.scene import Environment, Jonswap, WaveTrain
-from hydrosim.waves import WaveComponents, sea
-from hydrosim.waves.database_limits import lost_between_headings
-from hydrosim.waves.transfer import excitation_at
+from hydrosim.water.components import WaveComponents, sea
+from hydrosim.water.database_limits import lost_between_headings
+from hydrosim.water.transfer import excitation_at
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,9 @@ from hydrosim.scene import (
     WaveTrain,
     WhiteNoise,
 )
-from hydrosim.waves import check_span, components, elevation_at, energy_outside, sea
-from hydrosim.waves.spectra import TAIL_ENERGY, density
+from hydrosim.water.components import check_span, components, energy_outside, sea
+from hydrosim.water.loads import elevation_at
+from hydrosim.water.spectra import TAIL_ENERGY, density
 
 JONSWAP = Jonswap(1.5, 8.0, 3.3)
 IRREGULAR = WaveTrain(JONSWAP, heading=0.5, seed=1)

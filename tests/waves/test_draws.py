@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Amplitudes, DirectionalTable, Environment, Jonswap, WaveTrain
-from hydrosim.waves import WaveComponents, components, elevations
-from hydrosim.waves.components import spreading_angles
-from hydrosim.waves.spectra import density, energy
+from hydrosim.water.components import WaveComponents, components, spreading_angles
+from hydrosim.water.loads import elevations
+from hydrosim.water.spectra import density, energy
 
 SEA = WaveTrain(Jonswap(1.5, 8.0), heading=0.5, repeat_period=600.0)
 RAYLEIGH = replace(SEA, amplitudes=Amplitudes.RAYLEIGH)

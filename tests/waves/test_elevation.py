@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hydrosim.scene import Environment, Jonswap, RegularWave, WaveTrain
-from hydrosim.waves import elevations, sea
+from hydrosim.water.components import sea
+from hydrosim.water.loads import elevations
 
 POINTS = np.array([[0.0, 0.0], [120.0, -35.0]])
 SEAS = sea(

@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from known_box import Box, box_at, froude_krylov
 
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, Place, RegularWave, WaveForces, WaveTrain
-from hydrosim.waves import WaveBody, following_model, sea, wave_loads, wave_loads_model
-from hydrosim.waves.displaced_loads import following_loads, new_sums
+from hydrosim.water.body import WaveBody
+from hydrosim.water.build import wave_loads_model
+from hydrosim.water.components import sea
+from hydrosim.water.displaced_loads import following_loads, following_model, new_sums
+from hydrosim.water.loads import wave_loads
 
 SWELL = WaveTrain(Jonswap(2.0, 16.0, 3.3), heading=np.radians(30), ramp=30.0, repeat_period=900.0)
 TONE = WaveTrain(RegularWave(0.8, 14.0, phase=0.4), heading=np.radians(-70))

@@ -22,16 +22,12 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.waves import (
-    WaveBody,
-    WaveComponents,
-    following_model,
-    sea,
-    wave_loads,
-    wave_loads_model,
-)
-from hydrosim.waves.displaced_loads import following_loads, new_sums
-from hydrosim.waves.slow_path_loads import first_states, new_block, slow_loads
+from hydrosim.water.body import WaveBody
+from hydrosim.water.build import wave_loads_model
+from hydrosim.water.components import WaveComponents, sea
+from hydrosim.water.displaced_loads import following_loads, following_model, new_sums
+from hydrosim.water.loads import wave_loads
+from hydrosim.water.slow_path_loads import first_states, new_block, slow_loads
 
 SWELL = WaveTrain(Jonswap(2.0, 14.0), heading=radians(30.0), ramp=30.0, repeat_period=600.0)
 ACROSS = replace(SWELL, heading=radians(-110.0), seed=4)

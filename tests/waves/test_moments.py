@@ -11,9 +11,9 @@ from known_box import Box
 from scenes import hull, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.forces import LinearMooring
+from hydrosim.elements import LinearMooring
 from hydrosim.scene import Jonswap, Place, Scene, Solver, Symmetry, WaveForces, WaveTrain
-from hydrosim.waves.body import is_long, turn_moments
+from hydrosim.water.body import is_long, turn_moments
 
 STEEP = WaveTrain(Jonswap(3.0, 11.0, 3.3), heading=radians(150.0), ramp=50.0)
 ALIKE = {Place.MEAN: 0.15, Place.SLOW: 0.06}

@@ -9,7 +9,8 @@ import pytest
 from known_box import box_at, froude_krylov
 
 from hydrosim.scene import Environment, Jonswap, WaveTrain
-from hydrosim.waves import sea, shares_outside
+from hydrosim.water.components import sea
+from hydrosim.water.database_limits import shares_outside
 
 ROUND = np.arange(0.0, 360.0, 2.5)
 

@@ -9,8 +9,8 @@ from known_qtf import FREQUENCY, difference, with_qtf
 
 from hydrosim.database.readers.assembly import Pairs, quadratic
 from hydrosim.errors import InputError
-from hydrosim.waves import WaveComponents
-from hydrosim.waves.second_order import difference_factors, separate_headings, sum_factors
+from hydrosim.water.components import WaveComponents
+from hydrosim.water.second_order import difference_factors, separate_headings, sum_factors
 
 W = np.array([0.41, 0.55, 0.83, 1.17])
 

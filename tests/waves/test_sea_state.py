@@ -22,7 +22,7 @@ from hydrosim.scene import (
     WaveTrain,
     WhiteNoise,
 )
-from hydrosim.waves.components import components, energy_outside, energy_outside_band, sea_state
+from hydrosim.water.components import components, energy_outside, energy_outside_band, sea_state
 
 WATER = Environment()
 HEADING = math.radians(30.0)

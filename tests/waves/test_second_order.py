@@ -8,11 +8,13 @@ import pytest
 from known_qtf import FREQUENCY, difference, total, with_qtf
 
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, SecondOrder, WaveForces, WaveTrain
-from hydrosim.waves import WaveBody, WaveComponents, components, second_order
-from hydrosim.waves.loads import SpectralLines
-from hydrosim.waves.second_order import (
+from hydrosim.water.body import WaveBody
+from hydrosim.water.build import second_order
+from hydrosim.water.components import WaveComponents, components
+from hydrosim.water.loads import SpectralLines
+from hydrosim.water.second_order import (
     MOST_WAVES,
     Factors,
     difference_factors,

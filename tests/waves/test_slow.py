@@ -12,7 +12,7 @@ from known_box import Box
 from scenes import SEA, hull, in_waves, motion, scene_of, steady, with_body
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     ConvolutionRadiation,
     Environment,
@@ -28,9 +28,10 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.waves import WaveBody, chosen_places, following_model, sea, slow_bodies
-from hydrosim.waves.displaced_loads import following_loads, new_sums
-from hydrosim.waves.slow_path_loads import (
+from hydrosim.water.body import WaveBody
+from hydrosim.water.components import sea
+from hydrosim.water.displaced_loads import following_loads, following_model, new_sums
+from hydrosim.water.slow_path_loads import (
     BLOCK_BEGIN,
     BLOCK_POSITION,
     BLOCK_RATE,
@@ -39,6 +40,7 @@ from hydrosim.waves.slow_path_loads import (
     new_block,
     slow_loads,
 )
+from hydrosim.water.wave_reference import chosen_places, slow_bodies
 
 SWELL = WaveTrain(Jonswap(2.0, 16.0, 3.3), heading=radians(30), ramp=30.0, repeat_period=900.0)
 TONE = WaveTrain(RegularWave(0.8, 14.0, phase=0.4), heading=radians(-70))

@@ -16,7 +16,7 @@ from hydrosim.scene import (
     Torsethaugen,
     WhiteNoise,
 )
-from hydrosim.waves.spectra import (
+from hydrosim.water.spectra import (
     TAIL_ENERGY,
     cut_off,
     density,

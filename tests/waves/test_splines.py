@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from hydrosim.waves.transfer import interpolate_spline
+from hydrosim.water.transfer import interpolate_spline
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5, 40])

@@ -8,7 +8,7 @@ import pytest
 from known_box import Box, froude_krylov, smooth_drift
 
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     Environment,
     Jonswap,
@@ -17,19 +17,12 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.waves import (
-    WaveBody,
-    WaveLoads,
-    check_span,
-    components,
-    elevation_at,
-    first_order,
-    sea,
-    wave_loads,
-    wave_loads_model,
-)
-from hydrosim.waves.spectra import density
-from hydrosim.waves.transfer import mean_drift_at
+from hydrosim.water.body import WaveBody
+from hydrosim.water.build import first_order, wave_loads_model
+from hydrosim.water.components import check_span, components, sea
+from hydrosim.water.loads import WaveLoads, elevation_at, wave_loads
+from hydrosim.water.spectra import density
+from hydrosim.water.transfer import mean_drift_at
 
 ALL = np.ones(6, dtype=bool)
 NEWMAN = WaveForces(True, SecondOrder.NEWMAN)

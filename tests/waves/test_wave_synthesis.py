@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Environment, Jonswap, WaveTrain
-from hydrosim.waves import WaveComponents, components
-from hydrosim.waves.loads import Grid, SpectralLines, add_sum, time_grid
-from hydrosim.waves.second_order import difference_loads, newman
-from hydrosim.waves.spectra import density
+from hydrosim.water.components import WaveComponents, components
+from hydrosim.water.loads import Grid, SpectralLines, add_sum, time_grid
+from hydrosim.water.second_order import difference_loads, newman
+from hydrosim.water.spectra import density
 
 JONSWAP = Jonswap(1.5, 8.0, 3.3)
 

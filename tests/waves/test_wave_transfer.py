@@ -9,7 +9,7 @@ from known_box import Box, box_at, froude_krylov, smooth_drift
 from validation_data import unpacked
 
 from hydrosim.errors import InputError
-from hydrosim.waves.transfer import excitation_at, mean_drift_at
+from hydrosim.water.transfer import excitation_at, mean_drift_at
 
 
 def every(omega: np.ndarray, heading: float) -> np.ndarray:

@@ -9,16 +9,16 @@ import pytest
 from scenes import scene_of
 
 import hydrosim as hs
+from hydrosim import simulation
 from hydrosim.errors import InputError
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.nodes import Outcome, Table, Value, Verdict
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import Outcome, Table, Value, Verdict
+from hydrosim.report.sentences.run import criteria_nodes, run_document
 from hydrosim.results.channels import channel_names, channel_series
+from hydrosim.simulation import blank_run
 from hydrosim.statistics.criteria import criteria_of
-from hydrosim.studies.many.many import run_study
-from hydrosim.studies.run import simulation
-from hydrosim.studies.run.simulation import blank_run
-from hydrosim.studies.sweep.study import load_study
-from hydrosim.wording.run import criteria_nodes, run_document
+from hydrosim.study.many_runs import run_study
+from hydrosim.study.sweep import load_study
 
 CASE = """\
 title: A block on a spring

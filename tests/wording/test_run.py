@@ -6,9 +6,9 @@ import pytest
 import xarray as xr
 from reading import texts
 
+from hydrosim.report.sentences.run import radiation_verdict
+from hydrosim.report.sentences.sections import assumptions
 from hydrosim.scene import Place
-from hydrosim.wording.run import radiation_verdict
-from hydrosim.wording.sections import assumptions
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,9 @@ import pytest
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.presentation.nodes import Between, Sentence, Table, Value
+from hydrosim.files.document_nodes import Between, Sentence, Table, Value
+from hydrosim.report.sentences.seeds import extreme_nodes
+from hydrosim.report.sentences.study import results_table
 from hydrosim.statistics import effects
 from hydrosim.statistics.gumbel import fit_maxima
 from hydrosim.statistics.over_seeds import (
@@ -23,8 +25,6 @@ from hydrosim.statistics.over_seeds import (
     extremes_over_seeds,
 )
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES
-from hydrosim.wording.seeds import extreme_nodes
-from hydrosim.wording.study import results_table
 
 SEEDS = 40
 MODE, SCALE = 5e6, 4e5  # N: Gumbel's law

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hydrosim.presentation.nodes import Outcome, Table, Value, Verdict
+from hydrosim.files.document_nodes import Outcome, Table, Value, Verdict
 from hydrosim.report.page import html
+from hydrosim.report.sentences.study import study_document, study_tables
 from hydrosim.statistics import effects
 from hydrosim.statistics.criteria import judge_plan, judge_study
 from hydrosim.statistics.over_seeds import as_csv
-from hydrosim.studies.many.many import run_study
-from hydrosim.studies.sweep.study import load_study
-from hydrosim.wording.study import study_document, study_tables
+from hydrosim.study.many_runs import run_study
+from hydrosim.study.sweep import load_study
 
 FAR = {"limit": 2.0, "source": "Drawing 7", "at_least": False, "never_is_late": False}
 CLEAR = {"limit": 0.5, "source": "", "at_least": True, "never_is_late": False}

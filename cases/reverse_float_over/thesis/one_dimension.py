@@ -150,7 +150,7 @@ def figures(variant: str, seed: int) -> dict[str, float]:
 class Settings:
     """``lever`` x [m] at which the compression is taken; ``share`` of the total normal force that
     friction has; ``rate`` of deballasting [t/h]; ``vertical`` stiffness [t per 0.5 m]; the rest as
-    in `hydrosim.forces.StickSlip`, in SI units."""
+    in `hydrosim.elements.StickSlip`, in SI units."""
 
     lever: float
     static: float

@@ -10,7 +10,7 @@ contact node u2 without mass, which a normal force N(t) presses on the topside (
     slip   v2 = (T -+ mu_kinetic N) / (C2 + C3)  while +-T > mu_kinetic N
 
 F and N are cubic splines through recorded samples (`scipy.interpolate.CubicSpline`, not-a-knot, as
-`hydrosim.forces.signal` documents). Between two samples they and their three derivatives may be
+`hydrosim.elements.signal` documents). Between two samples they and their three derivatives may be
 counted among the unknowns z. Each mode is then z' = A z with a constant A, whose solution is
 exp(A t) z (`scipy.linalg.expm`): there is no time step and no error but that of rounding. A
 condition that fails and holds again between two looks, 1 ms apart, would not be seen.

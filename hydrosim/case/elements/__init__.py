@@ -14,7 +14,7 @@ from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.loads import AppliedForce, CurrentLoad, LinearMooring, WindLoad
 from hydrosim.case.elements.springs import Bushing, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.case.elements.winch import Winch
-from hydrosim.documents.units import problem
+from hydrosim.files.units import problem
 
 
 def _check_kind(data: Any) -> Any:

@@ -14,16 +14,16 @@ from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTim
 from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
 from hydrosim.case.lines.system import MAX_SEGMENTS, MooringLine, System
 from hydrosim.case.signals import Recorded
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.text import Source
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.text import Source
+from hydrosim.files.units import problem
 from hydrosim.modes import NO_INDEX
 from hydrosim.scene.force import CHAIN, STEEL
 
 if TYPE_CHECKING:
-    from hydrosim.forces.line.catenary import Catenary as BuiltCatenary
+    from hydrosim.elements.line.catenary import Catenary as BuiltCatenary
     from hydrosim.scene import ForceElement
 
 ROUGHEST = 3.0  # friction of chain on sand or clay is about 1
@@ -180,7 +180,7 @@ class Catenary(Breaking):
                 yield ("segments", i, "length"), segment.length
 
     def build(self, where: BuildContext) -> BuiltCatenary:
-        from hydrosim.forces.line.catenary import Catenary as BuiltCatenary  # loads numba
+        from hydrosim.elements.line.catenary import Catenary as BuiltCatenary  # loads numba
 
         paid = None
         first = self.segments[0].length

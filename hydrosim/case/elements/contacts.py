@@ -18,13 +18,13 @@ from pydantic import (
 
 from hydrosim.case.elements.element import BuildContext, Element, Exemplary
 from hydrosim.case.signals import NormalOverTime, Recorded, signal_of
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim import forces
+    from hydrosim import elements
 
 
 def _check_coefficients(static: float, kinetic: float) -> None:
@@ -92,10 +92,10 @@ class StickSlip(Exemplary):
             raise problem(found_text, "one of the latter above 0, or no load")
         return self
 
-    def build(self, count: int) -> forces.StickSlip:
+    def build(self, count: int) -> elements.StickSlip:
         """The law of each of ``count`` points."""
-        from hydrosim.forces.contact.stick_slip import LoadPowers as Powers
-        from hydrosim.forces.contact.stick_slip import StickSlip as Built
+        from hydrosim.elements.contact.stick_slip import LoadPowers as Powers
+        from hydrosim.elements.contact.stick_slip import StickSlip as Built
 
         share, load = 1.0 / count if self.total else 1.0, None
         if self.load is not None:
@@ -123,9 +123,9 @@ class Coulomb(Exemplary):
         _check_coefficients(self.static, self.kinetic)
         return self
 
-    def build(self, count: int) -> forces.Coulomb:
+    def build(self, count: int) -> elements.Coulomb:
         """The law of each of ``count`` points."""
-        from hydrosim.forces.contact.coulomb import Coulomb as Built
+        from hydrosim.elements.contact.coulomb import Coulomb as Built
 
         return Built(self.static, self.kinetic)
 
@@ -148,9 +148,9 @@ class FrictionSlope(Exemplary):
     total: StrictBool = False
     """Whether the slope is of all points together and is shared equally."""
 
-    def build(self, count: int) -> forces.FrictionSlope:
+    def build(self, count: int) -> elements.FrictionSlope:
         """The law of each of ``count`` points."""
-        from hydrosim.forces.contact.friction_slope import FrictionSlope as Built
+        from hydrosim.elements.contact.friction_slope import FrictionSlope as Built
 
         return Built(self.coefficient, (1.0 / count if self.total else 1.0) * self.slope)
 
@@ -163,9 +163,9 @@ class Frictionless(Exemplary):
     law: Literal["none"]
     """No friction."""
 
-    def build(self, count: int) -> forces.Frictionless:
+    def build(self, count: int) -> elements.Frictionless:
         """The law of each of ``count`` points."""
-        from hydrosim.forces.contact.frictionless import Frictionless as Built
+        from hydrosim.elements.contact.frictionless import Frictionless as Built
 
         return Built()
 
@@ -270,10 +270,10 @@ class Normal(SchemaModel):
         check_lengths(self.compression, self.force)
         return self
 
-    def build(self, count: int, where: BuildContext) -> forces.Normal:
+    def build(self, count: int, where: BuildContext) -> elements.Normal:
         """The normal force of each of ``count`` points."""
-        from hydrosim.forces.contact.curves import NormalCurve, NormalLoop, PrescribedNormal
-        from hydrosim.forces.signal import scale_signal
+        from hydrosim.elements.contact.curves import NormalCurve, NormalLoop, PrescribedNormal
+        from hydrosim.elements.signal import scale_signal
 
         share = 1.0 / count if self.total else 1.0
         if self.prescribed is not None:
@@ -342,8 +342,8 @@ class Fender(Element):
         if isinstance(self.normal.prescribed, Recorded):
             yield ("normal", "prescribed"), self.normal.prescribed
 
-    def build(self, where: BuildContext) -> forces.Fender:
-        from hydrosim.forces.contact import fender, geometry  # loads numba
+    def build(self, where: BuildContext) -> elements.Fender:
+        from hydrosim.elements.contact import fender, geometry  # loads numba
 
         count = len(self.points)
         return fender.Fender(
@@ -408,9 +408,9 @@ class Wall(SchemaModel):
         check_lengths(self.compression, self.force)
         return self
 
-    def build(self) -> forces.Wall:
+    def build(self) -> elements.Wall:
         """The same of the scene."""
-        from hydrosim.forces.contact.landing import Wall as Built  # loads numba
+        from hydrosim.elements.contact.landing import Wall as Built  # loads numba
 
         compression = np.array([0.0, 1.0])
         force = np.array([0.0, self.stiffness or 0.0])
@@ -475,8 +475,8 @@ class Landing(Element):
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         yield ("on", "body"), self.on.body, "seats without body are fixed to the earth"
 
-    def build(self, where: BuildContext) -> forces.Landing:
-        from hydrosim.forces.contact.landing import Landing as Built  # loads numba
+    def build(self, where: BuildContext) -> elements.Landing:
+        from hydrosim.elements.contact.landing import Landing as Built  # loads numba
 
         count = len(self.points)
         return Built(

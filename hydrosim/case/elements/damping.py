@@ -8,14 +8,14 @@ import numpy as np
 from pydantic import StrictBool, StrictStr, model_validator
 
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.documents import quantities as of
-from hydrosim.documents.quantities import SchemaModel, as_matrix
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.quantities import SchemaModel, as_matrix
+from hydrosim.files.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.damping import LinearDamping as BuiltLinearDamping
-    from hydrosim.forces.damping import QuadraticDamping as BuiltQuadraticDamping
-    from hydrosim.forces.viscous_roll import ViscousRoll as BuiltViscousRoll
+    from hydrosim.elements.damping import LinearDamping as BuiltLinearDamping
+    from hydrosim.elements.damping import QuadraticDamping as BuiltQuadraticDamping
+    from hydrosim.elements.viscous_roll import ViscousRoll as BuiltViscousRoll
 
 
 class LinearDamping(Element):
@@ -44,7 +44,7 @@ class LinearDamping(Element):
         return self
 
     def build(self, where: BuildContext) -> BuiltLinearDamping:
-        from hydrosim.forces.damping import LinearDamping as BuiltLinearDamping
+        from hydrosim.elements.damping import LinearDamping as BuiltLinearDamping
 
         damping, ratio = self.damping, self.damping_ratio
         return BuiltLinearDamping(
@@ -73,7 +73,7 @@ class QuadraticDamping(Element):
     """Coefficients: per degree of freedom, or a 6 x 6 matrix."""
 
     def build(self, where: BuildContext) -> BuiltQuadraticDamping:
-        from hydrosim.forces.damping import QuadraticDamping as BuiltQuadraticDamping
+        from hydrosim.elements.damping import QuadraticDamping as BuiltQuadraticDamping
 
         return BuiltQuadraticDamping(self.body, damping=as_matrix(self.damping))
 
@@ -169,8 +169,8 @@ class ViscousRoll(Element):
         return self
 
     def build(self, where: BuildContext) -> BuiltViscousRoll:
-        from hydrosim.forces.viscous_roll import WATER_VISCOSITY, SharpBarge  # loads numba
-        from hydrosim.forces.viscous_roll import ViscousRoll as BuiltViscousRoll
+        from hydrosim.elements.viscous_roll import WATER_VISCOSITY, SharpBarge  # loads numba
+        from hydrosim.elements.viscous_roll import ViscousRoll as BuiltViscousRoll
 
         keys = self.with_fitted_numbers(where)
         form = keys.ikeda
@@ -195,7 +195,7 @@ class ViscousRoll(Element):
         """With p1, p2, p3 and the period that are fitted to the recorded decay, if there is one."""
         if self.decay is None:
             return self
-        from hydrosim.decay.fit import fit_files
+        from hydrosim.elements.roll_decay import fit_files
 
         form = self.decay
         key = f"{where.path}: {where.key}.decay"

@@ -10,14 +10,14 @@ from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_valida
 
 from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.signals import Harmonic, Recorded, only_forms
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.drive import Drive as Built
-    from hydrosim.forces.signal import Signal
+    from hydrosim.elements.drive import Drive as Built
+    from hydrosim.elements.signal import Signal
 
 
 class OffsetTable(SchemaModel):
@@ -125,7 +125,7 @@ class Drive(Element):
                 yield (key,), form
 
     def build(self, where: BuildContext) -> Built:
-        from hydrosim.forces.drive import Drive as Built
+        from hydrosim.elements.drive import Drive as Built
 
         signal = self._signal(where)
         key = "offset" if self.offset is not None else "angle"
@@ -141,7 +141,7 @@ class Drive(Element):
 
     def _signal(self, where: BuildContext) -> Signal:
         from hydrosim.case.signals import read_record
-        from hydrosim.forces import signal
+        from hydrosim.elements import signal
 
         key, form = ("offset", self.offset) if self.offset is not None else ("angle", self.angle)
         if isinstance(form, Harmonic):

@@ -20,14 +20,14 @@ from pydantic import (
 
 from hydrosim import scene
 from hydrosim.case.signals import Harmonic, Recorded, Table
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import AnyQuantity, Scale, factor, problem
 from hydrosim.dofs import DOFS
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import AnyQuantity, Scale, factor, problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.signal import Signal
+    from hydrosim.elements.signal import Signal
     from hydrosim.scene import ForceElement
 
 # `active` of force elements in a case file: from when and until when they act.
@@ -326,8 +326,8 @@ def length_signal(
     """The signal of a length [m], and its value at time 0. Raises as `records.signal_of` does, and
     a problem for a length that is not always above 0."""
     from hydrosim.case.signals import signal_of
+    from hydrosim.elements.signal import first_value, smallest_value
     from hydrosim.errors import InputError
-    from hydrosim.forces.signal import first_value, smallest_value
 
     same: Table[float] | Recorded | Harmonic[float]
     if isinstance(form, LengthTable):

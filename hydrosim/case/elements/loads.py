@@ -10,15 +10,15 @@ from pydantic import model_validator
 
 from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.signals import Forces, Recorded, signal_of
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import as_matrix
-from hydrosim.documents.units import problem
 from hydrosim.dofs import DOFS
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import as_matrix
+from hydrosim.files.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim import forces
-    from hydrosim.forces.linear_mooring import LinearMooring as BuiltLinearMooring
+    from hydrosim import elements
+    from hydrosim.elements.linear_mooring import LinearMooring as BuiltLinearMooring
 
 
 class AppliedForce(Element):
@@ -64,12 +64,12 @@ class AppliedForce(Element):
             if isinstance(form, Recorded):
                 yield ("force", dof), form
 
-    def build(self, where: BuildContext) -> forces.AppliedForce:
-        from hydrosim.forces.applied_force import AppliedForce as Built
-        from hydrosim.forces.signal import Table
+    def build(self, where: BuildContext) -> elements.AppliedForce:
+        from hydrosim.elements.applied_force import AppliedForce as Built
+        from hydrosim.elements.signal import Table
 
         time = np.array(self.time or (0.0,))
-        force: dict[str, forces.Signal] = {}
+        force: dict[str, elements.Signal] = {}
         for dof, form in zip(DOFS, self.force.values(absent=None), strict=True):
             if isinstance(form, tuple):
                 force[dof] = Table(time, np.array(form))
@@ -163,8 +163,8 @@ class CurrentLoad(StreamLoad):
             raise problem(f"depths of {top:g} and {bottom:g} m", "0 or more, top above bottom")
         return self
 
-    def build(self, where: BuildContext) -> forces.CurrentLoad:
-        from hydrosim.forces.stream_load import CurrentLoad as Built  # loads numba
+    def build(self, where: BuildContext) -> elements.CurrentLoad:
+        from hydrosim.elements.stream_load import CurrentLoad as Built  # loads numba
 
         return Built(self.body, self.point, *self.all_round(), depth=self.depth)
 
@@ -179,8 +179,8 @@ class WindLoad(StreamLoad):
     height: Annotated[float, of.Quantity("height", "m", "10 m", above=0)] | None = None
     """Height above the water of the wind that acts. Without it, that of the point at rest."""
 
-    def build(self, where: BuildContext) -> forces.WindLoad:
-        from hydrosim.forces.stream_load import WindLoad as Built  # loads numba
+    def build(self, where: BuildContext) -> elements.WindLoad:
+        from hydrosim.elements.stream_load import WindLoad as Built  # loads numba
 
         return Built(self.body, self.point, *self.all_round(), height=self.height)
 
@@ -247,9 +247,7 @@ class LinearMooring(Element):
         return self
 
     def build(self, where: BuildContext) -> BuiltLinearMooring:
-        from hydrosim.forces.linear_mooring import (
-            LinearMooring as BuiltLinearMooring,  # loads numba
-        )
+        from hydrosim.elements.linear_mooring import LinearMooring as BuiltLinearMooring
 
         stiffness, damping, ratio = self.stiffness, self.damping, self.damping_ratio
         return BuiltLinearMooring(

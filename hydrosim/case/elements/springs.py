@@ -16,17 +16,17 @@ from hydrosim.case.elements.element import (
     length_signal,
 )
 from hydrosim.case.signals import Recorded
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import SchemaModel, as_matrix
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import SchemaModel, as_matrix
+from hydrosim.files.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.bushing import Bushing as BuiltBushing
-    from hydrosim.forces.line.compensator import Compensator as BuiltCompensator
-    from hydrosim.forces.link import Strut as BuiltStrut
-    from hydrosim.forces.link import TorsionSpring as BuiltTorsionSpring
-    from hydrosim.forces.spring import Spring as BuiltSpring
+    from hydrosim.elements.bushing import Bushing as BuiltBushing
+    from hydrosim.elements.line.compensator import Compensator as BuiltCompensator
+    from hydrosim.elements.link import Strut as BuiltStrut
+    from hydrosim.elements.link import TorsionSpring as BuiltTorsionSpring
+    from hydrosim.elements.spring import Spring as BuiltSpring
 
 
 class Curve(SchemaModel):
@@ -105,7 +105,7 @@ class Spring(Breaking):
             yield ("length",), self.length
 
     def build(self, where: BuildContext) -> BuiltSpring:
-        from hydrosim.forces.spring import Spring as BuiltSpring  # loads numba
+        from hydrosim.elements.spring import Spring as BuiltSpring  # loads numba
 
         extension, tension = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
         if self.curve is not None:
@@ -163,7 +163,7 @@ class Bushing(Element):
         yield ("to",), self.to, "without to the other side is the earth"
 
     def build(self, where: BuildContext) -> BuiltBushing:
-        from hydrosim.forces.bushing import Bushing as BuiltBushing  # loads numba
+        from hydrosim.elements.bushing import Bushing as BuiltBushing  # loads numba
 
         stiffness, damping = (
             np.zeros((6, 6)) if given is None else as_matrix(given)
@@ -237,7 +237,7 @@ class Strut(Element):
         yield ("anchor_body",), self.anchor_body, remedy
 
     def build(self, where: BuildContext) -> BuiltStrut:
-        from hydrosim.forces.link import Strut as BuiltStrut  # loads numba
+        from hydrosim.elements.link import Strut as BuiltStrut  # loads numba
 
         points = None if self.curve is None else (self.curve.extension, self.curve.force)
         return BuiltStrut(
@@ -344,7 +344,7 @@ class TorsionSpring(Element):
         yield ("to",), self.to, "without to the other side is the earth"
 
     def build(self, where: BuildContext) -> BuiltTorsionSpring:
-        from hydrosim.forces.link import TorsionSpring as BuiltTorsionSpring  # loads numba
+        from hydrosim.elements.link import TorsionSpring as BuiltTorsionSpring  # loads numba
 
         points = None if self.curve is None else (self.curve.angle, self.curve.moment)
         return BuiltTorsionSpring(
@@ -424,7 +424,9 @@ class Compensator(Element):
         yield ("anchor_body",), self.anchor_body, remedy
 
     def build(self, where: BuildContext) -> BuiltCompensator:
-        from hydrosim.forces.line.compensator import Compensator as BuiltCompensator  # loads numba
+        from hydrosim.elements.line.compensator import (
+            Compensator as BuiltCompensator,  # loads numba
+        )
 
         return BuiltCompensator(
             self.body,

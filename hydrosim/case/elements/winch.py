@@ -12,15 +12,15 @@ from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model
 
 from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
 from hydrosim.case.signals import Harmonic, Recorded
-from hydrosim.documents import quantities as of
-from hydrosim.documents.messages import Keys
-from hydrosim.documents.quantities import SchemaModel
-from hydrosim.documents.units import problem
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.units import problem
 
 if TYPE_CHECKING:
-    from hydrosim.forces.line.drum import Control
-    from hydrosim.forces.line.winch import Winch as Built
-    from hydrosim.forces.signal import Signal
+    from hydrosim.elements.line.drum import Control
+    from hydrosim.elements.line.winch import Winch as Built
+    from hydrosim.elements.signal import Signal
 
 MIN_WIRE_FRACTION = 0.01  # of the wire: a compensation without a stroke ends there
 DRUM = "drum: {shortest: 10 m, longest: 200 m}"
@@ -248,7 +248,7 @@ class Winch(Breaking):
                 yield (key,), form
 
     def build(self, where: BuildContext) -> Built:
-        from hydrosim.forces.line.winch import Winch as Built  # loads numba
+        from hydrosim.elements.line.winch import Winch as Built  # loads numba
 
         length: Any = self.length
         if length is not None and not isinstance(length, float):
@@ -278,7 +278,7 @@ class Winch(Breaking):
         return self.length - 0.5 * stroke, self.length + 0.5 * stroke
 
     def _control(self, where: BuildContext) -> Control | None:
-        from hydrosim.forces.line import drum
+        from hydrosim.elements.line import drum
 
         if self.tension is not None:
             assert isinstance(self.speed, float)
@@ -296,7 +296,7 @@ class Winch(Breaking):
 def speed_signal(form: Any, key: str, path: Path) -> Signal:
     """The signal of a speed [m/s]. Raises as `records.signal_of` does."""
     from hydrosim.case.signals import signal_of
-    from hydrosim.forces import signal
+    from hydrosim.elements import signal
 
     if isinstance(form, float):
         return signal.constant(form)

@@ -23,9 +23,9 @@ from hydrosim.case.lines.system import (
     PointSupport,
     System,
 )
-from hydrosim.documents.text import Source
-from hydrosim.documents.yaml_nodes import compose_nodes, plain_values
 from hydrosim.errors import InputError
+from hydrosim.files.text import Source
+from hydrosim.files.yaml_nodes import compose_nodes, plain_values
 
 Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""

@@ -30,7 +30,7 @@ from hydrosim.case.lines.sections import (
     read_table,
 )
 from hydrosim.case.lines.system import LineType, Piece, Place, Point, PointSupport, System
-from hydrosim.documents.text import Source
+from hydrosim.files.text import Source
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_SECTIONS = {"types": "LINE TYPES", "points": "POINTS", "lines": "LINES"}

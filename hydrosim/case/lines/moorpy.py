@@ -15,9 +15,9 @@ from yaml.nodes import Node
 from hydrosim.case.lines import sections
 from hydrosim.case.lines.sections import read_number
 from hydrosim.case.lines.system import LineType, Piece, Point, PointSupport, System
-from hydrosim.documents.text import Source
-from hydrosim.documents.units import Quantity, value_text
-from hydrosim.documents.yaml_nodes import compose_nodes, locate_value, plain_values
+from hydrosim.files.text import Source
+from hydrosim.files.units import Quantity, value_text
+from hydrosim.files.yaml_nodes import compose_nodes, locate_value, plain_values
 from hydrosim.scene import OmittedEntry, Question
 
 REQUIRED_KEYS = ("line_types", "points", "lines")

@@ -14,9 +14,9 @@ from typing import NoReturn
 
 from pydantic_core import PydanticCustomError
 
-from hydrosim.documents.text import Source
-from hydrosim.documents.units import Quantity, value_text
-from hydrosim.documents.yaml_nodes import with_hint
+from hydrosim.files.text import Source
+from hydrosim.files.units import Quantity, value_text
+from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene import OmittedEntry, Question
 
 # Quantities in mooring files of other programs, with their bounds.

@@ -44,7 +44,7 @@ from hydrosim.database.build.drift import (
     mean_drift,
 )
 from hydrosim.database.build.recipe import FarField
-from hydrosim.waves.spectra import wavenumber
+from hydrosim.water.spectra import wavenumber
 
 LATERAL = np.array([False, True, False, True, False, True])
 

@@ -5,7 +5,7 @@ Kochin functions are unchanged, for `drift`.
 
 Worker processes that end when their parent process ends.
 
-Like those of `hydrosim.studies.many.executors`, they hold one end of a pipe, and the parent holds
+Like those of `hydrosim.study.executors`, they hold one end of a pipe, and the parent holds
 the other. It closes however the parent ends. A thread watches it, because workers are in long calls
 then.
 """
@@ -95,7 +95,7 @@ def _wait_and_end(parent: Connection) -> None:
 
 
 PACKAGE = Path(hydrosim.__file__).parent
-SOLVERS = "database/build/bem.py", "database/build/green.py", "waves/bed_reflection.py"
+SOLVERS = "database/build/bem.py", "database/build/green.py", "water/bed_reflection.py"
 Progress = Callable[[int, int], None]  # receives the number of completed frequencies and the total
 Point = tuple[float, float, float]
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrosim.waves.spectra import wavenumber
+from hydrosim.water.spectra import wavenumber
 
 # The water that a hull is computed in.
 

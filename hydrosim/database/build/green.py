@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import j0, j1
 
-from hydrosim.waves.bed_reflection import BY_BOTH, BY_R, BY_W, VALUE, add_reflection
+from hydrosim.water.bed_reflection import BY_BOTH, BY_R, BY_W, VALUE, add_reflection
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

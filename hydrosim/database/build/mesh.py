@@ -13,8 +13,8 @@ from hydrosim.database import hull
 from hydrosim.database.build.barge import Panels
 from hydrosim.database.build.bem import mesh_of
 from hydrosim.database.hull import Hydrostatics
-from hydrosim.documents.quantities import MeshKeys
 from hydrosim.errors import InputError
+from hydrosim.files.quantities import MeshKeys
 
 NO_PANELS: Panels = np.empty((0, 4, 3))
 _MERGE_FRACTION = 1e-5  # of the hull's size: closer points are merged

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hydrosim.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
-from hydrosim.outputs import Output, save_picture
+from hydrosim.files.outputs import Output, save_picture
 
 TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
 QTF_DOFS = (0, 1, 2, 5)  # surge, sway, heave, yaw

@@ -18,14 +18,14 @@ from hydrosim.database.build import barge
 from hydrosim.database.build.barge import Barge, hydrostatics, patch
 from hydrosim.database.build.drift import DIRECTION_STEP, Drifting, Real
 from hydrosim.database.hull import close_hull, read_closed, triangles_of
-from hydrosim.documents import quantities as of
-from hydrosim.documents.layers import apply_setting, read_case, yaml_text
-from hydrosim.documents.messages import Problem, validate_document
-from hydrosim.documents.quantities import MeshKeys, SchemaModel
-from hydrosim.documents.units import Quantity, problem
-from hydrosim.documents.yaml_nodes import entry_nodes
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
+from hydrosim.files import quantities as of
+from hydrosim.files.layers import apply_setting, read_case, yaml_text
+from hydrosim.files.messages import Problem, validate_document
+from hydrosim.files.quantities import MeshKeys, SchemaModel
+from hydrosim.files.units import Quantity, problem
+from hydrosim.files.yaml_nodes import entry_nodes
 from hydrosim.scene import Hull
 
 # Keys of a recipe for its hulls and for the water.

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.dofs import DOFS
-from hydrosim.waves.spectra import wavenumber
+from hydrosim.water.spectra import wavenumber
 
 # Parts of a database that a scene uses: only these are checked.
 

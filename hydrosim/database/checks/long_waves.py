@@ -30,7 +30,7 @@ from hydrosim.database.checks.finding import (
 )
 from hydrosim.database.checks.finding import length as sides
 from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
-from hydrosim.waves.spectra import wavenumber
+from hydrosim.water.spectra import wavenumber
 
 _COUPLED_INERTIA_FRACTION = 0.3
 """Fraction by which the inertia of the water may reduce the heave load."""

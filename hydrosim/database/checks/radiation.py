@@ -38,7 +38,7 @@ from hydrosim.database.database import (
 )
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.radiation.retardation import OGILVIE_BAND, infinite_added_mass, retardation_function
-from hydrosim.waves.spectra import wavenumber
+from hydrosim.water.spectra import wavenumber
 
 _MAX_RETARDATION_STEPS = 400  # of a retardation function, at most
 _LOWEST_FRACTION = 0.05

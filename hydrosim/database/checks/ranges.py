@@ -23,7 +23,7 @@ from hydrosim.radiation.retardation import (
     radiating,
     retardation_function,
 )
-from hydrosim.waves.spectra import wavenumber
+from hydrosim.water.spectra import wavenumber
 
 # the decay of the damping is fitted from this fraction of the highest frequency up
 _TAIL_FROM = 0.85

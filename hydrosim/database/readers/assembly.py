@@ -126,7 +126,7 @@ def elevation(
     along = x * np.cos(heading) + y * np.sin(heading)
     if not along.any() or not (depth > 0 and gravity > 0):  # absent from every database
         return np.ones(np.broadcast_shapes(omega.shape, heading.shape), dtype=complex)
-    from hydrosim.waves.spectra import wavenumber  # imports numba, which few files need
+    from hydrosim.water.spectra import wavenumber  # imports numba, which few files need
 
     with np.errstate(all="ignore"):  # implausible depths give loads that the database refuses
         k = wavenumber(np.where(np.isfinite(omega), omega, 0.0), depth, gravity)

@@ -42,9 +42,9 @@ from hydrosim.database.readers.assembly import (
     with_fore_aft_headings,
 )
 from hydrosim.database.readers.text import parse_number, read_text
-from hydrosim.documents.units import value_text
-from hydrosim.documents.yaml_nodes import MAX_NESTING
 from hydrosim.errors import InputError
+from hydrosim.files.units import value_text
+from hydrosim.files.yaml_nodes import MAX_NESTING
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 NAME = "OrcaFlex vessel type"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrosim.compiling.databases import open_database
+from hydrosim.compile.databases import open_database
 from hydrosim.database import HydroDatabase, all_headings, netcdf
 from hydrosim.database.changes import apply_changes
 from hydrosim.database.load import load, read

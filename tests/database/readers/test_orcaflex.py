@@ -13,7 +13,7 @@ from hydrosim.database.load import load, read
 from hydrosim.database.readers import orcaflex
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import Given
-from hydrosim.waves.spectra import wavenumber
+from hydrosim.water.spectra import wavenumber
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import numpy as np
 from scenes import block, moving, on_floor, scene, steady
 from scipy.integrate import solve_ivp
 
-from hydrosim.forces import LinearMooring, StickSlip
+from hydrosim.elements import LinearMooring, StickSlip
 from hydrosim.scene import Scene
 
 STICK, SLIP = 1, 2

@@ -15,7 +15,7 @@ from scenes import FLOOR, block, moving, table
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,

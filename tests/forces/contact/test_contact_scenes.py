@@ -32,8 +32,7 @@ from scenes import (
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -43,6 +42,7 @@ from hydrosim.forces import (
     Plane,
     StickSlip,
 )
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, Scene
 
 Figure = Callable[[str, float], None]

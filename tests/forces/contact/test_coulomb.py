@@ -27,9 +27,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     Fender,
@@ -40,6 +38,8 @@ from hydrosim.forces import (
     PrescribedNormal,
     Table,
 )
+from hydrosim.errors import InputError
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
 
 Figure = Callable[[str, float], None]

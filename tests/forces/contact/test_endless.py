@@ -9,7 +9,7 @@ import pytest
 from scenes import FLOOR, block, moving, on_floor, scene, steady
 
 import hydrosim as hs
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     Fender,

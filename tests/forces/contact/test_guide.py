@@ -10,9 +10,9 @@ from scenes import block, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Frictionless, Landing, LinearMooring, NormalCurve, Wall
-from hydrosim.forces.contact.landing import AWAY, FREE, INACTIVE, PIN_BESIDE, PIN_PRESSED
+from hydrosim.elements import Frictionless, Landing, LinearMooring, NormalCurve, Wall
+from hydrosim.elements.contact.landing import AWAY, FREE, INACTIVE, PIN_BESIDE, PIN_PRESSED
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Active, Scene, Start, When
 
 MASS, K, G = 1e3, 2e5, 9.81

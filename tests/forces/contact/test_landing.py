@@ -12,9 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import hydrosim as hs
-from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     Fender,
@@ -29,8 +27,8 @@ from hydrosim.forces import (
     Plane,
     StickSlip,
 )
-from hydrosim.forces.contact import fender
-from hydrosim.forces.contact.curves import (
+from hydrosim.elements.contact import fender
+from hydrosim.elements.contact.curves import (
     BRANCH_START,
     branch_loss,
     curve_force,
@@ -38,7 +36,9 @@ from hydrosim.forces.contact.curves import (
     reload_ends,
     reload_start,
 )
-from hydrosim.forces.contact.law import OPEN
+from hydrosim.elements.contact.law import OPEN
+from hydrosim.errors import InputError
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, Symmetry, When
 
 X, LOADING, UNLOADING = np.array([0.0, 0.1, 0.2]), (0.0, 2e4, 6e4), (0.0, 5e3, 6e4)

@@ -14,8 +14,7 @@ from scenes import FLOOR, block, moving, observed_orders, scene, surge, with_ste
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.errors import InputError
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Harmonic,
@@ -25,6 +24,7 @@ from hydrosim.forces import (
     PrescribedNormal,
     StickSlip,
 )
+from hydrosim.errors import InputError
 from hydrosim.scene import Scene
 
 Figure = Callable[[str, float], None]

@@ -16,8 +16,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from hydrosim import simulate
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     Fender,
     Frictionless,
     FrictionSlope,
@@ -28,6 +27,7 @@ from hydrosim.forces import (
     StickSlip,
     Table,
 )
+from hydrosim.report.evidence import Feature, Kind
 
 Figure = Callable[[str, float], None]
 TIME = np.arange(0.0, 20.25, 0.25)

@@ -8,7 +8,7 @@ from markers import few
 from scenes import FLOOR, block, moving, scene, surge
 
 import hydrosim as hs
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     Fender,
@@ -19,7 +19,7 @@ from hydrosim.forces import (
     PrescribedNormal,
     StickSlip,
 )
-from hydrosim.forces.contact.laws import Law
+from hydrosim.elements.contact.laws import Law
 from hydrosim.scene import Method, Scene
 
 LAWS: dict[str, Law] = {

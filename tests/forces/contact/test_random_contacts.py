@@ -12,7 +12,7 @@ from scenes import block, scene, table
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -22,7 +22,7 @@ from hydrosim.forces import (
     Plane,
     StickSlip,
 )
-from hydrosim.forces.contact.law import OPEN, SLIP, STICK
+from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.scene import Scene
 
 MASS, WEIGHT, DURATION = 1e4, 9.81e4, 3.0

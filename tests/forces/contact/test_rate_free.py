@@ -13,7 +13,7 @@ from markers import few
 from scenes import block, scene, with_step
 
 import hydrosim as hs
-from hydrosim.forces import Fender, NormalCurve, Plane, StickSlip, WindLoad
+from hydrosim.elements import Fender, NormalCurve, Plane, StickSlip, WindLoad
 from hydrosim.scene import Environment, Method, Scene, Stream, Tolerance
 
 Figure = Callable[[str, float], None]

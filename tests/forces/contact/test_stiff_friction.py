@@ -11,8 +11,7 @@ from scenes import FLOOR, block, heave, moving, on_floor, scene, steady, surge
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import (
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -23,6 +22,7 @@ from hydrosim.forces import (
     PrescribedNormal,
     constant,
 )
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Method, Scene, Tolerance
 
 Figure = Callable[[str, float], None]

@@ -15,9 +15,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.forces import spring
-from hydrosim.forces.contact.geometry import EARTH
-from hydrosim.forces.kind import (
+from hydrosim.elements import spring
+from hydrosim.elements.contact.geometry import EARTH
+from hydrosim.elements.kind import (
     Columns,
     KindWithModeSets,
     ModeRows,
@@ -27,9 +27,9 @@ from hydrosim.forces.kind import (
     Variable,
     rest_at_first,
 )
-from hydrosim.forces.layout import Layout
-from hydrosim.forces.pair import apply_tension
-from hydrosim.forces.signal import NOTHING, SIGNAL_PIECE
+from hydrosim.elements.layout import Layout
+from hydrosim.elements.pair import apply_tension
+from hydrosim.elements.signal import NOTHING, SIGNAL_PIECE
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
 from hydrosim.scene import ForceElement, Scene

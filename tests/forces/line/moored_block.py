@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scenes import block, moving, scene
 
-from hydrosim.forces import Catenary, LinearMooring
+from hydrosim.elements import Catenary, LinearMooring
 from hydrosim.scene import Environment, Method, Scene
 
 DEPTH = 50.0

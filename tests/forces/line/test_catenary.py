@@ -16,12 +16,12 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
 
 import hydrosim as hs
+from hydrosim.elements import Drive, Harmonic, LinearMooring, Table
+from hydrosim.elements.line.kind import drag_points, linearise_random
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import Drive, Harmonic, LinearMooring, Table
-from hydrosim.forces.line.kind import drag_points, linearise_random
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Active, Environment, Kinematics, Method, Scene, Start, When
 
 DATABASE = Path(__file__).parents[3] / "hydro_db" / "sphere.nc"

@@ -12,10 +12,10 @@ from modes_apart import Event, integrate
 from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Compensation, Compensator, Harmonic, Winch
-from hydrosim.forces.line.compensator import GAS, LOWER, SLACK_PIECE, UPPER
-from hydrosim.forces.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED, delay_factors
+from hydrosim.elements import AppliedForce, Compensation, Compensator, Harmonic, Winch
+from hydrosim.elements.line.compensator import GAS, LOWER, SLACK_PIECE, UPPER
+from hydrosim.elements.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED, delay_factors
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene, Start
 
 Figure = Callable[[str, float], None]

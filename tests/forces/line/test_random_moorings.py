@@ -10,8 +10,8 @@ import pytest
 from markers import few
 
 from hydrosim.case import load_case
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.forces import Catenary, Compensation, SpeedControl, Spring, TensionControl, Winch
+from hydrosim.compile.compile import compile_scene
+from hydrosim.elements import Catenary, Compensation, SpeedControl, Spring, TensionControl, Winch
 from tests.generators.moored_cases import moored_case
 from tests.generators.moored_lines import LINES
 from tests.generators.random_cases import text_of

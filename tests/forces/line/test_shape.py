@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 from validation_data import unpacked
 
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces.line.points import line_points
-from hydrosim.forces.line.search import length_rates, stiffness, stored_energy
-from hydrosim.forces.line.shape import (
+from hydrosim.elements.line.points import line_points
+from hydrosim.elements.line.search import length_rates, stiffness, stored_energy
+from hydrosim.elements.line.shape import (
     BELOW,
     BURIED,
     FLOATS,
@@ -26,7 +25,8 @@ from hydrosim.forces.line.shape import (
     kink_room,
     solve,
 )
-from hydrosim.rigid.kinematics import LINE_PIECE
+from hydrosim.multibody.kinematics import LINE_PIECE
+from hydrosim.report.evidence import Feature, Kind
 
 Line = tuple[np.ndarray, float, float, float, float]
 """Pieces, x, z, bed, friction."""

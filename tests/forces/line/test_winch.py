@@ -16,9 +16,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import AppliedForce, Harmonic, Spring, Table, TensionControl, Winch
-from hydrosim.forces.line.drum import (
+from hydrosim.elements import AppliedForce, Harmonic, Spring, Table, TensionControl, Winch
+from hydrosim.elements.line.drum import (
     DRUM_INACTIVE,
     EMPTY,
     FAST_IN,
@@ -28,6 +27,7 @@ from hydrosim.forces.line.drum import (
     SLIPPING_OUT,
     STUCK,
 )
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import Active, Scene, Start, When
 

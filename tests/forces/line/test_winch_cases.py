@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 import hydrosim as hs
+from hydrosim.elements import Compensation, SpeedControl, TensionControl, Winch
 from hydrosim.errors import InputError
-from hydrosim.forces import Compensation, SpeedControl, TensionControl, Winch
 from hydrosim.scene import When
 
 DRUM = {"shortest": "5 m", "longest": "80 m"}

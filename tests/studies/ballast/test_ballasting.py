@@ -13,14 +13,14 @@ from scenes import scene_of, steady, with_body
 from scipy.optimize import root
 
 import hydrosim as hs
-from hydrosim.compiling.compile import compile_in_calm
-from hydrosim.compiling.compiled import Compiled
+from hydrosim.analysis.ballast import conditions, find_pump_plan
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.compile.compile import compile_in_calm
+from hydrosim.compile.compiled import Compiled
+from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
-from hydrosim.evidence import Feature, Kind
-from hydrosim.forces import LinearMooring
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Box, FreeSurface, Pump, Tank, TankTable, Weight
-from hydrosim.studies.ballast import conditions, find_pump_plan
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 G, DENSITY, LEVEL = 9.81, 1025.0, 9.0
 LOW, HIGH = -12.0, 2.0

@@ -17,8 +17,8 @@ from scenes import scene as dry_scene
 import hydrosim as hs
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
+from hydrosim.elements import Coulomb, LinearDamping
 from hydrosim.errors import InputError
-from hydrosim.forces import Coulomb, LinearDamping
 from hydrosim.scene import (
     AtDraught,
     Body,

@@ -12,14 +12,14 @@ from markers import few
 from scenes import SEA, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.compiling.compile import Radiation
+from hydrosim.analysis.response import responder
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.compile.compile import Radiation
 from hydrosim.dofs import DOFS
-from hydrosim.evidence import Feature, Kind
 from hydrosim.linear.linearise import Linear
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import RegularWave, Scene, Solver, WaveForces, WaveTrain
 from hydrosim.statistics.gaussian import find_excursions
-from hydrosim.studies.linear.response import responder
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 Figure = Callable[[str, float], None]
 PERIODS = (5.0, 6.0, 7.5, 8.0, 9.6, 10.0, 12.0, 15.0, 20.0, 24.0)  # s; all of them divide FITTED

@@ -10,8 +10,8 @@ import pytest
 from scenes import block, in_waves, motion, moving, on_floor, scene_of, steady
 
 import hydrosim as hs
-from hydrosim.errors import InputError
-from hydrosim.forces import (
+from hydrosim.analysis.response import at_rest
+from hydrosim.elements import (
     AppliedForce,
     Fender,
     Frictionless,
@@ -20,9 +20,9 @@ from hydrosim.forces import (
     StickSlip,
     constant,
 )
+from hydrosim.errors import InputError
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL
 from hydrosim.scene import Body, ForceElement, Scene, SecondOrder, WaveForces
-from hydrosim.studies.linear.response import at_rest
 
 Figure = Callable[[str, float], None]
 LIFT = 316.1e6  # N

@@ -24,12 +24,14 @@ from scenes import (
 )
 
 import hydrosim as hs
-from hydrosim.compiling.compile import Radiation, compile_for_linear
+from hydrosim.analysis.response import at_rest, responder
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
+from hydrosim.compile.compile import Radiation, compile_for_linear
+from hydrosim.elements import AppliedForce, Coulomb, StickSlip, constant
 from hydrosim.errors import InputError
-from hydrosim.forces import AppliedForce, Coulomb, StickSlip, constant
 from hydrosim.linear.equilibrium import Contacts
 from hydrosim.linear.modes import ModeKind
-from hydrosim.plot.analysis import draw_response
+from hydrosim.report.charts.analysis import draw_response
 from hydrosim.scene import (
     Body,
     Coefficients,
@@ -44,8 +46,6 @@ from hydrosim.scene import (
     WaveForces,
     WaveTrain,
 )
-from hydrosim.studies.linear.response import at_rest, responder
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
 
 Figure = Callable[[str, float], None]
 PRESSED = 4100.0  # s
@@ -95,7 +95,7 @@ def eigenvalue(time: np.ndarray, x: np.ndarray, near: complex) -> complex:
 
 def test_a_block_on_its_nodes() -> None:
     """By hand: w^2 = (k + 2 K2) / m stuck, k / m sliding and open, without normal springs open."""
-    from hydrosim.forces import LinearMooring
+    from hydrosim.elements import LinearMooring
 
     law = StickSlip(0.5, 0.4, 300.0, 1.0)
     forces = {

@@ -23,9 +23,9 @@ from scenes import CASES, SEA, in_contact, in_waves
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
-from hydrosim.studies.many.cluster import Cluster, run_batch
-from hydrosim.studies.many.outcome import RunOutcome
-from hydrosim.studies.many.shared import RunTask
+from hydrosim.study.cluster import Cluster, run_batch
+from hydrosim.study.outcome import RunOutcome
+from hydrosim.study.shared import RunTask
 
 pytest.importorskip("distributed")
 import xarray as xr
@@ -132,7 +132,7 @@ def test_a_scheduler_with_tls_needs_a_certificate(sweep: Command) -> None:
 def test_another_program_is_refused(
     cluster: tuple[str, list[int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hydrosim.studies.many.cluster.program_identity", lambda: "hydrosim 0.0.9")
+    monkeypatch.setattr("hydrosim.study.cluster.program_identity", lambda: "hydrosim 0.0.9")
     with pytest.raises(InputError, match=r"with another program \(hydrosim .*expected hydrosim 0"):
         Cluster(cluster[0])
     with pytest.raises(InputError, match=r"a worker with hydrosim 0.0.9; expected another"):
@@ -166,8 +166,8 @@ def test_nobody_is_waited_for_where_no_worker_is_left(
     sweep: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The only one dies: what it has made is kept, and the rest is made here."""
-    monkeypatch.setattr("hydrosim.studies.many.cluster.NO_WORKER_TIMEOUT_S", 10.0)
-    monkeypatch.setattr("hydrosim.studies.many.cluster.POLL_INTERVAL_S", 0.2)
+    monkeypatch.setattr("hydrosim.study.cluster.NO_WORKER_TIMEOUT_S", 10.0)
+    monkeypatch.setattr("hydrosim.study.cluster.POLL_INTERVAL_S", 0.2)
     kept = Path("runs.nc.partial") / "runs"
     with running(tmp_path, 1) as (address, workers):
         killer = Thread(target=kill_when, args=(kept, 5000, workers[0]))

@@ -14,13 +14,13 @@ from scenes import scene as dry
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.forces import Frictionless, StickSlip
+from hydrosim.elements import Frictionless, StickSlip
 from hydrosim.results.journal import read_unfinished
 from hydrosim.scene import Scene, Weight
 from hydrosim.statistics.explain import explain_run, explanations_of_runs
 from hydrosim.statistics.figures import ScalarResult
-from hydrosim.studies.many import many
-from hydrosim.studies.many.run_layout import one_scene_of_each_kind
+from hydrosim.study import many_runs
+from hydrosim.study.run_layout import one_scene_of_each_kind
 
 
 def sliding(kinetic: float = 0.1, points: int = 1, impulses: bool = True) -> Scene:
@@ -183,7 +183,7 @@ def test_a_kind_of_scene_is_tried_once(monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = [sliding(0.01 * k, points) for points in (1, 2) for k in range(5, 10)]
     assert len(one_scene_of_each_kind(scenes)) == 2
     tried: list[Scene] = []
-    simulate = many.simulate
-    monkeypatch.setattr(many, "simulate", lambda s: (tried.append(s), simulate(s))[1])
+    simulate = many_runs.simulate
+    monkeypatch.setattr(many_runs, "simulate", lambda s: (tried.append(s), simulate(s))[1])
     hs.simulate_many(scenes)
     assert len(tried) == 2

@@ -12,10 +12,10 @@ from command_line import heed_signals
 from scenes import FLOOR, ROOT, block, moving, on_floor, scene, steady
 
 import hydrosim as hs
-from hydrosim.compiling.clock import compile_clock
-from hydrosim.compiling.compile import compile_scene
-from hydrosim.compiling.compiled import Compiled
-from hydrosim.forces import (
+from hydrosim.compile.clock import compile_clock
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.compiled import Compiled
+from hydrosim.elements import (
     AppliedForce,
     Coulomb,
     Fender,
@@ -26,10 +26,17 @@ from hydrosim.forces import (
     StickSlip,
     constant,
 )
+from hydrosim.integrate.loop import advance, count_evaluations
+from hydrosim.integrate.record import new_record
+from hydrosim.integrate.state import (
+    EVALUATIONS,
+    EVENTS,
+    GRID_POINT,
+    GUARD_EVALUATIONS,
+    Run,
+    new_run,
+)
 from hydrosim.scene import Method, Scene
-from hydrosim.stepping.record import new_record
-from hydrosim.stepping.run import advance, count_evaluations
-from hydrosim.stepping.state import EVALUATIONS, EVENTS, GRID_POINT, GUARD_EVALUATIONS, Run, new_run
 
 SLOW = """
 import hydrosim as hs

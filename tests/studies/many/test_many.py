@@ -20,8 +20,8 @@ from hydrosim.results.journal import read_unfinished
 from hydrosim.results.runs_file import LARGE
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
-from hydrosim.studies.many import shared
-from hydrosim.studies.many.run_layout import scenes_equal
+from hydrosim.study import shared
+from hydrosim.study.run_layout import scenes_equal
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -271,7 +271,7 @@ def test_what_every_run_is_refused_for_is_told_once_and_at_once(tmp_path: Path) 
 
 def test_some_runs_measure_their_errors_by_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first of so many runs does, and the dataset says so."""
-    monkeypatch.setattr("hydrosim.studies.many.many.ESTIMATE_INTERVAL", 2)
+    monkeypatch.setattr("hydrosim.study.many_runs.ESTIMATE_INTERVAL", 2)
     runs = hs.simulate_many(seeds(1, 2, 3), workers=2)
     assert [*np.isfinite(runs.error_relative.values)] == [True, False, True]
     single = hs.simulate(seeds(1)[0])

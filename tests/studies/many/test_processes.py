@@ -20,8 +20,8 @@ from scenes import CASES, SEA, in_contact, in_waves
 from hydrosim.compare.exact import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
-from hydrosim.studies.many.executors import Processes
-from hydrosim.studies.many.shared import RunTask, SceneCache
+from hydrosim.study.executors import Processes
+from hydrosim.study.shared import RunTask, SceneCache
 
 FATAL, REFUSED = 3, 5  # seeds
 

@@ -18,12 +18,12 @@ from scenes import SEA, in_contact, in_waves, with_body
 import hydrosim as hs
 from hydrosim.compare.exact import differences
 from hydrosim.errors import WritingError
-from hydrosim.outputs import Output
+from hydrosim.files.outputs import Output
 from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsWriter
 from hydrosim.scene import Scene, WaveTrain
-from hydrosim.studies.many import executors, shared
-from hydrosim.studies.many.unfinished import folder_of, locked_folder, open_journal
+from hydrosim.study import executors, shared
+from hydrosim.study.unfinished import folder_of, locked_folder, open_journal
 
 
 def seeds(count: int, duration: float = 20.0) -> list[Scene]:

@@ -14,15 +14,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scenes import CASES
 
-from hydrosim.plot.studies import _panel
+from hydrosim.report.charts.studies import _panel
+from hydrosim.report.sentences.limits import distinct_lines, limits_tables
 from hydrosim.scene import Scene
 from hydrosim.statistics.figures import ScalarResult
 from hydrosim.statistics.results import MotionCauseResult, StageResult
 from hydrosim.statistics.weather import image_of, without_images
-from hydrosim.studies.operability.seas import Swell, add_mirrored_limits
-from hydrosim.studies.operability.study import Trials, limits_of, load_limits
-from hydrosim.studies.operability.weather import assess_weather, read_weather
-from hydrosim.wording.limits import distinct_lines, limits_tables
+from hydrosim.study.operability import Trials, limits_of, load_limits
+from hydrosim.study.seas import Swell, add_mirrored_limits
+from hydrosim.study.weather import assess_weather, read_weather
 
 REMOVAL = CASES.parent / "topside_removal" / "removal.yaml"
 SWAY = "{channel: position.barge.sway, statistic: largest_absolute, limit: 0.5 m}"

@@ -13,13 +13,13 @@ import xarray as xr
 from command_line import command
 from scenes import CASES
 
+from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compare.exact import differences
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
-from hydrosim.studies.linear.seakeeping import LinearRequest, linear_analysis
-from hydrosim.studies.many import executors
-from hydrosim.studies.many.outcome import RunOutcome
-from hydrosim.studies.operability.study import Trials, limits_of, load_limits
+from hydrosim.study import executors
+from hydrosim.study.operability import Trials, limits_of, load_limits
+from hydrosim.study.outcome import RunOutcome
 
 SPHERE = CASES.parent / "sphere" / "irregular.yaml"
 HEAVE = "{channel: position.sphere.heave, statistic: largest_absolute, limit: 1 m}"

@@ -10,12 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from hydrosim.errors import InputError
-from hydrosim.studies.operability.study import (
-    HeightLimit,
-    LimitSearch,
-    allowed_failures,
-    fewest_seeds,
-)
+from hydrosim.study.operability import HeightLimit, LimitSearch, allowed_failures, fewest_seeds
 
 HEIGHTS, SEEDS = 64, 50
 

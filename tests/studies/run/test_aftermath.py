@@ -11,7 +11,7 @@ import xarray as xr
 from scenes import ROOT, SEA, block, in_waves, moving, scene, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.forces import CurrentLoad, LinearMooring
+from hydrosim.elements import CurrentLoad, LinearMooring
 from hydrosim.scene import (
     Environment,
     Kinematics,

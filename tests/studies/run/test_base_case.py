@@ -12,7 +12,7 @@ from markers import few
 from scenes import SEA, in_waves, scene_of
 
 import hydrosim as hs
-from hydrosim.forces.contact.law import OPEN, SLIP, STICK
+from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.scene import Method, Tolerance, WaveTrain
 
 Figure = Callable[[str, float], None]

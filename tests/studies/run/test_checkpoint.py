@@ -15,12 +15,12 @@ from scenes import SEA, in_contact, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.forces import LinearMooring
+from hydrosim.elements import LinearMooring
+from hydrosim.files.outputs import Output
 from hydrosim.jit.waiting import Torn
-from hydrosim.outputs import Output
+from hydrosim.run import checkpoint, course
+from hydrosim.run.checkpoint import Checkpoint
 from hydrosim.scene import ConvolutionRadiation, Method, Place, Scene, Solver, WaveForces, WaveTrain
-from hydrosim.studies.run import checkpoint, course
-from hydrosim.studies.run.checkpoint import Checkpoint
 
 
 @pytest.fixture(autouse=True)

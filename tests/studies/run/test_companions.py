@@ -15,9 +15,9 @@ from scenes import block, moving, on_floor, scene, steady, table
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.forces import AppliedForce, Frictionless, LinearMooring, StickSlip
+from hydrosim.elements import AppliedForce, Frictionless, LinearMooring, StickSlip
+from hydrosim.multibody.vectors import rotation_vectors
 from hydrosim.results.ledger import REPORTED
-from hydrosim.rigid.vectors import rotation_vectors
 from hydrosim.scene import Kinematics, LinearScenes, Method, Scene, Solver, Tolerance
 
 CASES = Path(hs.__file__).parents[1] / "cases"
@@ -214,7 +214,7 @@ def test_a_run_that_misses_its_accuracy_is_made_again() -> None:
 
 def test_an_accuracy_that_costs_too_much_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """A block that rattles on its legs is another with each tolerance."""
-    monkeypatch.setattr("hydrosim.studies.run.error_estimate.FREE_EVALUATIONS", 0)
+    monkeypatch.setattr("hydrosim.run.error_estimate.FREE_EVALUATIONS", 0)
     scene = bouncing(LEGS, roll=0.1, pitch=0.07)
     solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=1e-7)
     run = hs.simulate(replace(scene, solver=solver))
@@ -226,6 +226,6 @@ def test_a_companion_that_fails_gives_way_to_a_finer_one(monkeypatch: pytest.Mon
     """Coarser steps of a stiff ball are unstable; the limit is not known here."""
     ball = bouncing((0.0, 0.0, 0.0), damping=30.0)
     failing = property(lambda companion: companion.stride.ratio > 1.0)
-    monkeypatch.setattr("hydrosim.studies.run.error_estimate.Companion.has_failed", failing)
+    monkeypatch.setattr("hydrosim.run.error_estimate.Companion.has_failed", failing)
     run = hs.simulate(ball)
     assert "at 0.0008" in run.attrs["error_companion"] or "at 0.000833" in str(run.attrs)

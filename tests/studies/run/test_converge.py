@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scenes import in_contact
 
+from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
-from hydrosim.forces import LinearMooring
-from hydrosim.plot.analysis import draw_work_precision
+from hydrosim.report.charts.analysis import draw_work_precision
 from hydrosim.scene import Body, Method, Scene, Solver, Unstable
-from hydrosim.studies.run.converge import common_multiple, converge, to_dataset
+from hydrosim.study.converge import common_multiple, converge, to_dataset
 
 Figure = Callable[[str, float], None]
 

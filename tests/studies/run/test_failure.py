@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from hydrosim.integrate.state import CHATTERING, NOT_FINITE, STEP_TOO_SMALL
+from hydrosim.run.failure import choose_remedy
 from hydrosim.scene import Method
-from hydrosim.stepping.state import CHATTERING, NOT_FINITE, STEP_TOO_SMALL
-from hydrosim.studies.run.failure import choose_remedy
 
 STEPPED = [method for method in Method if method != Method.AUTOMATIC]
 

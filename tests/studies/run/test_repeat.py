@@ -13,9 +13,9 @@ from markers import few
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.studies.many.many import run_study
-from hydrosim.studies.run.provenance import case_of
-from hydrosim.studies.sweep.study import load_study
+from hydrosim.run.provenance import case_of
+from hydrosim.study.many_runs import run_study
+from hydrosim.study.sweep import load_study
 
 CASES = Path(__file__).parents[3] / "cases"
 TEXTS = {"case", "case_file", "case_resolved", "units_read"}

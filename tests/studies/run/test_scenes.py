@@ -12,7 +12,7 @@ from scenes import table
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.forces import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
+from hydrosim.elements import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
 from hydrosim.linear.modes import NaturalMode
 from hydrosim.scene import Body, Scene, Solver
 

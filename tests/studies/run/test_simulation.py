@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.forces import LinearMooring
+from hydrosim.elements import LinearMooring
 from hydrosim.scene import Method, RadiationModel, Scene, Solver, WaveForces, WaveTrain
 
 REPEAT = 10800.0  # s

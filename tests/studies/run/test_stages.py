@@ -14,7 +14,7 @@ from command_line import Command
 from scenes import ROOT, SWINGING_BLOCK
 
 import hydrosim as hs
-from hydrosim.studies.run.simulation import outdated_reason
+from hydrosim.simulation import outdated_reason
 
 FIRST = SWINGING_BLOCK.replace(", linear: step", "")
 SECOND = """\
@@ -137,7 +137,7 @@ def test_an_interrupt_in_the_first_stage(
     def interrupted(*_: object) -> xr.Dataset:
         return xr.Dataset(attrs={"status": "interrupted"})
 
-    monkeypatch.setattr("hydrosim.commands.run.simulate_with_progress", interrupted)
+    monkeypatch.setattr("hydrosim.cli.run.simulate_with_progress", interrupted)
     assert hydrosim("run", "second.yaml")[0] == 130
     assert not list(cases.glob("*.nc"))
 

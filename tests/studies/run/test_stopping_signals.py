@@ -25,10 +25,10 @@ from scenes import in_contact
 
 import hydrosim as hs
 from hydrosim.compare.exact import differences
-from hydrosim.interrupts import ENDING_SIGNALS, install_signal_handlers
+from hydrosim.files.interrupts import ENDING_SIGNALS, install_signal_handlers
+from hydrosim.files.outputs import Output
 from hydrosim.jit import linking, outside
-from hydrosim.outputs import Output
-from hydrosim.studies.run.checkpoint import Checkpoint
+from hydrosim.run.checkpoint import Checkpoint
 
 SCENE = in_contact(20.0)
 PUSHED = replace(

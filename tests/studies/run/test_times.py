@@ -11,15 +11,15 @@ from reading import number, rows, tables
 from scenes import CASES, block, scene
 
 import hydrosim as hs
+from hydrosim.analysis.ballast import with_contents_at
+from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
-from hydrosim.forces import LinearMooring
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import Value, Verdict
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
-from hydrosim.presentation.document import Document
-from hydrosim.presentation.nodes import Value, Verdict
+from hydrosim.report.sentences.check import check_document
 from hydrosim.scene import Box, Environment, Method, Pump, Scene, Tank, Unstable, Weight
-from hydrosim.studies.ballast import with_contents_at
-from hydrosim.wording.check import check_document
 
 MASS, STIFFNESS, RATE = 2e4, 8e5, 80.0
 END = 200.0

@@ -10,7 +10,7 @@ import pytest
 from markers import few
 
 from benchmarks import work_precision
-from hydrosim.evidence import Feature, Kind
+from hydrosim.report.evidence import Feature, Kind
 from tests.generators.precision_scenes import HARD, scene_names, shipped_cases
 
 ASKED = (1e-3, 1e-5)

@@ -11,8 +11,8 @@ import yaml
 from command_line import command
 from scenes import CASES
 
-from hydrosim.studies.operability.study import load_limits
-from hydrosim.studies.sweep.study import load_study
+from hydrosim.study.operability import load_limits
+from hydrosim.study.sweep import load_study
 
 STUDIES = sorted((CASES.parent).glob("*/studies/*.yaml"))
 WHY = CASES / "studies" / "why.yaml"

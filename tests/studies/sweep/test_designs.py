@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrosim.studies.study_file import DesignPlan, Range
-from hydrosim.studies.sweep.designs import DesignRow, design_rows, design_size
+from hydrosim.study.designs import DesignRow, design_rows, design_size
+from hydrosim.study.study_file import DesignPlan, Range
 
 
 def ends(_: str, spread: Range) -> tuple[float, float]:

@@ -12,10 +12,10 @@ from command_line import files
 from scenes import CASES
 
 from hydrosim.errors import InputError
-from hydrosim.outputs import Output, as_output
+from hydrosim.files.outputs import Output, as_output
 from hydrosim.results.dataset import write_run
-from hydrosim.studies.many.many import run_until
-from hydrosim.studies.sweep.study import ParameterStudy, load_study, read_study
+from hydrosim.study.many_runs import run_until
+from hydrosim.study.sweep import ParameterStudy, load_study, read_study
 
 TEXT = f"""
 case: {CASES}/base.yaml

@@ -1,0 +1,226 @@
+"""`hydrosim statistics`: means, periods and extremes of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from hydrosim.cli.options import (
+    From,
+    Overwrite,
+    Verbose,
+    names_in,
+    output_for,
+    require_file,
+    seconds,
+    window_of,
+)
+from hydrosim.cli.progress import progress
+from hydrosim.cli.terminal import not_complete, print_lines, show_document
+from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+MIN_EXTREME_SHARE = 0.1  # shortest duration of extremes, as a part of the record
+
+
+def statistics(
+    run_file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RUN.nc",
+            help="Result of a run or of a study, also of an unfinished one (RUNS.nc.partial).",
+        ),
+    ],
+    start: From = "",
+    duration: Annotated[
+        str,
+        typer.Option(
+            metavar="TIME",
+            help='Duration of the extremes: "3 hour", or a number in seconds; default: the record.',
+        ),
+    ] = "",
+    channels: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help='Further channels, separated by commas: "speed.*,force_mooring.*".',
+        ),
+    ] = "",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="STATISTICS.nc", help="netCDF file to write."),
+    ] = None,
+    verbose: Verbose = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Print means, periods, extremes with two kinds of intervals, and crawl in each contact
+    phase."""
+    from hydrosim.cli.report import place_table, show_study
+    from hydrosim.errors import InputError
+    from hydrosim.report.sentences.statistics import statistics_document
+    from hydrosim.results.channels import channel_names, match_channels
+    from hydrosim.results.dataset import read_run, write_run
+    from hydrosim.results.journal import runs_at
+    from hydrosim.statistics.statistics import enough_from
+    from hydrosim.statistics.statistics import statistics as of_run
+
+    if (runs := runs_at(run_file)) is not None:
+        table = place_table(run_file, output, overwrite=overwrite)
+        show_study(runs, table, verbose)
+        return
+    require_file(run_file, "the result of a run or of a study (RUN.nc)")
+    name = f"{run_file.stem}_statistics"
+    result = output_for(output, name, "statistics", run_file, overwrite=overwrite)
+    run = read_run(run_file)
+    begin, end = seconds("--from", start, 0.0), float(run.time[-1])
+    if not enough_from(run, begin):
+        raise InputError(
+            f"--from: found {begin:g} s; expected a time well before the end of the run at"
+            f" {end:g} s."
+        )
+    least = MIN_EXTREME_SHARE * (end - max(begin, float(run.time[0])))
+    exposure = seconds("--duration", duration, inf) if duration else None
+    if exposure is not None and not least <= exposure < inf:
+        raise InputError(
+            f"--duration: found {exposure:g} s; expected at least a tenth of the record,"
+            f" {least:g} s. The record itself holds many samples of shorter durations."
+        )
+    asked = names_in(channels)
+    known = channel_names(run)
+    asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
+    with progress("statistics"):
+        found = of_run(run, begin, exposure, match_channels(known, asked, "--channels"))
+        write_run(found, result)
+    print_lines(*not_complete(run.attrs))
+    show_document(statistics_document(run, found), verbose)
+    print_lines(f"result    {result.path}")
+
+
+# `hydrosim explain`: why a body moved, by force, contact mode and direction.
+
+
+def explain(
+    run_file: Annotated[
+        Path, typer.Argument(metavar="RUN.nc", help="Result of a run, or of a study.")
+    ],
+    direction: Annotated[
+        str, typer.Option(help="Direction of the motion: surge, sway or heave.")
+    ] = "surge",
+    body: Annotated[
+        str | None, typer.Option(help="Body to explain; default: the first that moves.")
+    ] = None,
+    start: From = "",
+    end: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            "--until",
+            metavar="TIME",
+            help='Ignore everything after this time: "1 hour", or a number in seconds.',
+        ),
+    ] = "",
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="netCDF file to write."),
+    ] = None,
+    verbose: Verbose = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Explain why a body moved: mean forces, causes of friction, displacement and work by contact
+    mode.
+
+    The run needs `output: {impulses: true}`. For a study, the table shows means over the runs of
+    each combination of parameters, with 90 % intervals. The picture shows the first combination.
+    """
+    from hydrosim.cli.report import so_far, stem_of
+    from hydrosim.report.charts.explain import draw_explained
+    from hydrosim.report.sentences.explain import explanation_document
+    from hydrosim.results.dataset import read_run, write_run
+    from hydrosim.results.journal import runs_at
+    from hydrosim.statistics.explain import DIRECTION_AXES
+
+    if direction not in DIRECTION_AXES:
+        raise InputError(
+            f"--direction: found {direction}; expected one of {', '.join(DIRECTION_AXES)}."
+        )
+    name = f"{stem_of(run_file)}_explained"
+    run = runs_at(run_file)
+    require_file(run_file, "the result of a run or of a study (RUN.nc)")
+    result = output_for(output, name, "explanation", run_file, overwrite=overwrite)
+    page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
+    between = window_of(start, end)
+    many = run is not None
+    if run is None:
+        run = read_run(run_file)
+    try:
+        with progress("explaining"):
+            found, parts = _of_many(run, between) if many else _of_one(run, between)
+    except InputError as error:
+        raise InputError(f"{run_file}: {error}") from None
+    moved = _body(found, direction, body)
+    write_run(found, result)
+    print_lines(*so_far(run))
+    first, of_first = next(iter(parts.items()))
+    draw_explained(run, of_first, moved, direction, page, first)
+    show_document(explanation_document(run, parts, moved, direction), verbose)
+    print_lines(f"result    {result.path}, {page.path}")
+
+
+Parts = dict[str, "xr.Dataset"]
+"""Runs to explain, by name: one run, or each combination of parameters of a study."""
+
+
+def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
+    from hydrosim.statistics.explain import explain_run
+
+    found = explain_run(run, *between)
+    return found, {"": found}
+
+
+def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
+    from hydrosim.results.runs_file import COMPLETE
+    from hydrosim.statistics.explain import explanations_of_runs
+
+    if between != (-inf, inf):
+        raise InputError("found a study; expected one run, because of --from or --to.")
+    found = explanations_of_runs(runs)
+    complete = runs.status.values == COMPLETE
+    if not complete.any():
+        raise InputError("found no complete run; see the variable status_message of the file.")
+    return found, {
+        t: found.isel(run=at) for t, at in _runs_by_combination(runs) if complete[at].any()
+    }
+
+
+def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
+    """Name of each combination of parameters of a study, with the indices of its runs."""
+    import numpy as np
+
+    from hydrosim.report.sentences.seeds import named_values
+    from hydrosim.statistics.effects import combinations, plans
+
+    if "design" not in runs.attrs:
+        yield "", np.arange(runs.sizes["run"])
+        return
+    for plan in plans(runs):
+        plan_runs = np.flatnonzero(np.isin(runs.run.values, plan.runs.run.values))
+        for values, at in combinations(plan):
+            values_text = named_values(plan, values)
+            yield ": ".join(part for part in (plan.name, values_text) if part), plan_runs[at]
+
+
+def _body(found: xr.Dataset, direction: str, name: str | None) -> str:
+    """Body that was asked for, or the first that moves."""
+    known = [str(body) for body in found.body.values]
+    if name is not None and name not in known:
+        raise InputError(f"--body: found {name}; expected one of {', '.join(known)}.")
+    displacement = abs(found.displacement.sel(dof=direction)).fillna(0.0)
+    moved = displacement.max([dim for dim in displacement.dims if dim != "body"]).values
+    return name or (known[int(moved.argmax())])

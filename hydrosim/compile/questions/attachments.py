@@ -1,0 +1,251 @@
+"""Questions about where lines, joints and named points are on their bodies.
+
+The reach of a body bounds the distance of its points from its centre of gravity. A hull with a
+database has the half diagonal of its water plane; cranes and booms reach over it. Another body has
+its largest radius of gyration, which bodies on long light arms exceed most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hydrosim.compile.questions.query import (
+    COMPACT,
+    ELLIPSE_OVER_RECTANGLE,
+    Extents,
+    Query,
+    SceneContext,
+    bar_diameters,
+    extents,
+    text_beyond,
+)
+from hydrosim.elements.line.catenary import Catenary
+from hydrosim.elements.line.points import LineShape, line_shapes
+from hydrosim.elements.link import TorsionSpring
+from hydrosim.elements.pair import TwoPointElement
+from hydrosim.scene import Body, JointType
+from hydrosim.scene.joint import MotionKind
+from hydrosim.scene.scene import arrangement
+
+HULL_REACH = 3.0  # of the half diagonal of the water plane
+DRY_REACH = 20.0  # of the largest radius of gyration
+# m
+MIN_HULL_REACH = 20.0
+MIN_DRY_REACH = 100.0
+MIN_UNDER_KEEL = 2.0
+MIN_OUTRIGGER = 5.0
+MIN_FREEBOARD = 10.0
+UNDER_KEEL = 0.3  # of the draught
+FREE_AXIS_COSINE = (
+    0.1  # cosine of the smallest angle between an axis and the axes that a joint leaves free
+)
+FRAME = "Points are in the body frame, from the centre of gravity."
+
+
+def attachments(about: SceneContext) -> Iterator[Query]:
+    """Ask about points far off their bodies, and fairleads far under a keel."""
+    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
+    bodies = {body.name: body for body in about.scene.bodies}
+    for key, name, point in _points(about):
+        body = bodies[name]
+        limit = _reach(body, sizes.get(name))
+        away = float(np.linalg.norm(point))
+        if away > limit:
+            found_text = (
+                f"a point {text_beyond(away, limit)} m from the centre of gravity of {name}"
+            )
+            yield Query(key, found_text, f"usual for its size is up to {limit:.3g} m", FRAME)
+    for name, line in about.scene.forces.items():
+        size = sizes.get(line.body)
+        if isinstance(line, Catenary) and size is not None:
+            yield from _under_keel(name, line, size)
+            yield from _off_hull(name, line, size)
+
+
+def _points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Keys, bodies and points (3,) of lines, joints and named points, in the frame of the body."""
+    centre = {body.name: about.centre(b) for b, body in enumerate(about.scene.bodies)}
+    turn = {body.name: about.motion.rotation[b] for b, body in enumerate(about.scene.bodies)}
+    for name, element in about.scene.forces.items():
+        if isinstance(element, TwoPointElement):
+            yield f"forces.{name}.point", element.body, np.array(element.point, float)
+            if element.anchor_body is not None:
+                yield f"forces.{name}.anchor", element.anchor_body, np.array(element.anchor, float)
+    for name, joint in about.scene.joints.items():
+        point = np.array(joint.point, float)
+        yield f"joints.{name}.point", joint.body, point
+        if joint.to is not None and all(m.kind != MotionKind.SLIDE for m in joint.motions):
+            place = centre[joint.body] + turn[joint.body] @ point
+            yield f"joints.{name}.point", joint.to, turn[joint.to].T @ (place - centre[joint.to])
+    for body in about.scene.bodies:
+        for name, own in body.points.items():
+            yield f"bodies.{body.name}.points.{name}", body.name, np.array(own, float)
+
+
+def _reach(body: Body, size: Extents | None) -> float:
+    """Largest usual distance of a point of a body from its centre of gravity [m]."""
+    radius = float(np.sqrt(np.diag(body.inertia).max() / body.mass))
+    dry = max(DRY_REACH * radius, MIN_DRY_REACH)
+    if size is None:
+        return dry
+    return max(HULL_REACH * float(np.linalg.norm(size.half)), MIN_HULL_REACH)
+
+
+def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
+    """Ask about a fairlead metres under the keel."""
+    under = size.centre[2] - ELLIPSE_OVER_RECTANGLE * size.draught - line.point[2]
+    limit = max(UNDER_KEEL * size.draught, MIN_UNDER_KEEL)
+    if under > limit:
+        found_text = (
+            f"a fairlead about {text_beyond(under, limit, '.2g')} m under the keel of {line.body}"
+        )
+        yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.2g} m", FRAME)
+
+
+def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
+    """Ask about a fairlead of a mooring line far beside a hull, or far above the water."""
+    if line.anchor_body is not None or line.anchor[2] >= 0.0:
+        return
+    off = np.array(line.point, float) - size.centre
+    aside = float(
+        np.linalg.norm(np.maximum(np.abs(off[:2]) - ELLIPSE_OVER_RECTANGLE * size.half, 0.0))
+    )
+    limit = max(MIN_OUTRIGGER, float(size.half.min()))
+    if aside > limit:
+        found_text = f"a fairlead about {text_beyond(aside, limit, '.2g')} m outside of {line.body}"
+        yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.2g} m", FRAME)
+    limit = max(MIN_FREEBOARD, 2.0 * size.draught)
+    if off[2] > limit:
+        found_text = f"a fairlead {text_beyond(float(off[2]), limit)} m above the water"
+        yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.3g} m", FRAME)
+
+
+def axes(about: SceneContext) -> Iterator[Query]:
+    """Ask about torsion springs and power take-offs about an axis that a joint holds."""
+    branches = {
+        frozenset((branch.child, branch.parent)): branch
+        for branch in arrangement(about.scene).branches
+        if branch.joint.type in (JointType.HINGE, JointType.CYLINDRICAL)
+    }
+    for name, spring in about.scene.forces.items():
+        branch = None
+        if isinstance(spring, TorsionSpring):
+            branch = branches.get(frozenset((spring.body, spring.to)))
+        if branch is None or not isinstance(spring, TorsionSpring):
+            continue
+        axis = np.array(spring.axis, float)
+        cosine = abs(branch.joint.axes()[0] @ axis) / np.linalg.norm(axis)
+        if cosine < FREE_AXIS_COSINE:
+            angle = np.degrees(np.arccos(min(cosine, 1.0)))
+            found_text = (
+                f"an axis at {angle:.3g} deg to that of {branch.name}, which holds this rotation"
+            )
+            usual = "usual is the axis of the joint"
+            yield Query(f"forces.{name}.axis", found_text, usual, "It hardly acts.")
+
+
+# Questions about where catenaries run: through the seabed, under a hull, and how soft they are.
+
+# m
+BURIED = 1.0
+HOVERING = 0.25  # of the water depth, for lines that know no seabed
+ABOVE_BED = 0.03  # of the water depth, for lines that do
+MIN_ABOVE_BED = 2.0
+SOFT = 1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
+AT_SIDE = 0.7  # of half of the breadth or length: fairleads further out are at a side
+WIDE_CHAIN = 20.0  # bar diameters: coefficient times diameter, 2.4 of studless chain
+WIDEST = 10.0  # m, of other lines
+CROSSING = 0.5  # of the breadth of a hull
+KEEL = 0.8  # of the draught: fairleads deeper are at the keel
+
+
+def routes(about: SceneContext) -> Iterator[Query]:
+    """Ask about lines that run through the seabed or a hull, hang above it, or are too soft."""
+    state = about.state
+    depth = about.scene.environment.water_depth
+    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
+    bodies = about.model.bodies
+    begin = about.end - about.scene.duration
+    every = line_shapes(about.model, about.scene, begin, state.y, state.modes, bodies, about.motion)
+    for line in every:
+        of = about.scene.forces[line.name]
+        assert isinstance(of, Catenary)
+        yield from _beside_bed(line, of, depth)
+        yield from _softness(about, line, of)
+        yield from _drag(about, line, of)
+        size = sizes.get(of.body)
+        if size is not None and of.anchor_body is None and of.anchor[2] < 0.0:
+            yield from _under_hull(about, line, of, size)
+
+
+def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
+    """Ask about a line that runs below the seabed, and about an anchor high above it."""
+    key = f"forces.{line.name}"
+    lowest = -float(line.places()[0][:, 2].min())
+    if of.friction is None and lowest > depth + BURIED:
+        found_text = f"a line down to {text_beyond(lowest, depth)} m in water of {depth:g} m"
+        usual = "usual is a line above the seabed"
+        yield Query(key, found_text, usual, "With the key seabed, it rests on the seabed.")
+    moored = of.anchor_body is None and of.anchor[2] < 0.0
+    above = depth + of.anchor[2]
+    limit = max(HOVERING * depth, BURIED)
+    if of.friction is not None:
+        limit = max(ABOVE_BED * depth, MIN_ABOVE_BED)
+    if moored and np.isfinite(depth) and above > limit:
+        found_text = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
+        yield Query(f"{key}.anchor", found_text, "usual is an anchor on the seabed")
+
+
+def _softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
+    """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
+    if of.anchor_body is not None or of.body not in about.facts.databases:
+        return
+    weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
+    stiffness = float(line.line_pieces["stiffness"].min())
+    if stiffness < SOFT * weight:
+        found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
+        usual = f"usual is above {SOFT:g} of the weight"
+        advice = "Check the diameter and its unit."
+        yield Query(f"forces.{line.name}.segments", found_text, usual, advice)
+
+
+def _drag(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
+    """Ask about drag of a line that is far wider than its chain, or wider than any line."""
+    widest = float(of.drag_width.max())
+    bars = list(bar_diameters(of, about.scene.environment))
+    limit = WIDE_CHAIN * max(bars) if bars else WIDEST
+    if widest > limit:
+        found_text = f"a drag coefficient times diameter of {text_beyond(widest, limit)} m"
+        usual = f"usual is up to {limit:.3g} m"
+        yield Query(f"forces.{line.name}.segments", found_text, usual, "Is the diameter in mm?")
+
+
+def _under_hull(
+    about: SceneContext, line: LineShape, of: Catenary, size: Extents
+) -> Iterator[Query]:
+    """Ask about a line from a side of a compact hull that crosses under it to the other side."""
+    aside = (np.array(of.point[:2]) - size.centre[:2]) / size.half
+    at_keel = of.point[2] < size.centre[2] - KEEL * size.draught
+    if size.filled < COMPACT or at_keel or np.abs(aside).max() < AT_SIDE:
+        return
+    turn = about.motion.rotation[about.index[of.body]]
+    away = turn.T @ np.array([*line.ends.e, 0.0])
+    inside = _length_inside(aside, away[:2] / size.half)
+    limit = CROSSING * 2.0 * float(size.half.min())
+    if inside > limit:
+        found_text = f"a line that runs {text_beyond(inside, limit)} m under the hull of {of.body}"
+        usual = "usual is a fairlead on the side of its anchor"
+        advice = "Has point the sign of the other side?"
+        yield Query(f"forces.{line.name}.point", found_text, usual, advice)
+
+
+def _length_inside(start: np.ndarray, direction: np.ndarray) -> float:
+    """Length [m] inside the square |x|, |y| < 1 of the ray from ``start`` (2,) along ``direction``
+    (2,), per metre."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort([(-1.0 - start) / direction, (1.0 - start) / direction], axis=0)
+    enters = float(np.nanmax([0.0, *ends[0]]))
+    leaves = float(np.nanmin(ends[1]))
+    return max(leaves - enters, 0.0)

@@ -1,0 +1,249 @@
+"""Questions about allowable loads: beside the loads at the start, and beside weights."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+
+import numpy as np
+
+from hydrosim.compile.questions.query import (
+    Extents,
+    Query,
+    SceneContext,
+    bar_diameters,
+    extents,
+    text_beyond,
+    text_outside,
+)
+from hydrosim.elements.contact.fender import Contact
+from hydrosim.elements.line.catenary import Catenary
+from hydrosim.elements.line.winch import Winch
+from hydrosim.elements.pair import TwoPointElement
+from hydrosim.elements.spring import Spring
+from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
+from hydrosim.integrate.state import start_loads
+from hydrosim.scene import Body, Weight
+from hydrosim.scene.force import strongest_breaking_load
+from hydrosim.scene.scene import joined_with
+
+# of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
+MOST_OF_BREAKING = 2.0
+LEAST_OF_BREAKING = 0.02
+MOST_EXTENSION = 10.0  # of a spring, over its length
+MOST_STRAIN = 0.5  # at the breaking load: nylon has 0.3
+NEGLIGIBLE_LOAD_FRACTION = (
+    1e-5  # of the weight of the lightest body that a line, contact or joint acts on
+)
+
+
+def capacities(about: SceneContext) -> Iterator[Query]:
+    """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
+    that are a unit away from the bodies' weights."""
+    yield from _tiny(about)
+    yield from _strengths(about)
+    yield from _stretches(about)
+    yield from _overloaded_lines(about)
+    yield from _hanging(about)
+
+
+def _tiny(about: SceneContext) -> Iterator[Query]:
+    """Ask about allowable loads that the weight of a few litres of water exceeds."""
+    limits = [
+        (
+            f"forces.{name}.capacity",
+            of.capacity,
+            {of.body, *(body for _, body in of.connected_bodies())},
+        )
+        for name, of in about.scene.forces.items()
+        if of.capacity is not None and isinstance(of, TwoPointElement | Contact)
+    ]
+    limits += [
+        (f"joints.{name}.breaks_at", joint.breaks_at, {joint.body, joint.to})
+        for name, joint in about.scene.joints.items()
+        if joint.breaks_at is not None
+    ]
+    gravity = about.scene.environment.gravity
+    for key, limit, names in limits:
+        own = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
+        lightest = gravity * min(own, default=0.0)
+        if limit is not None and limit < NEGLIGIBLE_LOAD_FRACTION * lightest:
+            found_text = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
+            usual = f"usual is above {NEGLIGIBLE_LOAD_FRACTION:g} of the weight"
+            yield Query(key, found_text, usual, "Is it in kN?")
+
+
+def _stretches(about: SceneContext) -> Iterator[Query]:
+    """Ask about capacities of springs at which they are several times as long."""
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, Spring) or not of.capacity or not isinstance(of.length, float):
+            continue
+        slope = float(of.tension[-1] - of.tension[-2]) / float(of.extension[-1] - of.extension[-2])
+        extension = of.extension[-1] + max(of.capacity - of.tension[-1], 0.0) / max(slope, 1e-300)
+        if of.length > 0.0 and extension > MOST_EXTENSION * of.length:
+            found_text = (
+                f"{of.capacity:.3g} N, at which the line of {of.length:g} m is"
+                f" {extension:.3g} m longer"
+            )
+            usual = f"usual is up to {MOST_EXTENSION:g} times its length"
+            yield Query(
+                f"forces.{name}.capacity", found_text, usual, "Check capacity and stiffness."
+            )
+
+
+def _strengths(about: SceneContext) -> Iterator[Query]:
+    """Ask about capacities far above or below the breaking load of a line's thinnest chain, and
+    about those that stretch a rope by half of its length."""
+    for name, of in about.scene.forces.items():
+        if not isinstance(of, Catenary) or not of.capacity:
+            continue
+        key = f"forces.{name}.capacity"
+        bars = list(bar_diameters(of, about.scene.environment))
+        breaking = strongest_breaking_load(min(bars)) if bars else 0.0
+        low, high = LEAST_OF_BREAKING * breaking, MOST_OF_BREAKING * breaking
+        strain = of.capacity / float(of.stiffness.min())
+        if bars and not low <= of.capacity <= high:
+            found_text = f"{of.capacity:.3g} N, for a chain of {1e3 * min(bars):.3g} mm"
+            usual = f"such a chain of grade R5 breaks at {breaking:.3g} N"
+            yield Query(key, found_text, usual, "Check diameter, capacity and their units.")
+        elif strain > MOST_STRAIN:
+            share = text_beyond(strain, MOST_STRAIN, ".0%")
+            found_text = f"{of.capacity:.3g} N, at which the line is {share} longer"
+            usual = f"usual is up to {MOST_STRAIN:.0%}"
+            yield Query(key, found_text, usual, "Check capacity, stiffness and their units.")
+
+
+def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
+    """Ask about lines whose tension at the start is above their capacity."""
+    scene = about.scene
+    limits = {
+        name: of.capacity
+        for name, of in scene.forces.items()
+        if isinstance(of, TwoPointElement) and of.capacity is not None
+    }
+    if not limits:
+        return
+    begin = about.end - scene.duration
+    loads = start_loads(scene, about.model, about.state, about.facts.rows, begin)
+    for name, capacity in limits.items():
+        tension = loads[name]
+        if tension > capacity:
+            found_text = f"{capacity:.4g} N, and {text_beyond(tension, capacity, '.4g')} N"
+            usual = "usual is a tension at the start below the capacity"
+            yield Query(f"forces.{name}.capacity", f"{found_text} of tension at the start", usual)
+
+
+def _hanging(about: SceneContext) -> Iterator[Query]:
+    """Ask about dry bodies that hang from lines whose capacities add up to less than the weight."""
+    for body in about.scene.bodies:
+        if not _is_dry_and_heavy(about, body):
+            continue
+        acting = [
+            of
+            for of in about.scene.forces.values()
+            if body.name in {of.body, *(name for _, name in of.connected_bodies())}
+            and of.supports_weight()
+        ]
+        if not acting or not all(isinstance(of, TwoPointElement) for of in acting):
+            continue
+        allowed = sum(_allowable(of) for of in acting if isinstance(of, TwoPointElement))
+        weight = body.mass * about.scene.environment.gravity
+        if weight > allowed:
+            found_text = (
+                f"a weight of {weight:.3g} N that hangs from lines of {allowed:.3g} N in all"
+            )
+            usual = "usual is a weight below the capacities of the lines that carry it"
+            advice = "Is the mass in tonne? Are the loads in kN?"
+            yield Query(f"bodies.{body.name}.mass", found_text, usual, advice)
+
+
+def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
+    """Whether nothing but force elements carries a body."""
+    wet = body.name in about.facts.databases or body.hydrostatics is not None
+    jointed = len(joined_with(about.scene, body.name)) > 1
+    held = any(body.name in (joint.body, joint.to) for joint in about.scene.joints.values())
+    falls = "heave" in body.dofs and body.weight == Weight.CARRIED
+    return falls and not (wet or jointed or held)
+
+
+def _allowable(line: TwoPointElement) -> float:
+    """Allowable tension [N] of a line; infinite if none is given."""
+    if line.capacity is not None:
+        return line.capacity
+    return inf if not isinstance(line, Winch) or line.control is None else _set_tension(line)
+
+
+def _set_tension(line: Winch) -> float:
+    """Tension that a drum holds [N]; infinite if it controls a length or a speed."""
+    return float(getattr(line.control, "tension", np.inf))
+
+
+# Questions about loads of wind and current: their size beside the hull, and their sign.
+
+AIR = 1.225  # kg/m^3
+# drag coefficients: of the current on length times draught; of the wind on length times breadth,
+# because no area above the water is known
+CURRENT_DRAG = (0.002, 10.0)
+WIND_DRAG = (0.003, 30.0)
+SAME_DRAUGHT = 3.0  # ratio
+MAX_OPPOSING_FRACTION = 0.1  # part of the forces
+
+
+def coefficients(about: SceneContext) -> Iterator[Query]:
+    """Ask about coefficients of wind and current that are not those of a hull of this size, that
+    drive a body against the stream, and about a draught for the current that the hull has not."""
+    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
+    density = about.scene.environment.water_density
+    for name, of in about.scene.forces.items():
+        if isinstance(of, StreamLoad):
+            yield from _reversed_tables(name, of)
+        size = sizes.get(of.body)
+        if size is not None and isinstance(of, CurrentLoad):
+            area = 2.0 * float(size.half.max()) * size.draught
+            yield from _unlikely_size(name, of, 0.5 * density * area, CURRENT_DRAG)
+        elif size is not None and isinstance(of, WindLoad):
+            area = 4.0 * float(np.prod(size.half))
+            yield from _unlikely_size(name, of, 0.5 * AIR * area, WIND_DRAG)
+    for _, body, _ in about.floating_bodies():
+        yield from _other_draught(body.name, body.draught, sizes[body.name])
+
+
+def _unlikely_size(
+    name: str, of: StreamLoad, reference: float, limits: tuple[float, float]
+) -> Iterator[Query]:
+    """Ask about coefficients whose largest force is far from a ``reference`` force [N s^2/m^2]."""
+    low, high = limits
+    for key, force in (("surge", of.surge), ("sway", of.sway)):
+        largest = float(np.abs(force).max())
+        coefficient = largest / reference
+        if largest > 0.0 and not low <= coefficient <= high:
+            text = text_outside(coefficient, low, high, ".2g")
+            found_text = (
+                f"up to {largest:.3g} N s^2/m^2, a drag coefficient of {text} for the size of"
+                f" {of.body}"
+            )
+            usual = f"usual is {low:g} to {high:g}"
+            yield Query(f"forces.{name}.{key}", found_text, usual, "Is it in kN?")
+
+
+def _reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
+    """Ask about a table whose forces are against the stream in the sum over its headings."""
+    for key, force, component in (
+        ("surge", of.surge, np.cos(of.headings)),
+        ("sway", of.sway, np.sin(of.headings)),
+    ):
+        if float(force @ component) < -MAX_OPPOSING_FRACTION * float(np.abs(force).sum()):
+            found_text = "forces against the stream"
+            usual = "usual are forces along it: surge above 0 at 0 deg, sway above 0 at 90 deg"
+            advice = "headings are those that the stream goes to, relative to the body."
+            yield Query(f"forces.{name}.{key}", found_text, usual, advice)
+
+
+def _other_draught(body: str, draught: float | None, size: Extents | None) -> Iterator[Query]:
+    if draught is None or size is None:
+        return
+    ratio = draught / size.draught
+    if not 1.0 / SAME_DRAUGHT <= ratio <= SAME_DRAUGHT:
+        found_text = f"{draught:.3g} m"
+        usual = f"the hull of its database has about {size.draught:.3g} m"
+        yield Query(f"bodies.{body}.draught", found_text, usual)

@@ -1,1 +1,0 @@
-"""Decay tests of roll: the equation of a decay, and its damping fitted to recordings."""

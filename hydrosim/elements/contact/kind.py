@@ -1,0 +1,485 @@
+"""Contact points as a kind: states, modes, variables, and states that a restart initialises.
+
+Impulses, works and displacements of contact points by mode: integrals in y, if asked for.
+
+For each point and each of its modes (open, stick, slip), in the earth frame:
+
+    time, N, N n, f                 impulses of the normal force and of friction f on the body
+    w                               displacement of the point along the plane
+    f w by axis, N n w              works of friction and of the normal force
+
+with the velocity w of the point relative to the plane. In slip also, with its direction d = -f /
+|f|: d, N d, C3 |v2| d, the node's |v2| d, and for three of them the part towards positive axes,
+max(d, 0). So in slip, with the mean E and the duration T,
+
+    int f dt = -mu_k int N d dt - int C3 |v2| d dt,     int N d dt = T (E[N] E[d] + Cov(N, d))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydrosim.elements.contact import curves, geometry, group, laws
+from hydrosim.elements.contact.curves import BRANCH_START
+from hydrosim.elements.contact.fender import (
+    COMPRESSION,
+    CONTACT_STATE_NAMES,
+    CONTACT_STATES,
+    DAMPED,
+    ENERGY_LOST,
+    FRICTION_FORCE,
+    NODE,
+    NORMAL_FORCE,
+    SLIP_DAMPED,
+    SLIP_DISTANCE,
+    Contact,
+    ContactConstants,
+    clear_unused_states,
+    compile_elements,
+    dynamic_states,
+    is_mirrored,
+    memory_range,
+    memory_states,
+    normal_load_of,
+    points_with_memory,
+)
+from hydrosim.elements.contact.geometry import contact_kinematics
+from hydrosim.elements.contact.law import OPEN, SLIP, STICK
+from hydrosim.elements.contact.laws import COULOMB, LAW, least_slip_speed, steady_slip_state
+from hydrosim.elements.kind import (
+    LINEARISATION_DEPTH,
+    Columns,
+    KindConstants,
+    KindWithModeSets,
+    ModeRows,
+    ModeSet,
+    RecordedStates,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+    capacity_of,
+    elements_of,
+    rest_at_first,
+    steepest_segment,
+    with_mode_of_unit,
+)
+from hydrosim.elements.signal import time_of_largest, value
+from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import MODE, NO_INDEX, SEGMENT
+from hydrosim.multibody.vectors import add, length, scale
+from hydrosim.scene import Scene
+
+MODES = ("open", "stick", "slip")
+TALLIES_OF_MODES = (  # for each mode: name and number of entries
+    *(("time", 1), ("impulse", 1), ("press", 3), ("friction", 3)),
+    *(("moved", 3), ("friction_work", 3), ("press_work", 1)),
+)
+TALLIES_OF_SLIP = (  # in slip also
+    *(("slip_direction", 3), ("slip_load", 3), ("slip_damping", 3), ("slip_moved", 3)),
+    *(("slip_direction_ahead", 3), ("slip_load_ahead", 3), ("slip_moved_ahead", 3)),
+)
+MODE_TALLIES = sum(count for _, count in TALLIES_OF_MODES)
+POINT_TALLIES = len(MODES) * MODE_TALLIES + sum(count for _, count in TALLIES_OF_SLIP)
+
+
+@kernel
+def add_tallies(t, y, modes, motion, bodies, p, reactions, rates):
+    """Rates of the integrals of all points, `POINT_TALLIES` for each, with the ``reactions`` (nf,
+    2) of rigid friction."""
+    clear(rates[: POINT_TALLIES * p.points.size])
+    for i in range(p.points.size):
+        point, mode, k = p.points[i], modes[p.mode + i, MODE], p.state + CONTACT_STATES * i
+        c = geometry.contact_kinematics(point, bodies, motion)
+        load = normal_load_of(i, t, y, modes, c, p)
+        law = laws.friction(mode, load, c.velocity, (y[k], y[k + 1]), point)
+        f = law.force
+        if point.law == COULOMB and mode == STICK:
+            f = (reactions[i, 0], reactions[i, 1])
+        first = POINT_TALLIES * i + MODE_TALLIES * mode
+        _add_mode_tallies(load.N, f, c, rates[first : first + MODE_TALLIES])
+        if mode == SLIP and length(f) > 0.0:
+            last = POINT_TALLIES * (i + 1)
+            _add_slip_tallies(
+                load.N, f, law, c, rates[POINT_TALLIES * i + len(MODES) * MODE_TALLIES : last]
+            )
+
+
+@kernel
+def _add_mode_tallies(N, f, c, out):
+    """The rates of `TALLIES_OF_MODES`."""
+    force, press = _earth_vector(f, c), scale(N, c.normal)
+    w = _earth_vector(c.velocity, c)
+    out[0], out[1], out[MODE_TALLIES - 1] = 1.0, N, -N * c.rate
+    for a in range(3):
+        out[2 + a], out[5 + a], out[8 + a] = press[a], force[a], w[a]
+        out[11 + a] = force[a] * w[a]
+
+
+@kernel
+def _add_slip_tallies(N, f, law, c, out):
+    """The rates of `TALLIES_OF_SLIP`."""
+    size, v2 = length(f), law.slip_speed
+    d = _earth_vector((-f[0] / size, -f[1] / size), c)
+    damping = law.slip_damped / v2 if v2 != 0.0 else 0.0
+    for a in range(3):
+        ahead = max(d[a], 0.0)
+        out[a], out[3 + a], out[6 + a], out[9 + a] = d[a], N * d[a], damping * d[a], v2 * d[a]
+        out[12 + a], out[15 + a], out[18 + a] = ahead, N * ahead, v2 * ahead
+
+
+@kernel
+def _earth_vector(u, c):
+    """A vector (2,) in the plane, turned into the earth frame."""
+    return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))
+
+
+# Postures of contact points: open, sticking, slipping; see `hydrosim.elements.kind`.
+#
+# Points are linearised on the steepest piece of their curve, or under the largest prescribed force,
+# and in steady slip.
+
+CLOSED_MODES = {STICK: "sticking", SLIP: "slipping"}
+SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins at a higher one
+
+
+class KindOfContacts(KindWithModeSets):
+    """Postures of contact points."""
+
+    def mode_sets(self, p: ContactConstants) -> Sequence[ModeSet]:
+        text = "all contacts open" if p.points.size else "no contact"
+        rest = ModeSet(text, rest_at_first(p.points["first"], OPEN))
+        modes = CLOSED_MODES if p.points.size else ()
+        return [
+            rest,
+            *(ModeSet(f"all contacts {CLOSED_MODES[m]}", _closed_modes(p, m)) for m in modes),
+        ]
+
+    def one_unit_active(
+        self, p: ContactConstants, names: Sequence[str], which: Sequence[int]
+    ) -> Iterator[ModeSet]:
+        rest = rest_at_first(p.points["first"], OPEN)
+        for mode, text in CLOSED_MODES.items() if p.points.size > 1 else ():
+            closed = _closed_modes(p, mode)
+            for i in which:
+                yield ModeSet(f"{names[i]} alone {text}", with_mode_of_unit(rest, closed, i))
+
+    def equivalence_keys(self, p: ContactConstants) -> Sequence[Hashable]:
+        law = (name for name, _ in LAW)
+        fields = ("normal_damping", "prescribed", "signal", "reach", "lag", *law)
+        return [
+            (
+                *p.segments[_steepest_segment(p, point)].tolist(),
+                *(point[name].item() for name in fields),
+            )
+            for point in p.points
+        ]
+
+    def rates(self, p: ContactConstants, bodies: Any, motion: Any) -> np.ndarray:
+        """Along the normal and along both tangents."""
+        touches = [contact_kinematics(point, bodies, motion) for point in p.points]
+        return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
+
+    def moved_onto_segment(
+        self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> ContactConstants:
+        """Constants in which each plane presses its point, and each mode keeps its branch."""
+        points = p.points.copy()
+        points["saturates"] = False
+        for point, (mode, segment, _) in zip(points, modes, strict=True):
+            if mode != OPEN:
+                start = p.segments[segment]["start"]
+                nearer = (
+                    start
+                    + LINEARISATION_DEPTH
+                    - contact_kinematics(point, bodies, motion).compression
+                )
+                point["plane_point"] += nearer * point["plane_normal"]
+        return p._replace(points=points)
+
+    def time_of_largest_load(self, p: ContactConstants) -> float:
+        signals = p.points["signal"][p.points["prescribed"]]
+
+        def total(time: float) -> float:
+            return sum(value(time, signal, p.pieces) for signal in signals)
+
+        return max(
+            (time_of_largest(signal, p.pieces) for signal in signals), key=total, default=0.0
+        )
+
+    def sliding_speed(self, p: ContactConstants, modes: np.ndarray, time: float) -> float:
+        if not np.any(modes[:, MODE] == SLIP):
+            return 0.0
+        return max(SLIDING, *map(least_slip_speed, _normal_loads(p, modes, time), p.points))
+
+    def set_steady_slip(
+        self,
+        p: ContactConstants,
+        modes: np.ndarray,
+        time: float,
+        bodies: Any,
+        motion: Any,
+        y: np.ndarray,
+    ) -> None:
+        """Put points into steady slip; stiff lines begin at the planes of `moved_onto_segment`."""
+        memory_states(p, y)[:, BRANCH_START] = 0.0
+        loads = _normal_loads(p, modes, time)
+        for i in np.flatnonzero(modes[:, MODE] == SLIP):
+            point = p.points[i]
+            found = steady_slip_state(
+                loads[i], np.array(contact_kinematics(point, bodies, motion).velocity), point
+            )
+            if found is not None:
+                y[p.state + CONTACT_STATES * i :][:2] = found
+
+    def idle_states(self, p: ContactConstants, modes: np.ndarray) -> np.ndarray:
+        """The nodes of open contacts; they are analysed in the posture with all contacts open."""
+        states = dynamic_states(p)
+        is_open = modes[:, MODE] == OPEN
+        return states[is_open[(states - p.state) // CONTACT_STATES] & (not is_open.all())]
+
+
+def _closed_modes(p: ContactConstants, mode: int) -> np.ndarray:
+    """Modes with all points in one mode on their steepest pieces."""
+    modes = rest_at_first(p.points["first"], mode)
+    modes[:, SEGMENT] = [_steepest_segment(p, point) for point in p.points]
+    return modes
+
+
+def _steepest_segment(p: ContactConstants, point: np.void) -> int:
+    """The steepest piece of the curve of a point: the stiff line, if it has one."""
+    line = int(point["line"])
+    return line if line != NO_INDEX else steepest_segment(p.segments, point["first"], point["last"])
+
+
+def _normal_loads(p: ContactConstants, modes: np.ndarray, time: float) -> list[float]:
+    """Normal force [N] of every point in its mode, for the planes of
+    `KindOfContacts.moved_onto_segment`."""
+    return [_normal_load(p, point, mode, time) for point, mode in zip(p.points, modes, strict=True)]
+
+
+def _normal_load(p: ContactConstants, point: np.void, mode: np.ndarray, time: float) -> float:
+    if point["prescribed"]:
+        return float(value(time, point["signal"], p.pieces))
+    piece = p.segments[mode[SEGMENT]]
+    return float(piece["force"] + LINEARISATION_DEPTH * piece["slope"])
+
+
+EARTH_NAME = "earth"
+NORMAL = "normal of the plane"
+POINT_AXES = ("time", "fender", "axis")
+
+
+def group_of_points(scene: Scene) -> list[str]:
+    """Name of the group of each contact point; by default the name of its element."""
+    return [
+        element.group or name
+        for name, element in scene.forces.items()
+        if isinstance(element, Contact)
+        for _ in element.unit_names(name)
+    ]
+
+
+class ContactKind(KindOfContacts):
+    unit = "fender"
+    variables: ClassVar = {
+        "fender_compression": Variable(
+            "compression, negative when open, at most 0 where the plane or seat does not act",
+            "m",
+            NORMAL,
+        ),
+        "fender_normal_force": Variable("normal force", "N", NORMAL),
+        "fender_mode": Variable("contact mode", "1", flags="open stick slip"),
+        "fender_friction": Variable("friction force on the body", "N", EARTH_NAME),
+        "fender_node": Variable("position of the contact node on the plane", "m", EARTH_NAME),
+        "fender_slip_distance": Variable("distance slipped since the start", "m", "plane"),
+        "fender_dissipated": Variable("energy lost in friction and loops since the start", "J"),
+        "fender_dissipated_damping": Variable(
+            "part of the energy lost: in the node's damper C2", "J"
+        ),
+        "fender_dissipated_slip_damping": Variable(
+            "part of the energy lost: in slip damping C3", "J"
+        ),
+        "fender_closings": Variable("number of closings since the start", "1"),
+        "fender_closing_speed": Variable("speed of the last closing", "m/s", NORMAL),
+        "fender_largest_force": Variable(
+            "largest normal force since the last closing", "N", NORMAL
+        ),
+        "fender_segment": Variable("piece of the normal curve, counted from 0", "1"),
+        "fender_rising": Variable("1 if the stretch is that of a rising load", "1"),
+        "contact_time": Variable("time in a contact mode", "s"),
+        "contact_impulse": Variable("integral of the normal force in a contact mode", "N s"),
+        "contact_press": Variable(
+            "impulse of the normal force on the body in a contact mode", "N s", EARTH_NAME
+        ),
+        "contact_friction": Variable(
+            "impulse of friction on the body in a contact mode", "N s", EARTH_NAME
+        ),
+        "contact_moved": Variable(
+            "displacement of the point along the plane in a mode", "m", EARTH_NAME
+        ),
+        "contact_friction_work": Variable(
+            "work of friction on the body in a contact mode", "J", EARTH_NAME
+        ),
+        "contact_press_work": Variable("work of the normal force in a contact mode", "J"),
+        "slip_direction": Variable("integral of the direction of slip", "s", EARTH_NAME),
+        "slip_load": Variable(
+            "integral of normal force times direction of slip", "N s", EARTH_NAME
+        ),
+        "slip_damping": Variable("integral of C3 times the velocity of slip", "N s", EARTH_NAME),
+        "slip_moved": Variable("displacement of the contact node in slip", "m", EARTH_NAME),
+        "slip_direction_ahead": Variable(
+            "the part of slip_direction towards positive axes", "s", EARTH_NAME
+        ),
+        "slip_load_ahead": Variable(
+            "the part of slip_load towards positive axes", "N s", EARTH_NAME
+        ),
+        "slip_moved_ahead": Variable(
+            "the part of slip_moved towards positive axes", "m", EARTH_NAME
+        ),
+    }
+    impulse_names: ClassVar = tuple(f"tally {k + 1}" for k in range(POINT_TALLIES))
+
+    def modes(self, p: ContactConstants) -> ModeRows:
+        points = p.points
+        last = np.maximum(points["last"], points["line"])
+        return ModeRows(points.size, "mode", "rising", points["first"], last, points["steepest"])
+
+    def states(self, p: ContactConstants, scene: Scene) -> Iterator[StateBlocks]:
+        """States of all points, of points with memory, and of groups with memory."""
+        names = self.unit_names(scene)
+        groups = [*dict.fromkeys(group_of_points(scene))]
+        yield StateBlocks("contact node", names, CONTACT_STATE_NAMES)
+        yield StateBlocks(
+            "closings", [names[i] for i in points_with_memory(p)], curves.LOOP_STATE_NAMES
+        )
+        owners = [groups[k] for k in p.groups["index"]]
+        yield StateBlocks("contact group", owners, group.GROUP_STATE_NAMES, "group ")
+
+    def coupled_states(self, p: ContactConstants) -> np.ndarray:
+        return dynamic_states(p)
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        """Coordinates with the element of each point, and these elements."""
+        groups = group_of_points(scene)
+        if not groups:
+            return {}
+        said = {"long_name": "element of contact points, whose phases are told together"}
+        return {
+            "fender": ("fender", self.unit_names(scene)),
+            "fender_group": ("fender", groups, said),
+            "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
+            **capacity_of(self.unit, elements_of(scene, self.classes)),
+            **(_kinetic_coefficients(scene) if scene.output_impulses else {}),
+        }
+
+    def record(self, p: ContactConstants, bodies: Any, kept: UnitRecord) -> Columns:
+        seen = kept.observed
+        is_open = kept.modes[:, :, MODE] == OPEN
+        each = POINT_AXES[:2]
+        own = kept.y[p.state : p.state + CONTACT_STATES * p.points.size]
+        states = own.reshape(len(own), -1, CONTACT_STATES)
+        return {
+            "fender_compression": (each, seen[:, :, COMPRESSION]),
+            "fender_normal_force": (each, np.where(is_open, 0.0, seen[:, :, NORMAL_FORCE])),
+            "fender_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "fender_friction": (POINT_AXES, seen[:, :, FRICTION_FORCE:NODE]),
+            "fender_node": (POINT_AXES, seen[:, :, NODE:ENERGY_LOST]),
+            "fender_slip_distance": (each, states[:, :, SLIP_DISTANCE]),
+            "fender_dissipated": (each, seen[:, :, ENERGY_LOST]),
+            "fender_dissipated_damping": (each, states[:, :, DAMPED]),
+            "fender_dissipated_slip_damping": (each, states[:, :, SLIP_DAMPED]),
+            **_closings(p, kept.y),
+            **(dict(_tally_variables(kept.tallies)) if kept.tallies.size else {}),
+        }
+
+    def losses(self, p: ContactConstants, observed: np.ndarray) -> dict[int, np.ndarray]:
+        """Energy lost in friction."""
+        rows = p.points["row"]
+        return {row: observed[:, rows == row, ENERGY_LOST].sum(axis=1) for row in np.unique(rows)}
+
+    def is_mirrored(self, p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
+        return is_mirrored(p, y, modes)
+
+    def clear_unused_states(self, p: ContactConstants, y: np.ndarray) -> None:
+        clear_unused_states(p, y)
+
+    def renew(
+        self,
+        p: ContactConstants,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known: np.ndarray,
+    ) -> None:
+        """Reset stiff lines of new points and of points that cannot be pressed as stored, and the
+        memory of groups that did not have one in the run."""
+        for k, i in enumerate(points_with_memory(p)):
+            if not (possible[i] and known[p.state + CONTACT_STATES * i]):
+                memory_states(p, y)[k, curves.BRANCH_START] = memory_states(p, anew)[
+                    k, curves.BRANCH_START
+                ]
+        for first in p.state + p.groups["first"]:
+            if not known[first]:
+                y[first : first + group.GROUP_STATES] = anew[first : first + group.GROUP_STATES]
+
+
+CONTACT_KIND = ContactKind("fenders", (Contact,), compile_elements)
+
+
+def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
+    """Contact modes, and mu_k of each contact point."""
+    contacts = [e for e in scene.forces.values() if isinstance(e, Contact)]
+    kinetic = [getattr(e.friction, "kinetic", 0.0) for e in contacts for _ in e.points]
+    said = {"long_name": "coefficient of kinetic friction", "units": "1"}
+    return {
+        "contact_mode": ("contact_mode", list(MODES)),
+        "fender_kinetic": ("fender", kinetic, said),
+    }
+
+
+def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
+    """Memory of closings of contacts; NaN for contacts without memory."""
+    if p.remembering == 0:
+        return {}
+    known = np.full((len(y), p.points.size, curves.LOOP_STATES), np.nan)
+    own = y[memory_range(p)]
+    known[:, points_with_memory(p)] = own.reshape(len(y), p.remembering, curves.LOOP_STATES)
+    return {
+        "fender_closings": (POINT_AXES[:2], known[:, :, curves.CLOSINGS]),
+        "fender_closing_speed": (POINT_AXES[:2], known[:, :, curves.CLOSING_SPEED]),
+        "fender_largest_force": (POINT_AXES[:2], known[:, :, curves.LARGEST_NORMAL]),
+    }
+
+
+def _tally_variables(
+    tallies: np.ndarray,
+) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
+    """Variables from the ``tallies`` (nt, nf, `TALLIES`) of contact points: `contact_*` (time,
+    fender, mode) and `slip_*` (time, fender, axis)."""
+    dims = ("time", "fender", "contact_mode")
+    end = len(MODES) * MODE_TALLIES
+    modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(MODES), MODE_TALLIES)
+    at = 0
+    for name, count in TALLIES_OF_MODES:
+        part = modes[..., at : at + count]
+        yield f"contact_{name}", (dims, part[..., 0]) if count == 1 else ((*dims, "axis"), part)
+        at += count
+    at = end
+    for name, count in TALLIES_OF_SLIP:
+        yield name, (POINT_AXES, tallies[:, :, at : at + count])
+        at += count
+
+
+def remembered_groups(parts: KindConstants, y: RecordedStates) -> list[group.GroupMemory]:
+    """All groups with memory, with their states from y."""
+    p = CONTACT_KIND.constants_in(parts)
+    starts = p.state + p.groups["first"]
+    return [
+        group.GroupMemory(
+            int(each["index"]), float(each["weight"]), y[first : first + group.GROUP_STATES]
+        )
+        for each, first in zip(p.groups, starts, strict=True)
+    ]

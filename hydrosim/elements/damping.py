@@ -1,0 +1,237 @@
+"""Damping of a body beyond radiation: linear, with the squared velocity, and of roll.
+
+Linear damping of a body, in its own axes: damping beyond radiation, in a linear form.
+
+    F = -C u,   u = R^T (v - U),  R^T omega
+
+v, omega: velocity of the centre of gravity and angular velocity; U: the current, for damping that
+is relative to it, else 0; C: damping (6, 6). With small angles R is the identity: the effect of
+turning on a damping force is of second order.
+
+With `damping_ratio` r, C_ii = 2 r sqrt(k (m + a(w_n))). The DOF by itself then decays with r of
+critical damping in addition. Here k is the stiffness of hydrostatics and of the body's linear
+moorings; m + a(w_n) is mass and added mass at the natural frequency w_n of both. Couplings and
+other elements do not count.
+
+Booked as dissipation, v^T C u in sum; negative while a current drives the body. Limits: damping in
+proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); see
+`quadratic_damping`.
+
+Quadratic damping of a body, in its own axes: drag and eddies, where flow separates.
+
+    F_i = -sum_j D_ij |u_j| u_j,   u = R^T (v - U),  R^T omega
+
+v, omega: velocity of the centre of gravity and angular velocity; U: the current; D: coefficients
+(6, 6), such as 1/2 rho C_D A on the diagonal.
+
+In one DOF with m x'' + D |x'| x' + k x = 0 two successive extremes obey (1 + b x1) exp(-b x1) = (1
+- b x2) exp(b x2), b = 2 D / m. (This is the first integral of the equation; Lamb 1923, Dynamics,
+has it.) So small swings lose (4/3) D x1^2 / m.
+
+Booked as dissipation, |u_j| u_j D_jj v_j in sum; negative while a current drives the body. Limits:
+each DOF by itself (for cross-flow between surge and sway see `stream_load`); no memory of the flow;
+coefficients do not depend on amplitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrosim.dofs import DOFS
+from hydrosim.elements import linear_mooring
+from hydrosim.elements.kind import ElementKind
+from hydrosim.elements.layout import Layout, LinearResistance, axes_at_rest
+from hydrosim.elements.pair import add_resistance, current_on, relative_velocity
+from hydrosim.errors import InputError
+from hydrosim.jit.kernels import kernel, root
+from hydrosim.multibody.vectors import product
+from hydrosim.scene import ForceElement, Turns
+
+
+@dataclass(frozen=True)
+class LinearDamping(ForceElement):
+    """``damping`` (6, 6) [N s/m ... N m s/rad] or ``damping_ratio`` (6,) of critical, about the
+    centre of gravity, or neither. With ``relative_to_current``, surge and sway count relative to
+    the water."""
+
+    damping: np.ndarray | None = None
+    damping_ratio: np.ndarray | None = None
+    relative_to_current: bool = False
+
+    def supports_weight(self) -> bool:
+        return False
+
+    def dragging_streams(self) -> Collection[str]:
+        return ("current",) if self.relative_to_current else ()
+
+    def can_add_energy(self) -> bool:
+        """A current drags the body along."""
+        return self.relative_to_current
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        if self.damping is not None:
+            yield self.damping
+
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """Damping changes in axes that turn, unless it is invariant about the axis of the turn."""
+        each = turns.elements.linear_dampings
+        damping = next(e["damping"] for e in each if e["row"] == turns.row)
+        changes = turns.exact and any(_depends_on_turn(damping, angle) for angle in turns.free)
+        return f"{name} turns with {self.body}" if changes else None
+
+
+def _depends_on_turn(damping: np.ndarray, angle: int) -> bool:
+    """True if ``damping`` (6, 6) depends on how far its body has turned about an axis."""
+    from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
+
+    R = np.kron(np.eye(2), Rotation.from_rotvec(np.eye(3)[angle - 3]).as_matrix())
+    return not np.allclose(R @ damping @ R.T, damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())
+
+
+LINEAR_DAMPING = np.dtype(
+    [("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)]
+)
+
+
+def compile_linear_dampings(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+    """Constants (ne,) of `LINEAR_DAMPING` of the linear dampings among ``elements``."""
+    rows = []
+    for name, e in elements.items():
+        if isinstance(e, LinearDamping):
+            stream = current_on(e.body, layout) if e.relative_to_current else (0.0, 0.0)
+            damping = _damping(name, e, elements, layout)
+            rows.append((layout.body[e.body], layout.row[name], damping, stream))
+    return np.array(rows, dtype=LINEAR_DAMPING)
+
+
+def _damping(
+    name: str, element: LinearDamping, elements: Mapping[str, ForceElement], layout: Layout
+) -> np.ndarray:
+    """Damping (6, 6)."""
+    if element.damping is not None:
+        return element.damping
+    if element.damping_ratio is None:
+        return np.zeros((6, 6))
+    body = layout.body[element.body]
+    moorings = linear_mooring.compile_elements(elements, layout)
+    moored = moorings["stiffness"][moorings["body"] == body].sum(axis=0)
+    axes = axes_at_rest(layout.heading[body])
+    found = layout.resonance(body, np.diag(axes.T @ moored @ axes))
+    for dof, ratio, stiffness in zip(DOFS, element.damping_ratio, found.stiffness, strict=True):
+        if ratio and not stiffness > 0.0:
+            raise InputError(
+                f"forces.{name}.damping_ratio.{dof}: found a ratio where hydrostatics and linear"
+                f" moorings of {element.body} have no stiffness, so that there is no critical"
+                " damping. Add stiffness, or give damping instead; in roll and pitch, check the"
+                " height of the centre of gravity."
+            )
+    critical = 2.0 * np.sqrt(np.maximum(found.stiffness, 0.0) * found.mass)
+    return np.diag(element.damping_ratio * critical)
+
+
+@root
+def add_linear_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
+    for e in p:
+        if bodies.exact:
+            u = relative_velocity(e.body, e.stream, motion)
+            rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])
+        else:
+            rate[e.row] += _add_resistance(e, motion.velocity, wrench[e.row])
+
+
+@kernel
+def _add_resistance(e, v, wrench):
+    """Add -C (v - U) to ``wrench`` (6 nb,) in the axes at rest; returns the power taken from the
+    body."""
+    k = 6 * e.body
+    lost = 0.0
+    C = e.damping
+    U = e.stream
+    f = product(C, v, k)
+    for i in range(6):
+        resistance = f[i] - C[i, 0] * U[0] - C[i, 1] * U[1]
+        wrench[k + i] -= resistance
+        lost += v[k + i] * resistance
+    return lost
+
+
+class LinearDampingKind(ElementKind):
+    def resistances(self, p: np.ndarray) -> Iterator[LinearResistance]:
+        """Damping of each element as a `LinearResistance`."""
+        for e in p:
+            yield LinearResistance(
+                e["row"], e["body"], e["damping"], e["damping"][:, :2] @ e["stream"]
+            )
+
+
+LINEAR_DAMPING_KIND = LinearDampingKind(
+    "linear_dampings", (LinearDamping,), compile_linear_dampings
+)
+
+
+@dataclass(frozen=True)
+class QuadraticDamping(ForceElement):
+    """``damping`` (6, 6) [N s^2/m^2 ... N m s^2/rad^2] about the centre of gravity."""
+
+    damping: np.ndarray
+
+    def supports_weight(self) -> bool:
+        return False
+
+    def dragging_streams(self) -> Collection[str]:
+        return ("current",)
+
+    def can_add_energy(self) -> bool:
+        """A current drags the body along."""
+        return True
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        yield self.damping
+
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
+
+
+QUADRATIC_DAMPING = np.dtype(
+    [("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)]
+)
+
+
+def compile_quadratic_dampings(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+    """Constants (ne,) of `QUADRATIC_DAMPING` of the quadratic dampings among ``elements``."""
+    rows = [
+        (layout.body[e.body], layout.row[name], e.damping, current_on(e.body, layout))
+        for name, e in elements.items()
+        if isinstance(e, QuadraticDamping)
+    ]
+    return np.array(rows, dtype=QUADRATIC_DAMPING)
+
+
+@root
+def add_quadratic_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
+    """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
+    dissipates to ``rate``, in place."""
+    for e in p:
+        u = relative_velocity(e.body, e.stream, motion)
+        squares = (
+            abs(u[0]) * u[0],
+            abs(u[1]) * u[1],
+            abs(u[2]) * u[2],
+            abs(u[3]) * u[3],
+            abs(u[4]) * u[4],
+            abs(u[5]) * u[5],
+        )
+        rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])
+
+
+QUADRATIC_DAMPING_KIND = ElementKind(
+    "quadratic_dampings", (QuadraticDamping,), compile_quadratic_dampings
+)

@@ -1,0 +1,438 @@
+"""Free motions of joints, and what acts in them: spring, damping, end stops, dry friction.
+
+    f = -k (q - q0) - c u + stop - friction
+
+q, u: the motion and its rate [m or rad]; f: force or moment on the joint's body along it, its
+opposite on the other body. A stop at the end e presses with k_s d + c_s d', where d = |q - e| is
+the way beyond it. It never pulls: where that would be negative, there is no force. Friction is the
+given kinetic force against the motion. At rest a constraint holds u = 0, until its force exceeds
+the static one.
+
+Modes of friction: none, stuck, or moving up or down. Modes of the stop, in the column `SEGMENT`:
+away from both, pressed, or beyond the end without force. All changes are events.
+
+Limit: friction does not depend on the load in the joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import inf
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from hydrosim.elements.kind import (
+    Columns,
+    KindWithModeSets,
+    ModeRows,
+    ModeSet,
+    UnitRecord,
+    Variable,
+    rest_at_first,
+)
+from hydrosim.elements.layout import LinearResistance
+from hydrosim.jit.kernels import clear, kernel, root, root_giving
+from hydrosim.modes import (
+    CONTACT_MARGIN,
+    FRICTION_MARGIN,
+    MARGINS,
+    MODE,
+    NO_INDEX,
+    SEGMENT,
+    SEGMENT_MARGIN,
+)
+from hydrosim.multibody.tree import BALL, push_joint
+from hydrosim.multibody.vectors import dot, quaternion_of_parameters, rotation_vector
+from hydrosim.scene import JointResistance, Scene
+from hydrosim.scene.scene import tree_joints
+
+if TYPE_CHECKING:
+    from hydrosim.elements.layout import Layout
+    from hydrosim.scene import ForceElement
+
+NO_FRICTION, STUCK, UP, DOWN = range(4)
+AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
+FRICTION_MODES = ("frictionless", "stuck", "up", "down")
+STOPS = ("away", "at_lowest", "at_highest", "below", "above")
+MOTION_POSITION, MOTION_RATE, MOTION_FORCE, JOINT_MOTION_OUTPUTS = range(4)
+REST_RATE = 1e-12  # m/s or rad/s after an impact: rounding
+
+MOTION = np.dtype(
+    [
+        *(("coordinate", int), ("move", int), ("axis", int), ("row", int)),
+        *(("stiffness", float), ("neutral", float), ("damping", float)),
+        *(("lowest", float), ("highest", float), ("stop", float), ("dashpot", float)),
+        *(("static", float), ("kinetic", float)),
+    ]
+)
+"""A motion: its coordinate, its move of the tree and the axis of that, its row of forces
+(`NO_INDEX` if nothing acts); k, q0, c; both ends, k_s, c_s; the static and the kinetic force,
+negative if none."""
+
+
+class JointMotionConstants(NamedTuple):
+    """The motions ``each`` (n,) of `MOTION` of all joints of trees; the number of ``rows`` of
+    constraints at most; the first of their rows of modes and of their reactions."""
+
+    each: np.ndarray
+    rows: int
+    mode: int
+    reaction: int
+
+
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> JointMotionConstants:
+    """Constants of all free motions of the joints of trees."""
+    tree = layout.tree
+    places = {
+        int(move["coordinate"]) + a: (m, a)
+        for m, move in enumerate(tree.moves)
+        for a in range(3 if move["kind"] == BALL else 1)
+    }
+    each = []
+    coordinate = min(places, default=0)
+    for name, joint in layout.joints.items():
+        for i in range(0 if name in layout.constraints else len(joint.motions)):
+            acting = joint.resistances[i] if joint.resistances else JointResistance()
+            row = layout.row[name] if acting.acts else NO_INDEX
+            each.append((coordinate, *places[coordinate], row, *_constants(acting)))
+            coordinate += 1
+    found = np.array(each, dtype=MOTION)
+    return JointMotionConstants(found, int((found["static"] >= 0.0).sum()), 0, 0)
+
+
+def _constants(acting: JointResistance) -> tuple[float, ...]:
+    stops = acting.stops
+    friction = acting.friction
+    return (
+        *(acting.stiffness, acting.neutral, acting.damping),
+        *((stops.lowest, stops.highest) if stops else (-inf, inf)),
+        *((stops.stiffness, stops.damping) if stops else (0.0, 0.0)),
+        *((friction.static, friction.kinetic) if friction else (-1.0, 0.0)),
+    )
+
+
+def are_linear(p: JointMotionConstants) -> bool:
+    """True if no motion has stops or dry friction."""
+    return not np.any((p.each["stop"] > 0.0) | (p.each["static"] >= 0.0))
+
+
+@kernel
+def _stop_force(joint_motion, mode, q, u):
+    """Force of the stops, positive away from the lowest."""
+    if mode == AT_LOWEST:
+        return joint_motion.stop * (joint_motion.lowest - q) - joint_motion.dashpot * u
+    if mode == AT_HIGHEST:
+        return joint_motion.stop * (joint_motion.highest - q) - joint_motion.dashpot * u
+    return 0.0
+
+
+@kernel
+def _friction_force(joint_motion, mode):
+    """Friction of a moving joint."""
+    if mode == UP:
+        return -joint_motion.kinetic
+    return joint_motion.kinetic if mode == DOWN else 0.0
+
+
+@kernel
+def _acting_force(joint_motion, mode, q, u):
+    """Force of all that acts in a motion but the reaction of a stuck one."""
+    spring = -joint_motion.stiffness * (q - joint_motion.neutral) - joint_motion.damping * u
+    return (
+        spring
+        + _stop_force(joint_motion, mode[SEGMENT], q, u)
+        + _friction_force(joint_motion, mode[MODE])
+    )
+
+
+@kernel
+def _dissipated_power(joint_motion, mode, q, u):
+    """Power that a motion loses. Beyond an end without force, the stop loses what it stored."""
+    loss = joint_motion.damping * u * u - _friction_force(joint_motion, mode[MODE]) * u
+    if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
+        loss += joint_motion.dashpot * u * u
+    elif mode[SEGMENT] == BELOW:
+        loss += joint_motion.stop * (joint_motion.lowest - q) * u
+    elif mode[SEGMENT] == ABOVE:
+        loss += joint_motion.stop * (joint_motion.highest - q) * u
+    return loss
+
+
+@root
+def add_force(y, modes, motion, bodies, p, wrench, rate):
+    """Add the forces of all motions to the rows of ``wrench``, and their losses to ``rate``."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        joint_motion = p.each[i]
+        if joint_motion.row != NO_INDEX:
+            q = y[joint_motion.coordinate]
+            u = y[n + joint_motion.coordinate]
+            mode = modes[p.mode + i]
+            push_joint(
+                joint_motion.move,
+                joint_motion.axis,
+                _acting_force(joint_motion, mode, q, u),
+                bodies,
+                motion,
+                wrench[joint_motion.row],
+            )
+            rate[joint_motion.row] += _dissipated_power(joint_motion, mode, q, u)
+
+
+@root
+def add_energy(y, modes, p, stored):
+    """Add the energy of springs and of stops to the rows of ``stored``."""
+    for i in range(p.each.size):
+        joint_motion = p.each[i]
+        if joint_motion.row != NO_INDEX:
+            q = y[joint_motion.coordinate]
+            below = max(joint_motion.lowest - q, 0.0)
+            above = max(q - joint_motion.highest, 0.0)
+            beyond = below * below + above * above
+            stretch = q - joint_motion.neutral
+            stored[joint_motion.row] += 0.5 * (
+                joint_motion.stiffness * stretch * stretch + joint_motion.stop * beyond
+            )
+
+
+@root
+def find_margins(y, modes, bodies, p, reactions, out):
+    """Margins of all motions into ``out``: way to the stops, or beyond the one that is met; the
+    force of that stop; the rate along the motion, or the friction that is left."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        joint_motion = p.each[i]
+        mode = modes[p.mode + i]
+        m = MARGINS * (p.mode + i)
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
+        for k in range(MARGINS):
+            out[m + k] = 1.0
+        if mode[MODE] == STUCK:
+            out[m + FRICTION_MARGIN] = joint_motion.static - abs(reactions[p.reaction + i, 0])
+        elif mode[MODE] != NO_FRICTION:
+            out[m + FRICTION_MARGIN] = u if mode[MODE] == UP else -u
+        if joint_motion.stop == 0.0:
+            continue
+        stop = mode[SEGMENT]
+        if stop == AWAY:
+            out[m + CONTACT_MARGIN] = min(q - joint_motion.lowest, joint_motion.highest - q)
+        else:
+            low = stop in (AT_LOWEST, BELOW)
+            out[m + CONTACT_MARGIN] = joint_motion.lowest - q if low else q - joint_motion.highest
+            pressed = AT_LOWEST if low else AT_HIGHEST
+            sign = 1.0 if low else -1.0
+            force = sign * _stop_force(joint_motion, pressed, q, u)
+            if joint_motion.dashpot > 0.0:
+                out[m + SEGMENT_MARGIN] = force if stop == pressed else -force
+
+
+@root
+def transition(i, which, y, modes, bodies, reactions, p):
+    """Switch motion ``i`` to its next mode, after margin ``which`` has reached zero."""
+    joint_motion = p.each[i]
+    mode = modes[p.mode + i]
+    q = y[joint_motion.coordinate]
+    u = y[bodies.active.size + joint_motion.coordinate]
+    if which == CONTACT_MARGIN:
+        if mode[SEGMENT] != AWAY:
+            mode[SEGMENT] = AWAY
+        elif q - joint_motion.lowest < joint_motion.highest - q:
+            mode[SEGMENT] = AT_LOWEST if u < 0.0 else BELOW
+        else:
+            mode[SEGMENT] = AT_HIGHEST if u > 0.0 else ABOVE
+    elif which == SEGMENT_MARGIN:
+        stop = mode[SEGMENT]
+        if stop in (AT_LOWEST, BELOW):
+            mode[SEGMENT] = BELOW if stop == AT_LOWEST else AT_LOWEST
+        else:
+            mode[SEGMENT] = ABOVE if stop == AT_HIGHEST else AT_HIGHEST
+    elif mode[MODE] == STUCK:
+        mode[MODE] = UP if reactions[p.reaction + i, 0] < 0.0 else DOWN
+    else:
+        mode[MODE] = STUCK
+
+
+@root
+def set_initial_modes(y, modes, bodies, p):
+    """Modes of all motions for a start from ``y``."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        joint_motion = p.each[i]
+        mode = modes[p.mode + i]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
+        mode[MODE] = NO_FRICTION
+        if joint_motion.static >= 0.0:
+            mode[MODE] = UP if u > 0.0 else DOWN if u < 0.0 else STUCK
+        mode[SEGMENT] = AWAY
+        if q < joint_motion.lowest:
+            mode[SEGMENT] = AT_LOWEST if _stop_force(joint_motion, AT_LOWEST, q, u) > 0.0 else BELOW
+        elif q > joint_motion.highest:
+            mode[SEGMENT] = (
+                AT_HIGHEST if _stop_force(joint_motion, AT_HIGHEST, q, u) < 0.0 else ABOVE
+            )
+
+
+@root
+def add_constraints(modes, p, constraints, holds):
+    """Add the constraint u = 0 of each stuck motion."""
+    for i in range(p.each.size):
+        if modes[p.mode + i, MODE] == STUCK:
+            r = constraints.number[0]
+            clear(constraints.J[r])
+            constraints.J[r, p.each[i].coordinate] = 1.0
+            constraints.bound[r] = 0.0
+            holds.point[r] = NO_INDEX
+            holds.lock[r] = NO_INDEX
+            holds.motion[r] = i
+            holds.residual[r] = 0.0
+            constraints.number[0] = r + 1
+
+
+@root
+def add_reactions(modes, motion, bodies, p, constraints, holds, wrench):
+    """Add the reactions of all stuck motions to their rows of ``wrench``."""
+    for i in range(p.each.size):
+        holds.reaction[p.reaction + i, 0] = 0.0
+    for r in range(constraints.number[0]):
+        i = holds.motion[r]
+        if i != NO_INDEX:
+            joint_motion = p.each[i]
+            holds.reaction[p.reaction + i, 0] = constraints.force[r]
+            push_joint(
+                joint_motion.move,
+                joint_motion.axis,
+                constraints.force[r],
+                bodies,
+                motion,
+                wrench[joint_motion.row],
+            )
+
+
+@root_giving(bool)
+def break_loose(modes, p, reactions):
+    """Release the first stuck motion whose reaction exceeds its friction; true if there was one."""
+    for i in range(p.each.size):
+        if modes[p.mode + i, MODE] == STUCK:
+            force = reactions[p.reaction + i, 0]
+            if abs(force) > p.each[i].static:
+                modes[p.mode + i, MODE] = UP if force < 0.0 else DOWN
+                return True
+    return False
+
+
+@kernel
+def has_load_limit(modes, p):
+    """True if any motion is stuck."""
+    for i in range(p.each.size):
+        if modes[p.mode + i, MODE] == STUCK:
+            return True
+    return False
+
+
+@root
+def recheck_after_impact(y, modes, bodies, p):
+    """Test dry friction again, after velocities have jumped. It bears no impulse, because it is
+    finite: a stuck motion slides if it moves."""
+    n = bodies.active.size
+    for i in range(p.each.size):
+        if p.each[i].static >= 0.0:
+            u = y[n + p.each[i].coordinate]
+            modes[p.mode + i, MODE] = UP if u > REST_RATE else DOWN if u < -REST_RATE else STUCK
+
+
+@root
+def write_outputs(y, modes, bodies, p, reactions, out):
+    """Write rows of `JOINT_MOTION_OUTPUTS` of all motions to ``out``: q, u and f; of a ball the
+    rotation vector."""
+    n = bodies.active.size
+    tree = bodies.tree
+    for i in range(p.each.size):
+        joint_motion = p.each[i]
+        q = y[joint_motion.coordinate]
+        u = y[n + joint_motion.coordinate]
+        mode = modes[p.mode + i]
+        force = _acting_force(joint_motion, mode, q, u)
+        if mode[MODE] == STUCK:
+            force += reactions[p.reaction + i, 0]
+        if tree.moves[joint_motion.move].kind == BALL and bodies.exact:
+            j = joint_motion.coordinate - joint_motion.axis
+            s = (0.25 * y[j], 0.25 * y[j + 1], 0.25 * y[j + 2])
+            chosen = (
+                1.0 * (joint_motion.axis == 0),
+                1.0 * (joint_motion.axis == 1),
+                1.0 * (joint_motion.axis == 2),
+            )
+            q = dot(rotation_vector(quaternion_of_parameters(s)), chosen)
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_POSITION] = q
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_RATE] = u
+        out[JOINT_MOTION_OUTPUTS * i + MOTION_FORCE] = force
+
+
+class JointMotionKind(KindWithModeSets):
+    unit = "joint_motion"
+    variables: ClassVar[Mapping[str, Variable]] = {
+        "joint_position": Variable("displacement in a joint, zero at rest", "m or rad"),
+        "joint_velocity": Variable("rate of the displacement in a joint", "m/s or rad/s"),
+        "joint_motion_force": Variable(
+            "force or moment of spring, damping, stops and friction of a joint on its body",
+            "N or N m",
+        ),
+        "joint_motion_mode": Variable(
+            "mode of the friction in a joint", "1", flags=" ".join(FRICTION_MODES)
+        ),
+        "joint_motion_segment": Variable(
+            "mode of the end stops of a joint", "1", flags=" ".join(STOPS)
+        ),
+    }
+
+    def unit_names(self, scene: Scene) -> list[str]:
+        return [f"{name} {m.name}" for name, j in tree_joints(scene).items() for m in j.motions]
+
+    def modes(self, p: JointMotionConstants) -> ModeRows:
+        count = p.each.size
+        return ModeRows(count, first=np.zeros(count, dtype=int), last=np.full(count, ABOVE))
+
+    def resistances(self, p: JointMotionConstants) -> Iterator[LinearResistance]:
+        for joint_motion in p.each:
+            if joint_motion["row"] != NO_INDEX:
+                B = np.array([[joint_motion["damping"]]])
+                yield LinearResistance(
+                    joint_motion["row"], NO_INDEX, B, np.zeros(1), int(joint_motion["coordinate"])
+                )
+
+    def mode_sets(self, p: JointMotionConstants) -> Sequence[ModeSet]:
+        if not (p.each["stop"] > 0.0).any():
+            return []
+        rest = np.zeros(p.each.size, dtype=int)
+        return [
+            ModeSet("joints away from their stops", rest_at_first(rest, NO_FRICTION)),
+            ModeSet("joints at their stops", rest_at_first(rest + AT_LOWEST, NO_FRICTION)),
+        ]
+
+    def moved_onto_segment(
+        self, p: JointMotionConstants, modes: np.ndarray, bodies: Any, motion: Any
+    ) -> JointMotionConstants:
+        """Constants with the stops of pressed motions in action at any place, and no friction."""
+        each = p.each.copy()
+        at = modes[:, SEGMENT] != AWAY
+        each["stiffness"] += np.where(at, each["stop"], 0.0)
+        each["damping"] += np.where(at, each["dashpot"], 0.0)
+        for name in ("lowest", "highest", "stop", "dashpot"):
+            each[name] = 0.0
+        return p._replace(each=each)
+
+    def record(self, p: JointMotionConstants, bodies: Any, kept: UnitRecord) -> Columns:
+        each = ("time", self.unit)
+        return {
+            "joint_position": (each, kept.observed[:, :, MOTION_POSITION]),
+            "joint_velocity": (each, kept.observed[:, :, MOTION_RATE]),
+            "joint_motion_force": (each, kept.observed[:, :, MOTION_FORCE]),
+            "joint_motion_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "joint_motion_segment": (each, kept.modes[:, :, SEGMENT].astype(np.int8)),
+        }
+
+
+JOINT_MOTION_KIND = JointMotionKind("joint_motions", (), compile_elements)

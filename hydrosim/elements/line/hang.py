@@ -1,0 +1,270 @@
+"""A line under a given pull: the part that hangs, down to where it lies, and the part that lies.
+
+V falls along the line by the weight of its pieces and of what hangs between them. The line lies
+from the last place at which V comes down to zero. That is inside a piece, tangent to the bed, or at
+a clump that the bed carries in part. Farther on, -V is the weight since that place. The bed carries
+it, and friction takes it from the tension:
+
+    T(s) = max(H + CB V(s), 0)
+
+The derivative of x by V at constant H differs from that of z by H only by this friction.
+
+A stretch of an elastic catenary under a given pull: where it leads, and its derivatives.
+
+    x = integral of H (1/T + 1/EA) ds,   z = integral of V (1/T + 1/EA) ds,   T = sqrt(H^2 + V^2)
+
+V falls from Va to Vb = Va - w L over the unstretched length L. With S = Ta + Tb, M = (Va + Vb)/2
+and q = w L / S,
+
+    integral of ds/T = 2 L/S atanh(q)/q,   integral of V/T ds = 2 L M/S
+
+(the potential of a uniform rod depends on the sum of the distances to its ends alone). This form
+loses no digits for straight, steep, weightless or buoyant stretches.
+
+The place of an end is known to 1e-16 of the length, which is much of the strain of a stiff line.
+Hence a stretch tells how far it falls short of its length along a unit vector e (`Span.along`), and
+how far it leads across e. With Tm = (H, M)
+
+    L - (x, z) e = 2 L/S [(S/2 - |Tm|) + (|Tm| - Tm e) - H ex (atanh(q)/q - 1)] - L (Tm e)/EA
+"""
+
+from __future__ import annotations
+
+from math import log, log1p, sqrt
+from typing import NamedTuple
+
+from hydrosim.jit.kernels import kernel
+
+STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
+UNIT_ROUNDING = 4e-16
+BENT = 0.9  # |q| above which 1 - |q| is computed from the ends
+
+
+class StretchSpan(NamedTuple):
+    """Where a stretch leads [m], in axes along and across a unit vector e = (ex, ez): ``along`` is
+    the distance less the unstretched length, ``across`` the distance along (-ez, ex). ``xH``,
+    ``zH``, ``zV`` are the derivatives of x and z by H and V at the upper end [m/N]; x by V is
+    ``zH`` too."""
+
+    along: float
+    across: float
+    xH: float
+    zH: float
+    zV: float
+
+
+@kernel
+def tension_less_pull(H, V, T):
+    """T - V without cancellation."""
+    return H * H / (T + V) if V > 0.0 else T - V
+
+
+@kernel
+def remaining_pull(Va, D):
+    """Va - D, which is 0 if it is no more than rounding: a slack line has no H beside it."""
+    V = Va - D
+    return 0.0 if abs(V) <= UNIT_ROUNDING * abs(Va) else V
+
+
+@kernel
+def curvature(H, Va, Vb, Ta, Tb):
+    """atanh(q)/q - 1 with q = (Va - Vb)/(Ta + Tb)."""
+    S = Ta + Tb
+    q = (Va - Vb) / S
+    if abs(q) < STRAIGHT:
+        s = q * q
+        tail = 1 / 11 + s * (1 / 13 + s * (1 / 15 + s * (1 / 17 + s / 19)))
+        return s * (1 / 3 + s * (1 / 5 + s * (1 / 7 + s * (1 / 9 + s * tail))))
+    if abs(q) < BENT:
+        return 0.5 * log1p(2.0 * q / (1.0 - q)) / q - 1.0
+    if q > 0.0:
+        gap = tension_less_pull(H, Va, Ta) + tension_less_pull(H, -Vb, Tb)
+    else:
+        gap = tension_less_pull(H, Vb, Tb) + tension_less_pull(H, -Va, Ta)
+    return 0.5 * log((S + abs(Va - Vb)) / gap) / abs(q) - 1.0
+
+
+@kernel
+def stretch_span(H, Va, w, L, EA, ex, ez):
+    """The `StretchSpan` of a stretch, for H > 0."""
+    D = w * L
+    Vb = remaining_pull(Va, D)
+    HH = H * H
+    VV = Va * Vb
+    squares = Va * Va + Vb * Vb
+    Ta = sqrt(HH + Va * Va)
+    Tb = sqrt(HH + Vb * Vb)
+    TT = Ta * Tb
+    S = Ta + Tb
+    M = 0.5 * (Va + Vb)
+    Tm = sqrt(HH + M * M)
+    g = curvature(H, Va, Vb, Ta, Tb)
+    # TT - VV and (S/2 - Tm), neither as a difference of nearly equal numbers
+    if VV > 0.0:
+        open_ = HH * (HH + squares) / (TT + VV)
+        sag = HH * D * D / ((TT + HH + VV) * (S + 2.0 * Tm))
+    else:
+        open_ = TT - VV
+        sag = D * D / ((1.0 + (HH + squares) / open_) * (S + 2.0 * Tm))
+    on = H * ex + M * ez
+    off = M * ex - H * ez
+    lean = off * off / (Tm + on) if on > 0.0 else Tm - on
+    scale = 2.0 * L / S
+    soft = L / EA
+    along = on * soft - scale * (sag + lean - H * ex * g)
+    across = off * soft + scale * (off - H * ez * g)
+    zV = L * (open_ + HH) / (S * TT)
+    zH = -H * scale * M / TT
+    xH = L / S * (2.0 * g + ((HH * squares + VV * VV) / (TT + HH) + VV) / TT)
+    return StretchSpan(along, across, xH + soft, zH, zV + soft)
+
+
+@kernel
+def rest_energy(H, Va, w, L, EA):
+    """Integral of T + T^2/(2 EA) over a stretch [N m], for H > 0."""
+    D = w * L
+    Vb = remaining_pull(Va, D)
+    Ta = sqrt(H * H + Va * Va)
+    Tb = sqrt(H * H + Vb * Vb)
+    S = Ta + Tb
+    M = 0.5 * (Va + Vb)
+    run = 2.0 * H / S * (1.0 + curvature(H, Va, Vb, Ta, Tb))
+    tension = 0.5 * L * (0.5 * S + 2.0 * M * M / S + H * run)
+    return tension + 0.5 * L / EA * (H * H + M * M + D * D / 12.0)
+
+
+"""A segment, in order from the fairlead to the anchor: unstretched length [m]; weight in water per
+unstretched length [N/m], negative if it floats; EA [N]; the weight in water of what hangs at its
+lower end [N], negative for a buoy. What hangs at the last one is the anchor's."""
+
+
+class Touchdown(NamedTuple):
+    """Where a line that hangs from one end comes to lie: in piece ``piece``, after ``part`` [m] of
+    it, at the arc length ``arc`` [m] from that end. ``V`` [N] is what is left of V at the other
+    end. The line ``hangs`` all along if that is not negative."""
+
+    piece: int
+    part: float
+    arc: float
+    V: float
+    hangs: bool
+
+
+class LineReach(NamedTuple):
+    """Where a line leads, as a `hydrosim.elements.line.hang.StretchSpan`, with the derivative
+    ``xV`` of x by V. ``soft`` [m/N] is the sum of l/EA of what hangs, ``arc`` [m] its length."""
+
+    along: float
+    across: float
+    xH: float
+    xV: float
+    zH: float
+    zV: float
+    soft: float
+    arc: float
+
+
+@kernel
+def weight_after_piece(pieces, i, step):
+    """Weight of what hangs behind piece i, on the way to the anchor (step 1) or back (-1)."""
+    return pieces[i].hung if step > 0 else pieces[i - 1].hung
+
+
+@kernel
+def find_touchdown(pieces, start, stop, step, V):
+    """The `Touchdown` of a line with V at its end ``start``; ``stop`` lies beyond its other end."""
+    touch = Touchdown(start, 0.0, 0.0, V, False)
+    arc = 0.0
+    i = start
+    while i != stop:
+        piece = pieces[i]
+        low = V - piece.weight * piece.length
+        if V > 0.0 and low < 0.0:
+            part = V / piece.weight
+            touch = Touchdown(i, part, arc + part, 0.0, False)
+        elif V > 0.0 or low > 0.0:
+            touch = Touchdown(i, piece.length, arc + piece.length, 0.0, False)
+        arc += piece.length
+        V = low
+        i += step
+        if i != stop:
+            V -= weight_after_piece(pieces, i - step, step)
+    hangs = V >= 0.0 and touch.arc >= arc
+    return Touchdown(touch.piece, touch.part, touch.arc, V, hangs)
+
+
+@kernel
+def hanging_touchdown(pieces, start, stop, step, V):
+    """The `Touchdown` of a line that hangs all along."""
+    arc = 0.0
+    i = start
+    while i != stop:
+        V -= pieces[i].weight * pieces[i].length
+        arc += pieces[i].length
+        i += step
+        if i != stop:
+            V -= weight_after_piece(pieces, i - step, step)
+    return Touchdown(stop - step, pieces[stop - step].length, arc, V, True)
+
+
+@kernel
+def hanging_reach(pieces, start, step, H, V, touch, ex, ez):
+    """`LineReach` of the part that hangs, from piece ``start`` to ``touch``."""
+    along = across = xH = zH = zV = soft = 0.0
+    end = touch.piece + step
+    i = start
+    while i != end:
+        piece = pieces[i]
+        length = touch.part if i == touch.piece else piece.length
+        s = stretch_span(H, V, piece.weight, length, piece.stiffness, ex, ez)
+        along += s.along
+        across += s.across
+        xH += s.xH
+        zH += s.zH
+        zV += s.zV
+        soft += length / piece.stiffness
+        V -= piece.weight * length
+        if i != touch.piece:
+            V -= weight_after_piece(pieces, i, step)
+        i += step
+    return LineReach(along, across, xH, zH, zH, zV, soft, touch.arc)
+
+
+@kernel
+def lying_part(pieces, last, H, V, touch, friction):
+    """Of the part that lies between ``touch`` and the anchor, with V there if the bed carried
+    nothing: its length, its stretch, its elastic energy, the sum of l/EA of what is under tension,
+    the tension at the anchor, and the length without tension."""
+    length = stretch = energy = live = dead = 0.0
+    tension = max(H + friction * V, 0.0)
+    for i in range(touch.piece, last):
+        piece = pieces[i]
+        L = piece.length - touch.part if i == touch.piece else piece.length
+        V -= piece.weight * L
+        below = H + friction * V
+        if below >= 0.0:
+            under = L
+            stretch += 0.5 * (tension + below) * L / piece.stiffness
+            squares = tension * tension + tension * below + below * below
+            energy += squares * L / (6.0 * piece.stiffness)
+            tension = below
+        else:
+            under = tension / (friction * piece.weight) if tension > 0.0 else 0.0
+            stretch += 0.5 * tension * under / piece.stiffness
+            energy += tension * tension * under / (6.0 * piece.stiffness)
+            tension = 0.0
+        length += L
+        live += under / piece.stiffness
+        dead += L - under
+        if i + 1 < last:
+            V -= piece.hung
+            tension = max(H + friction * V, 0.0)
+    return length, stretch, energy, live, tension, dead
+
+
+@kernel
+def pull_at_touchdown(pieces, first, V, touch):
+    """V behind ``touch``: what it would be there if the bed carried nothing."""
+    for i in range(first, touch.piece):
+        V -= pieces[i].weight * pieces[i].length + pieces[i].hung
+    return V - pieces[touch.piece].weight * touch.part

@@ -1,0 +1,178 @@
+"""Points of a line in its plane, for pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hydrosim.elements.kind import KindConstants
+from hydrosim.elements.line.catenary import (
+    CATENARY_STATES,
+    EndKinematics,
+    end_kinematics,
+    pull_entries,
+)
+from hydrosim.elements.line.hang import find_touchdown
+from hydrosim.elements.line.kind import CATENARY_KIND
+from hydrosim.elements.line.search import is_on_bed, line_frame
+from hydrosim.elements.line.shape import LinePull
+from hydrosim.elements.signal import value
+from hydrosim.modes import INACTIVE, MODE, NO_INDEX
+from hydrosim.scene import Scene
+
+
+def line_points(
+    pieces: np.ndarray,
+    first: int,
+    last: int,
+    x: float,
+    z: float,
+    bed: float,
+    friction: float,
+    pull: LinePull,
+    n: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 2) [m] of a line with its ``pull``, from the fairlead to the anchor: horizontal
+    distance from the fairlead, and height above the anchor; and the tension (n,) [N] there. They
+    divide the unstretched length evenly. The slack of a line without pull is spread evenly."""
+    f = line_frame(pieces, first, last, x, z)
+    own = pieces[first:last]
+    ends = np.concatenate([[0.0], np.cumsum(own["length"])])
+    lift = ends[-1]
+    if pull.touch < lift and not is_on_bed(f, bed):
+        lift -= find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V).arc
+    s = np.linspace(0.0, ends[-1], n)
+    cuts = np.unique(np.concatenate([s, ends, [pull.touch, lift, ends[-1] - pull.dead]]))
+    cuts = cuts[(cuts >= 0.0) & (cuts <= ends[-1])]
+    H = max(pull.H, f.least)
+    Va, Vb = _vertical_pull(own, ends, cuts, pull, lift)
+    Ta, Tb = np.hypot(H, Va), np.hypot(H, Vb)
+    lies = (cuts[:-1] >= pull.touch) & (cuts[:-1] < lift)
+    Ta[lies] = np.maximum(H + friction * Va[lies], 0.0)
+    Tb[lies] = np.maximum(H + friction * Vb[lies], 0.0)
+    Va, Vb = np.where(lies, 0.0, Va), np.where(lies, 0.0, Vb)
+    length = np.diff(cuts)
+    soft = length / own["stiffness"][_pieces_of(ends, cuts)]
+    flat = length + 0.5 * (Ta + Tb) * soft
+    if pull.H == 0.0 and np.any(lies):
+        flat *= f.x / flat[lies].sum()  # what is slack lies in bights
+    dx = np.where(lies, flat, H * (length * _mean_inverse(H, Va, Vb) + soft))
+    dz = np.where(lies, 0.0, (Va + Vb) * (length / (np.hypot(H, Va) + np.hypot(H, Vb)) + soft / 2))
+    loose = (own["weight"][_pieces_of(ends, cuts)] == 0.0) & ~lies
+    if pull.H == 0.0 and np.any(loose):  # without weight and tension it has no shape: straight
+        share = np.where(loose, length, 0.0) / length[loose].sum()
+        dx = dx + share * (f.x - dx.sum())
+        dz = dz + share * (z - dz.sum())
+    places = np.zeros((cuts.size, 2))
+    places[1:] = np.cumsum(np.transpose([dx, -dz]), axis=0)
+    places[:, 1] += z
+    wanted = np.minimum(np.searchsorted(cuts, s), cuts.size - 1)
+    return places[wanted], np.append(Ta, Tb[-1])[wanted]
+
+
+def _pieces_of(ends: np.ndarray, cuts: np.ndarray) -> np.ndarray:
+    """Number of the piece of each interval between ``cuts``."""
+    middles = 0.5 * (cuts[:-1] + cuts[1:])
+    return np.clip(np.searchsorted(ends, middles) - 1, 0, ends.size - 2)
+
+
+def _vertical_pull(
+    own: np.ndarray, ends: np.ndarray, cuts: np.ndarray, pull: LinePull, lift: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """V at the upper and at the lower end of each interval between ``cuts``; where the line lies,
+    what it would be if the bed carried nothing."""
+    loads = own["length"] * own["weight"] + own["hung"]
+    above = np.concatenate([[0.0], np.cumsum(loads)])
+    whole = above[-1] - own["hung"][-1]
+    i = _pieces_of(ends, cuts)
+    carried = above[i] + own["weight"][i] * (cuts[:-1] - ends[i])
+    top = np.where(cuts[:-1] >= lift, pull.anchor_V + whole, pull.V)
+    Va = top - carried
+    return Va, Va - own["weight"][i] * np.diff(cuts)
+
+
+def _mean_inverse(H: float, Va: np.ndarray, Vb: np.ndarray) -> np.ndarray:
+    """Mean of 1/T over intervals in which V falls from Va to Vb."""
+    S = np.hypot(H, Va) + np.hypot(H, Vb)
+    q = (Va - Vb) / S
+    even = np.abs(q) < 1e-8
+    bent = np.abs(q) > 0.9
+    fall = np.where(bent, np.arcsinh(Va / H) - np.arcsinh(Vb / H), 2.0 * np.arctanh(q * ~bent))
+    return np.where(even, 2.0 / S, fall / np.where(even, 1.0, Va - Vb))
+
+
+# Lines at one state of a scene, for messages and pictures: ends, pulls, strains, points.
+
+LINE_POINTS = 41  # of a line in pictures
+
+
+@dataclass(frozen=True, eq=False)
+class LineShape:
+    """A line ``name`` with its ``constants``, its ``pieces``, its ``ends`` and its ``pull``."""
+
+    name: str
+    constants: Any
+    pieces: np.ndarray
+    ends: EndKinematics
+    pull: LinePull
+
+    @property
+    def length(self) -> float:
+        """Unstretched length [m]."""
+        return float(self.line_pieces["length"].sum())
+
+    @property
+    def distance(self) -> float:
+        """Distance of its ends [m]."""
+        return float(np.hypot(self.ends.x, self.ends.z))
+
+    @property
+    def strain(self) -> float:
+        """Largest tension over the smallest EA."""
+        ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
+        return float(max(np.hypot(*each) for each in ends) / self.line_pieces["stiffness"].min())
+
+    def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
+        """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
+        point straight below or above the fairlead at the still water; tensions (count,) [N]."""
+        line = self.constants
+        e = self.ends
+        ends = (e.x, e.z, e.bed, float(line["friction"]))
+        found, tension = line_points(
+            self.pieces, int(line["first"]), int(line["last"]), *ends, self.pull, count
+        )
+        across, height = found.T
+        return np.stack([across * e.e[0], across * e.e[1], height + e.anchor], axis=1), tension
+
+    @property
+    def line_pieces(self) -> np.ndarray:
+        """Its pieces alone."""
+        return self.pieces[self.constants["first"] : self.constants["last"]]
+
+
+def line_shapes(
+    parts: KindConstants,
+    scene: Scene,
+    t: float,
+    y: np.ndarray,
+    modes: np.ndarray,
+    bodies: Any,
+    motion: Any,
+) -> Iterator[LineShape]:
+    """The lines that act at a state ``y`` with its ``modes``; ``motion`` must be filled."""
+    p = CATENARY_KIND.constants_in(parts)
+    for i, name in enumerate(CATENARY_KIND.unit_names(scene)):
+        if modes[p.mode + i, MODE] != INACTIVE:
+            line = p.lines[i]
+            ends = end_kinematics(line, bodies, motion)
+            pieces = p.pieces.copy()
+            if line["paying"] != NO_INDEX:
+                paid = value(t, line["paid"], p.signals)
+                pieces["length"][line["first"] + line["paying"]] = paid
+            guess = y[p.state + CATENARY_STATES * i :][:2]
+            own = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
+            pull = LinePull(*pull_entries(*own, float(line["friction"]), *guess, pieces))
+            yield LineShape(name, line, pieces, ends, pull)

@@ -1,0 +1,457 @@
+"""The elastic line in its vertical plane: pull, stiffness, energy, and the kinks between profiles.
+
+Equations in `hydrosim.elements.line.hang` and `hydrosim.elements.line.hang` (Jonkman 2007, with
+several segments). Profiles of a line:
+
+* it hangs all along, also below its anchor, as a U;
+* it comes to lie on the bed and its anchor is on the bed too, with friction along the bed;
+* it rests on the bed between two hanging parts; friction is neglected there;
+* it is slack, H = 0, and hangs straight down to the bed.
+
+H and V are found by Newton's method from a guess; where that fails, by a bracketed search
+(`hydrosim.elements.line.search`). Without friction the forces are the gradient of the stored
+energy.
+
+Limits: quasi-static, no bending; friction across the line is neglected. A line that would lie on
+the bed, then float off it and come down to it again is refused (`REASONS`).
+
+Smooth profiles of a line, and the room to their kinks.
+
+Between kinks the pull is smooth. At a kink its second or third derivative jumps, where
+
+* the line comes to lie, or leaves the bed, at an end of a piece or at a clump: V there is zero;
+* it hangs free, as its anchor begins to carry V or as its sag leaves the bed;
+* friction begins to take all tension: H = CB times the weight that lies;
+* it becomes slack: x is the distance that it reaches without H.
+
+A profile is a number: its kind, whether it is slack, whether friction takes all, and where both
+hanging parts end (twice the number of the piece, plus one if at its lower end).
+"""
+
+from __future__ import annotations
+
+from math import inf, isfinite, nan, sqrt
+from typing import NamedTuple
+
+from hydrosim.elements.line.hang import (
+    find_touchdown,
+    hanging_reach,
+    hanging_touchdown,
+    lying_part,
+    pull_at_touchdown,
+    stretch_span,
+    weight_after_piece,
+)
+from hydrosim.elements.line.search import (
+    ON_BED,
+    ZERO_DISTANCE,
+    balance_at_pull,
+    is_on_bed,
+    is_slack,
+    length_rates,
+    line_frame,
+    line_reach,
+    resting_ends,
+    search,
+    stiffness,
+    stored_energy,
+)
+from hydrosim.jit.kernels import kernel, root_giving
+
+HANGS, LIES, RESTS = range(3)
+SLACK_CODE = 4
+DEAD_CODE = 8
+PLACE_CODE = 16
+PLACE_CODES = 256
+MAX_SLACK_PULL = 0.02  # of the weight: a larger H is far from none
+
+
+@kernel
+def find_profile(pieces, first, last, x, z, bed, friction, pull):
+    """Number of the smooth profile of a line with its ``pull``."""
+    f = line_frame(pieces, first, last, x, z)
+    slack = SLACK_CODE if is_slack(f, pull) else 0
+    if pull.touch >= f.length:
+        return HANGS + slack
+    touch = find_touchdown(pieces, first, last, 1, pull.V)
+    place = PLACE_CODE * place_of(pieces, first, touch, 1)
+    if is_on_bed(f, bed):
+        return LIES + slack + (DEAD_CODE if pull.dead > 0.0 else 0) + place
+    touch = find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V)
+    return RESTS + slack + place + PLACE_CODE * PLACE_CODES * place_of(pieces, first, touch, -1)
+
+
+@kernel
+def place_of(pieces, first, touch, step):
+    """Where a hanging part ends: 2 i in piece i, 2 i + 1 at the lower end of piece i."""
+    inside = 2 * (touch.piece - first)
+    return inside if touch.part < pieces[touch.piece].length else inside + step
+
+
+@kernel
+def kink_room(pieces, first, last, x, z, bed, friction, pull, profile):
+    """Least margin of a line to the kinks of a ``profile``, in parts of its length or weight.
+    It is positive inside and falls through zero at a kink."""
+    f = line_frame(pieces, first, last, x, z)
+    load = f.load if f.load > 0.0 else pieces[first].stiffness
+    kind = profile % SLACK_CODE
+    place = profile // PLACE_CODE % PLACE_CODES
+    if kind == HANGS:
+        return hanging_room(pieces, first, last, f, bed, pull, load)
+    least = place_room(pieces, first, first, 1, pull.V, place) / load
+    if kind == RESTS:
+        other = profile // (PLACE_CODE * PLACE_CODES)
+        least = min(least, place_room(pieces, first, last - 1, -1, -pull.anchor_V, other) / load)
+        least = min(least, resting_room(pieces, first, last, f, bed, pull))
+    elif friction > 0.0:
+        left = pull.H / friction + pull.V - f.weight
+        least = min(least, (-left if profile & DEAD_CODE else left) / load)
+    more = 1.0  # far from slack, whose room costs a search
+    if pull.H / load < MAX_SLACK_PULL:
+        more = slack_room(pieces, first, last, f, bed, kind == RESTS, pull)
+    return min(least, -more if profile & SLACK_CODE else more)
+
+
+@kernel
+def hanging_room(pieces, first, last, f, bed, pull, load):
+    """Margin of a line that hangs all along."""
+    if f.weight == 0.0 and f.heavy:
+        return -f.short / f.length if pull.H > 0.0 else f.short / f.length
+    if is_on_bed(f, bed):
+        return (pull.V - f.weight) / load
+    return -resting_room(pieces, first, last, f, bed, pull) if isfinite(bed) else inf
+
+
+@kernel
+def resting_room(pieces, first, last, f, bed, pull):
+    """What the bed carries between two hanging parts, in parts of the weight, or less the height of
+    the sag above the bed, in parts of the length."""
+    if pull.touch < f.length:
+        return (f.weight - pull.V + pull.anchor_V) / f.weight
+    low = lowest_height(pieces, first, last, f.z, max(pull.H, f.least), pull.V)
+    return (bed - low) / f.length
+
+
+@kernel
+def place_room(pieces, first, start, step, V, place):
+    """How far V at the end ``start`` [N] is from where its hanging part ends elsewhere than at
+    ``place``."""
+    if step > 0:
+        piece = first + place // 2
+    else:
+        piece = first + (place + 1) // 2
+    i = start
+    while i != piece:
+        V -= pieces[i].weight * pieces[i].length + weight_after_piece(pieces, i, step)
+        i += step
+    low = V - pieces[piece].weight * pieces[piece].length
+    if place % 2 == 0:
+        return min(V, -low)
+    return min(low, weight_after_piece(pieces, piece, step) - low)
+
+
+@kernel
+def slack_room(pieces, first, last, f, bed, rests, pull):
+    """By how much the ends are farther apart than the line reaches without a pull, in parts of its
+    length."""
+    if last == first + 1:
+        piece = pieces[first]
+        reached = f.length - hanging_down(piece, f.z - min(bed, 0.0) if rests else f.z)
+        if rests:
+            reached -= hanging_down(piece, -bed)
+        return (f.x - reached) / f.length
+    return -reach_of_slack(pieces, first, last, f, bed, rests, pull.V) / f.length
+
+
+@kernel
+def hanging_down(piece, depth):
+    """Unstretched length of a piece that hangs straight down, without load at its lower end."""
+    depth = max(depth, 0.0)
+    return 2.0 * depth / (1.0 + sqrt(1.0 + 2.0 * piece.weight * depth / piece.stiffness))
+
+
+@root_giving(float)
+def reach_of_slack(pieces, first, last, f, bed, rests, V):
+    """The distance that a line reaches without pull, less x [m]."""
+    lies = not rests
+    off, _, _, _ = balance_at_pull(pieces, first, last, f, bed, lies, rests, 0.0, f.least, V, 0.0)
+    return off
+
+
+@kernel
+def lowest_height(pieces, first, last, z, H, V):
+    """Height above the anchor of the lowest place between the ends of a line that hangs; inf if
+    there is none lower than its neighbours."""
+    height = z
+    least = inf
+    for i in range(first, last):
+        piece = pieces[i]
+        low = V - piece.weight * piece.length
+        if V > 0.0 and low < 0.0:
+            part = V / piece.weight
+            s = stretch_span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
+            least = min(least, height - s.across)
+        s = stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        height -= s.across
+        V = low
+        if i + 1 < last:
+            V -= piece.hung
+            if low >= 0.0 and V < 0.0:
+                least = min(least, height)
+    return least
+
+
+__all__ = [
+    "REASONS",
+    "LinePull",
+    "find_profile",
+    "length_rates",
+    "solve",
+    "stiffness",
+    "stored_energy",
+]
+
+PULL_RTOL = 3e-8  # relative change in the last step of Newton's method; the error is its square
+MAX_WARM_STEPS = 20
+SOLVED, BELOW, FLOATS, TWICE, NO_PULL_FOUND, BURIED, LOOSE = range(7)
+REASONS = {
+    BELOW: "its fairlead is below the seabed",
+    FLOATS: "something that floats would lift a part of it that lies on the seabed",
+    TWICE: "it would touch the seabed at several places",
+    NO_PULL_FOUND: "no pull was found",
+    BURIED: "its anchor is below the seabed",
+    LOOSE: "a piece without weight is loose, and what hangs beside it may reach the seabed",
+}
+"""Why a line has no solution, by `LinePull.reason`."""
+
+
+class LinePull(NamedTuple):
+    """Forces of a line [N] and where it lies [m]. The line pulls the fairlead by ``H`` towards the
+    anchor and by ``V`` down. It pulls the anchor by ``anchor_H`` towards the fairlead and by
+    ``anchor_V`` up. ``touch`` is the unstretched length from the fairlead to where it first lies on
+    the bed, all of it if nowhere. Friction has taken all tension over the length ``dead`` at the
+    anchor. ``reason``: a key of `REASONS`, or 0."""
+
+    H: float
+    V: float
+    anchor_V: float
+    anchor_H: float
+    touch: float
+    dead: float
+    converged: bool
+    reason: int
+
+
+@kernel
+def no_solution(reason):
+    """The `LinePull` of a line without solution."""
+    return LinePull(nan, nan, nan, nan, nan, nan, False, reason)
+
+
+@kernel
+def solve(pieces, first, last, x, z, bed, friction, H, V):
+    """The `LinePull` of the line of ``pieces`` from ``first`` to before ``last``, in order from the
+    fairlead. ``x`` >= 0 is the horizontal distance of its ends, ``z`` the height of the fairlead
+    above the anchor [m]. ``bed`` <= 0 is the height of the seabed above the anchor [m], or -inf;
+    ``friction`` is its coefficient. H and V are a guess; there is none if H is nan or negative."""
+    f = line_frame(pieces, first, last, x, z)
+    near = ON_BED * f.length
+    if bed > near:
+        return no_solution(BURIED)
+    if z < bed - near:
+        return no_solution(BELOW)
+    lies = is_on_bed(f, bed)
+    if not (H >= 0.0 and isfinite(V)):
+        H = -1.0
+        V = max(f.weight, 0.0)
+    if lies or not isfinite(bed):
+        return hang_or_lie(pieces, first, last, f, lies, friction, H, V)
+    if f.heavy and H > 0.0 and V + guess_below(pieces[last - 1], H, -bed) < f.weight:
+        p = rest_on_bed(pieces, first, last, f, bed, H, V)
+        if p.V - p.anchor_V <= f.weight:
+            return p
+    p = hang_or_lie(pieces, first, last, f, False, 0.0, H, V)
+    loose = p.H == 0.0 and x > 0.0 and f.load > 0.0
+    if not p.converged:
+        return p
+    if not loose and lowest_height(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
+        return p
+    if not f.heavy:
+        return no_solution(TWICE)
+    q = rest_on_bed(pieces, first, last, f, bed, p.H, p.V)
+    return no_solution(LOOSE) if loose and q.V - q.anchor_V > f.weight else q
+
+
+@kernel
+def rebuild_pull(pieces, first, last, x, z, bed, friction, H, V):
+    """The `LinePull` of a line that `solve` has given H and V between these ends. It has not
+    converged if they do not say enough, as for a line that may rest on the bed between two hanging
+    parts."""
+    f = line_frame(pieces, first, last, x, z)
+    lies = is_on_bed(f, bed)
+    if not (H >= 0.0 and f.heavy) or (isfinite(bed) and not lies):
+        return no_solution(NO_PULL_FOUND)
+    return pull_of(pieces, first, last, f, lies, friction, H, V)
+
+
+@kernel
+def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
+    """The `LinePull` of a line that hangs all along or ``lies`` from some place on to its anchor.
+
+    Of a line of which a part floats, several places to lie may balance. One at most is on the bed
+    all along and nowhere below it. So what does not fit is searched again, also as if there were no
+    bed."""
+    found = False
+    reason = NO_PULL_FOUND if f.heavy else FLOATS
+    if H > 0.0:
+        H1, V1, found = newton_pull(pieces, first, last, f, lies, friction, H, V)
+        if found and lies and not f.heavy:
+            reason = refusal_code(pieces, first, last, f, H1, V1)
+            found = reason == SOLVED
+    if not found:
+        H1, V1, found = search_pull(pieces, first, last, f, lies, friction, H, V)
+        if found and lies and not f.heavy:
+            reason = refusal_code(pieces, first, last, f, H1, V1)
+            found = reason == SOLVED
+    if not found and lies and not f.heavy:
+        H1, V1, found = search_pull(pieces, first, last, f, False, 0.0, H, V)
+        found &= hanging_touchdown(pieces, first, last, 1, V1).hangs
+        found = found and refusal_code(pieces, first, last, f, H1, V1) == SOLVED
+    if not found:
+        return no_solution(reason)
+    return pull_of(pieces, first, last, f, lies, friction, H1, V1)
+
+
+@kernel
+def search_pull(pieces, first, last, f, lies, friction, H, V):
+    """H and V by a search from a guess, refined by Newton's method, and whether they were found."""
+    H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
+    if not found:
+        return H, V, False
+    H1, V1, better = newton_pull(pieces, first, last, f, lies, friction, H, V)
+    if better:
+        return H1, V1, True
+    if H == 0.0 and abs(V) <= 1e3 * f.least:  # slack and weightless
+        V = 0.0
+    return H, V, True
+
+
+@kernel
+def pull_of(pieces, first, last, f, lies, friction, H, V):
+    """The `LinePull` of a line that hangs or ``lies`` from some place on, with H and V."""
+    if not lies or f.load == 0.0:
+        end = hanging_touchdown(pieces, first, last, 1, V)
+        return LinePull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
+    touch = find_touchdown(pieces, first, last, 1, V)
+    if touch.hangs:
+        return LinePull(H, V, touch.V, H, f.length, 0.0, True, SOLVED)
+    behind = pull_at_touchdown(pieces, first, V, touch)
+    _, _, _, _, tension, dead = lying_part(pieces, last, H, behind, touch, friction)
+    return LinePull(H, V, 0.0, tension, touch.arc, dead, True, SOLVED)
+
+
+@kernel
+def rest_on_bed(pieces, first, last, f, bed, H, V):
+    """The `LinePull` of a line that rests on the bed between two hanging parts."""
+    Va = guess_below(pieces[last - 1], H, -bed)
+    found = False
+    if H > 0.0:
+        H, V, Va, found = iterate_resting(pieces, first, last, f, bed, H, V, Va)
+    if not found:
+        H, V, Va, found = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
+        if not found:
+            return no_solution(NO_PULL_FOUND)
+    touch = find_touchdown(pieces, first, last, 1, V)
+    return LinePull(H, V, -Va, H, touch.arc, 0.0, True, SOLVED)
+
+
+@kernel
+def newton_pull(pieces, first, last, f, lies, friction, H, V):
+    """H and V by Newton's method, and whether it converged."""
+    for _ in range(MAX_WARM_STEPS):
+        r = line_reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
+        along = r.along + f.short
+        x = f.ex * along - f.ez * r.across
+        z = f.ez * along + f.ex * r.across
+        det = r.xH * r.zV - r.xV * r.zH
+        dH = (r.xV * z - r.zV * x) / det
+        dV = (r.zH * x - r.xH * z) / det
+        if not (isfinite(dH) and isfinite(dV)) or f.least > H:
+            return H, V, False
+        same = abs(dH) <= PULL_RTOL * H and abs(dV) <= PULL_RTOL * max(abs(V), H)
+        step = min(1.0, -0.9 * H / dH) if dH < 0.0 else 1.0
+        H += step * dH
+        V += step * dV
+        if lies and f.heavy and V < 0.0:
+            return H, V, False
+        if same:
+            return H, V, True
+    return H, V, False
+
+
+@kernel
+def guess_below(piece, H, depth):
+    """V at the upper end of a single piece that comes to lie at ``depth`` below it."""
+    H = max(H, 0.0)
+    energy = piece.weight * depth
+    T = H + H * H / (2.0 * piece.stiffness) + energy
+    T *= 2.0 / (1.0 + sqrt(1.0 + 2.0 * T / piece.stiffness))
+    return sqrt(energy / (1.0 + 0.5 * (T + H) / piece.stiffness) * (T + H))
+
+
+@kernel
+def iterate_resting(pieces, first, last, f, bed, H, V, Va):
+    """H, V and Va by Newton's method, and whether it converged."""
+    for _ in range(MAX_WARM_STEPS):
+        a, b = resting_ends(pieces, first, last, H, V, Va)
+        flat = f.soft - a.soft - b.soft
+        x = f.length - f.x + a.along + b.along + flat * H
+        z = a.across - (f.z - bed)
+        za = b.across + bed
+        slope = a.xH + b.xH + flat - a.zH * a.zH / a.zV - b.zH * b.zH / b.zV
+        dH = -(x - a.zH * z / a.zV - b.zH * za / b.zV) / slope
+        dV = -(z + a.zH * dH) / a.zV
+        dVa = -(za + b.zH * dH) / b.zV
+        if not isfinite(dH + dV + dVa) or f.least > H:
+            return H, V, Va, False
+        same = abs(dH) <= PULL_RTOL * H
+        same &= abs(dV) <= PULL_RTOL * max(V, H) and abs(dVa) <= PULL_RTOL * max(Va, H)
+        step = min(1.0, -0.9 * H / dH) if dH < 0.0 else 1.0
+        H += step * dH
+        V += step * dV
+        Va += step * dVa
+        if V < 0.0 or Va < 0.0:
+            return H, V, Va, False
+        if same:
+            return H, V, Va, True
+    return H, V, Va, False
+
+
+@kernel
+def refusal_code(pieces, first, last, f, H, V):
+    """Why a line of which something floats cannot lie as found: a key of `REASONS`, or 0."""
+    touch = find_touchdown(pieces, first, last, 1, V)
+    r = hanging_reach(pieces, first, 1, max(H, f.least), V, touch, 1.0, 0.0)
+    if abs(r.across - f.z) > ZERO_DISTANCE * f.length:
+        return FLOATS
+    for i in range(touch.piece, last):
+        lying = touch.part < pieces[i].length if i == touch.piece else True
+        if not touch.hangs and lying and pieces[i].weight < 0.0:
+            return FLOATS
+        if not touch.hangs and i + 1 < last and pieces[i].hung < 0.0:
+            return FLOATS
+    height = f.z
+    H = max(H, f.least)
+    for i in range(first, touch.piece):
+        piece = pieces[i]
+        low = V - piece.weight * piece.length
+        if V > 0.0 and low < 0.0:
+            s = stretch_span(H, V, piece.weight, V / piece.weight, piece.stiffness, 1.0, 0.0)
+            if height - s.across < 0.0:
+                return TWICE
+        s = stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        height -= s.across
+        if height < 0.0:
+            return TWICE
+        V = low - piece.hung
+    return SOLVED

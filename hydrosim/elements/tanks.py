@@ -1,0 +1,82 @@
+"""Tanks that change as a kind: volumes, modes of flows, and the variables of both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydrosim.elements.kind import (
+    Columns,
+    KindConstants,
+    ModeRows,
+    StateBlocks,
+    UnitKind,
+    UnitRecord,
+    Variable,
+)
+from hydrosim.modes import MODE, SEGMENT
+from hydrosim.scene import Scene
+from hydrosim.tanks.contents import (
+    Tanks,
+    flow_names,
+    is_mirrored,
+    mass_and_centre,
+    quantities,
+    tank_names,
+)
+from hydrosim.tanks.pieces import FLUID_LEVEL
+from hydrosim.tanks.pumping import PUMP_RUNNING
+
+
+class TankFlowKind(UnitKind):
+    unit = "pump"
+    variables: ClassVar = {
+        "tank_level": Variable("level above the bottom of the tank", "m", "tank"),
+        "tank_mass": Variable("mass of the fluid in the tank", "kg"),
+        "pump_rate": Variable(
+            "mass per time into the target, back to the source if negative", "kg/s"
+        ),
+        "pump_mode": Variable("mode of a flow", "1", flags="waiting running over"),
+        "pump_segment": Variable("piece of its rates, counted from 0", "1"),
+        "mass": Variable("mass including the contents of tanks", "kg"),
+        "centre_of_gravity": Variable("centre of gravity from the body's origin", "m", "body"),
+    }
+
+    def constants_in(self, parts: KindConstants) -> Tanks:
+        return parts.tanks
+
+    def unit_names(self, scene: Scene) -> list[str]:
+        """Names of the flows."""
+        return flow_names(scene)
+
+    def modes(self, p: Tanks) -> ModeRows:
+        return ModeRows(p.flows.size, first=p.flows["first"], last=p.flows["last"])
+
+    def states(self, p: Tanks, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("tank", tank_names(scene), ("volume",))
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        names = tank_names(scene)
+        return {"tank": ("tank", names), **super().coordinates(scene)} if names else {}
+
+    def record(self, p: Tanks, bodies: Any, kept: UnitRecord) -> Columns:
+        volume = kept.y[p.state : p.state + p.each.size]
+        running = kept.modes[:, :, MODE] == PUMP_RUNNING
+        rate = p.rates["rate"][kept.modes[:, :, SEGMENT]]
+        mass, centre = mass_and_centre(p, bodies["mass"], volume)
+        return {
+            "tank_level": (("time", "tank"), quantities(p, volume, FLUID_LEVEL)),
+            "tank_mass": (("time", "tank"), volume * p.each["density"]),
+            "pump_rate": (("time", "pump"), np.where(running, rate, 0)),
+            "pump_mode": (("time", "pump"), kept.modes[:, :, MODE].astype(np.int8)),
+            "mass": (("time", "body"), mass),
+            "centre_of_gravity": (("time", "body", "axis"), centre),
+        }
+
+    def is_mirrored(self, p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
+        return is_mirrored(p, y, modes)
+
+
+TANK_FLOW_KIND = TankFlowKind()

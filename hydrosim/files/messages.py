@@ -1,0 +1,400 @@
+"""Messages that a person can act on, from pydantic's errors: "found X; expected Y; remedy".
+
+One mistake gives one message. An unknown key is matched with the missing key beside it. A mapping
+with many unknown keys gives one message.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any, NamedTuple, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from yaml.nodes import Node
+
+from hydrosim.errors import InputError
+from hydrosim.files.units import Quantity, value_text
+from hydrosim.files.yaml_nodes import empty_keys, locate_value, place_text, plain_values, with_hint
+
+# Suggestions for an unknown word: a synonym, other capitals, a typing error.
+
+MIN_SIMILARITY = 0.7  # similarity of words, 0 to 1: below it no word is suggested
+SYNONYMS = {
+    "significant_height": "hs hsig hm0 h_s swh significant_wave_height wave_height",
+    "peak_period": "tp t_p wave_period",
+    "peak_enhancement": "gamma peakedness peak_factor peak_enhancement_factor",
+    "amplitude": "a wave_amplitude height h",
+    "period": "t",
+    "heading": "direction dir angle course azimuth mean_direction wave_direction bearing",
+    "spreading": "s spread spreading_exponent",
+    "seed": "random_seed rng",
+    "water_depth": "depth d h waterdepth",
+    "water_density": "rho density sea_density rho_water",
+    "density": "rho water_density",
+    "gravity": "g gravity_acceleration",
+    "waves": "wave sea seastate",
+    "depth": "water_depth d h",
+    "speed": "velocity v u magnitude",
+    "spectrum": "type spectrum_type",
+    "jonswap": "jonswop jons",
+    "pierson_moskowitz": "pm pierson moskowitz",
+    "regular": "airy linear sinusoidal monochromatic",
+    "none": "no off still calm",
+    "mass": "m displacement weight",
+    "centre_of_gravity": "cog cg com center_of_gravity centre_of_mass center_of_mass",
+    "centre_of_buoyancy": "cob cb center_of_buoyancy",
+    "radii_of_gyration": "kxx kyy kzz rxx ryy rzz gyradii radius_of_gyration k_xx k_yy k_zz",
+    "inertia": "ixx iyy izz i44 i55 i66 moments_of_inertia moment_of_inertia",
+    "draught": "draft t",
+    "length": "l lpp loa unstretched_length l0",
+    "beam": "breadth width b",
+    "database_body": "body body_number number index",
+    "hydrodynamics": "database hydro bem rao wamit",
+    "location": "place xy origin",
+    "dofs": "dof degrees_of_freedom free",
+    "initial": "start initial_condition initial_conditions",
+    "position": "offset offsets displacement",
+    "forces": "elements force connections constraints",
+    "bodies": "body vessels vessel objects",
+    "environment": "env sea metocean ocean",
+    "duration": "simulation_time t_end end_time length end stop",
+    "step": "dt time_step timestep h delta_t",
+    "method": "integrator scheme",
+    "solver": "integration numerics time_integration simulation",
+    "output": "outputs results record",
+    "title": "name",
+    "stiffness": "k spring spring_constant ks",
+    "damping": "c damper dashpot",
+    "damping_ratio": "zeta xi",
+    "static": "mu_s mus static_friction mu friction_static",
+    "kinetic": "mu_k muk dynamic kinetic_friction mu_d friction_kinetic",
+    "coefficient": "mu friction_coefficient",
+    "law": "type model",
+    "type": "kind law element",
+    "normal": "n direction normal_vector",
+    "points": "point locations positions fender_points",
+    "anchor": "end fairlead_b end_b",
+    "point": "position location fairlead",
+    "spring": "line rope cable hawser wire",
+    "catenary": "mooring_line chain anchor_line",
+    "linear_mooring": "mooring",
+    "winch": "tugger drum hoist capstan",
+    "strut": "rod two_sided_spring link spring_damper",
+    "power_take_off": "pto",
+    "rotary_power_take_off": "rotary_pto",
+    "torsion_spring": "rotational_spring angular_spring",
+    "to": "other_body",
+    "fender": "bumper contact quay",
+    "applied_force": "force load external_force",
+    "linear_damping": "damper",
+    "quadratic_damping": "drag viscous_damping morison",
+    "viscous_roll": "roll_damping bilge bilge_keels",
+    "wind_load": "wind wind_force",
+    "current_load": "current current_force",
+    "coulomb": "dry",
+    "automatic": "auto",
+    "rk4": "runge_kutta runge_kutta_4",
+    "rk2": "midpoint",
+    "convolution": "cummins impulse_response",
+    "parameters": "parameter variables vary",
+    "seeds": "seed",
+    "figures": "results outputs statistics",
+    "criteria": "limits criterion",
+    "latin_hypercube": "lhs latin lhc",
+    "sobol": "qmc quasi_monte_carlo",
+    "grid": "full_factorial factorial",
+    "one_at_a_time": "oat ofat",
+    "largest": "max maximum",
+    "smallest": "min minimum",
+    "std": "sigma rms sd stdev standard_deviation",
+    "mean": "average avg",
+    "end": "last final",
+    "surge": "x",
+    "sway": "y",
+    "heave": "z",
+    "roll": "rx phi",
+    "pitch": "ry theta",
+    "yaw": "rz psi",
+}
+"""Other technical words for keys and values of hydrosim, in lower case."""
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """Question with the word of ``known`` that was probably meant; empty if none is similar."""
+    found = closest_word(word, known)
+    return f'did you mean "{found}"?' if found else ""
+
+
+def closest_word(word: str, known: Iterable[str]) -> str:
+    """The word of ``known`` that was probably meant; empty if none is similar."""
+    return next(_closest_words(_plain(word), list(known)), "")
+
+
+def _closest_words(word: str, known: list[str]) -> Iterator[str]:
+    plain = {_plain(name): name for name in known}
+    yield from [plain[word]] if word in plain else []
+    yield from (name for name in known if word in SYNONYMS.get(name, "").split())
+    yield from (name for name in known if "_" in word and _has_words(name, word))
+    yield from (plain[name] for name in get_close_matches(word, plain, n=1, cutoff=MIN_SIMILARITY))
+
+
+def _has_words(name: str, word: str) -> bool:
+    """Whether a name has all words of ``word``, in any order."""
+    return {*word.split("_")} <= {*_plain(name).split("_")}
+
+
+def _plain(word: str) -> str:
+    """A word in lower case, with its parts joined by one underscore."""
+    parts = re.sub(r"([a-z0-9])([A-Z][a-z])", r"\1_\2", word)
+    return re.sub(r"[\s_-]+", "_", parts.strip().lower())
+
+
+Keys = tuple[str | int, ...]
+Readers = Mapping[int, type[BaseModel]]
+Details = Mapping[str, Any]
+
+MANY_UNKNOWN = 4  # keys of one mapping that one message reports
+MANY_KNOWN = 12  # keys are not all listed where one of them is suggested
+MAX_LIST_LETTERS = 60  # characters of a list
+
+
+class Problem(NamedTuple):
+    """A mistake: the keys to its place, and a text "found X; expected Y; remedy"."""
+
+    keys: Keys
+    text: str
+
+
+EXPECTED = {
+    "model_type": "a mapping of keys and values",
+    "model_attributes_type": "a mapping of keys and values",
+    "dict_type": "a mapping of names and values",
+    "tuple_type": "a list",
+    "string_type": "text; put it in quotes if it looks like something else",
+    "bool_type": "true or false",
+    "int_type": "a whole number",
+    "greater_than_equal": "a number that is not negative",
+}
+
+
+def validation_problems(error: ValidationError, data: Any, readers: Readers) -> Iterator[Problem]:
+    """Each mistake in ``data`` with its place; ``readers`` are the models by the ``id`` of the
+    mapping that they read."""
+    every: list[Details] = list(error.errors(include_url=False))
+    renamed = {*_renamed_keys(every, data, readers)}
+    for details in every:
+        if details["loc"] not in renamed:
+            yield _problem(details, data, readers, every)
+
+
+def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Details]) -> Problem:
+    keys, value, context = details["loc"], details["input"], details.get("ctx", {})
+    match details["type"]:
+        case "hydrosim":
+            return Problem(keys, context["text"])
+        case "extra_forbidden":
+            return _unknown(
+                keys, readers.get(id(_value_at(data, keys[:-1]))), _similar_errors(details, every)
+            )
+        case "missing" if isinstance(keys[-1], int):
+            return Problem(keys[:-1], _too_few(value, _similar_errors(details, every)))
+        case "missing":
+            return Problem(keys, _missing(keys, readers[id(value)]))
+        case "union_tag_invalid":
+            key = context["discriminator"].strip("'")
+            return Problem((*keys, key), _choice(context["tag"], context["expected_tags"]))
+        case "union_tag_not_found":
+            key = context["discriminator"].strip("'")
+            text = f'found no key "{key}"; expected it to say which kind this is'
+            return Problem(keys, with_hint(text, _other_name(key, value)))
+        case "literal_error" | "enum":
+            return Problem(keys, _choice(value, context["expected"]))
+        case "too_long":
+            return Problem(
+                keys, f"found {value_text(value)}; expected {context['max_length']} values"
+            )
+        case "too_short":
+            least = context["min_length"]
+            return Problem(
+                keys, f"found {value_text(value)}; expected {_count_text(least)} or more"
+            )
+        case "tuple_type" if len(_similar_errors(details, every)) > 1:
+            return Problem(keys[:-1], _flat(_value_at(data, keys[:-1])))
+        case "tuple_type" if isinstance(value, str):
+            return Problem(
+                keys, f"found {value_text(value)}; expected a list, in brackets: [{value}]"
+            )
+        case "model_type":
+            return Problem(keys, f"found {value_text(value)}; expected {_mapping(context)}")
+        case kind:
+            expected = EXPECTED.get(kind, details["msg"].removeprefix("Input should be "))
+            return Problem(keys, f"found {value_text(value)}; expected {expected}")
+
+
+def _similar_errors(details: Details, every: Sequence[Details]) -> list[Details]:
+    """The errors of the same kind in the same mapping or list."""
+    kind, above = details["type"], details["loc"][:-1]
+    return [each for each in every if each["type"] == kind and each["loc"][:-1] == above]
+
+
+def _renamed_keys(every: Sequence[Details], data: Any, readers: Readers) -> Iterator[Keys]:
+    """The missing keys that exist under another name."""
+    missing = {each["loc"] for each in every if each["type"] == "missing"}
+    for each in every:
+        keys = each["loc"]
+        reader = readers.get(id(_value_at(data, keys[:-1])))
+        if each["type"] == "extra_forbidden" and reader:
+            found = (*keys[:-1], closest_word(str(keys[-1]), _fields(reader)))
+            yield from {found} & missing
+
+
+def _count_text(count: int) -> str:
+    return "one" if count == 1 else f"{count}"
+
+
+def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details]) -> Problem:
+    known = _fields(reader) if reader else {}
+    if len(alike) >= MANY_UNKNOWN:
+        names = ", ".join(str(each["loc"][-1]) for each in alike)
+        text = f"found {len(alike)} unknown keys, {names}; expected some of: {', '.join(known)}"
+        return Problem(keys[:-1], text)
+    key = str(keys[-1])
+    if comma := _of_comma(key):
+        return Problem(keys, f"found a key that begins with a digit; {comma}")
+    remedy = _of_colon(key, known) or suggestion(key, known)
+    expected = "" if remedy and len(known) > MANY_KNOWN else f"expected one of: {', '.join(known)}"
+    text = "; ".join(part for part in ("found an unknown key", expected, remedy) if part)
+    return Problem(keys, text)
+
+
+def _of_comma(key: str) -> str:
+    """The remedy for the part after a decimal comma, which begins a new entry in braces."""
+    if re.fullmatch(r"\d+( .*)?", key):
+        return f'is it the end of a number with a decimal comma? Write a point, as in "2.{key}"'
+    return ""
+
+
+def _of_colon(key: str, known: Mapping[str, Any]) -> str:
+    """The remedy if a colon, or the blank after it, is missing after a known key."""
+    first = re.split(r"[\s:]", key)[0]
+    return f'write "{first}: value", with a colon and a blank' if first in {*known} - {key} else ""
+
+
+def _other_name(key: str, value: Any) -> str:
+    """The key of a mapping that probably stands for ``key``."""
+    names = [str(name) for name in value] if isinstance(value, dict) else []
+    given = next((name for name in names if _of_colon(name, {key: None})), "")
+    if given:
+        return f'write "{key}: value", with a colon and a blank, not "{given}"'
+    found = next((name for name in names if closest_word(name, [key])), "")
+    return f'is "{found}" meant as "{key}"?' if found else ""
+
+
+def _too_few(value: Any, alike: Sequence[Details]) -> str:
+    count = 1 + max(each["loc"][-1] for each in alike)
+    return f"found {value_text(value)}; expected {count} values"
+
+
+def _flat(value: Sequence[Any]) -> str:
+    inside = ", ".join(map(str, value))
+    example = f", [[{inside}]]" if len(inside) < MAX_LIST_LETTERS else ""
+    return f"found a list of values; expected a list of lists; put it in brackets{example}"
+
+
+def _mapping(context: Mapping[str, Any]) -> str:
+    """Description of the mapping that the model of that name reads."""
+    models = [each for each in _models(BaseModel) if each.__name__ == context.get("class_name")]
+    if not models:
+        return EXPECTED["model_type"]
+    fields = _fields(models[0])
+    needed = [name for name, field in fields.items() if field.is_required()]
+    if not needed:
+        return f"a mapping with some of {', '.join(fields)}"
+    return f"a mapping with the key{'s' * (len(needed) > 1)} {', '.join(needed)}"
+
+
+def _models(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    for each in base.__subclasses__():
+        yield each
+        yield from _models(each)
+
+
+def _missing(keys: Keys, reader: type[BaseModel]) -> str:
+    about = _fields(reader)[str(keys[-1])].metadata
+    expected = next((item.expected_text for item in about if isinstance(item, Quantity)), "one")
+    return f'found no key "{keys[-1]}"; expected {expected}'
+
+
+def _fields(reader: type[BaseModel]) -> dict[str, FieldInfo]:
+    """The fields of a model, by the keys of a file."""
+    return {field.alias or name: field for name, field in reader.model_fields.items()}
+
+
+def _choice(value: Any, expected: str) -> str:
+    choices = re.findall(r"'([^']*)'", expected)
+    text = f"found {value_text(value)}; expected one of: {', '.join(choices)}"
+    return with_hint(text, suggestion(str(value), choices))
+
+
+def _value_at(data: Any, keys: Keys) -> Any:
+    """The value at ``keys``; keys that do not exist are skipped, as in `locate_value`."""
+    for key in keys:
+        if isinstance(data, dict):
+            data = data.get(key, data)
+        elif isinstance(data, list) and isinstance(key, int) and key < len(data):
+            data = data[key]
+    return data
+
+
+# `validate_document` reads a YAML file as a pydantic model, or raises an error about every mistake
+# in it.
+
+M = TypeVar("M", bound=BaseModel)
+Further = Callable[[M], Iterable[Problem]]
+
+MOST_TOLD = 15  # problems in one error: nobody reads more, and a list may have thousands
+
+
+def validate_document(document: Node, model: type[M], further: Further[M] = lambda _: ()) -> M:
+    """The nodes of a YAML file as a ``model``; ``further`` finds problems in what it holds.
+
+    Raises InputError with a line for each problem, and with the number of those after the
+    first `MOST_TOLD`.
+    """
+    raw = plain_values(document)
+    readers: dict[int, Any] = {}
+    try:
+        data = model.model_validate(raw, context=readers)
+    except ValidationError as error:
+        empty = [each for each in _empty_value_problems(document) if ":" not in str(each.keys[-1])]
+        _report([*validation_problems(error, raw, readers), *empty], document)
+        raise
+    _report([*_empty_value_problems(document), *further(data)], document)
+    return data
+
+
+def _empty_value_problems(document: Node) -> Iterator[Problem]:
+    for keys in empty_keys(document):
+        yield Problem(keys, "found nothing; expected a value; give one or remove the key")
+
+
+def _report(problems: Sequence[Problem], document: Node) -> None:
+    """Raises one InputError with the first problem of each key; passes if there is none."""
+    lines: dict[str, str] = {}
+    for problem in problems:
+        key, mark = locate_value(document, problem.keys)
+        lines.setdefault(
+            key, ": ".join(part for part in (place_text(mark), key, problem.text) if part)
+        )
+    if lines:
+        raise InputError("\n".join(_first_lines([*lines.values()])))
+
+
+def _first_lines(lines: list[str]) -> list[str]:
+    more = len(lines) - MOST_TOLD
+    if more <= 0:
+        return lines
+    return [*lines[:MOST_TOLD], f"{more} more problems are not shown. Correct these first."]

@@ -1,0 +1,1 @@
+"""Rigid bodies without fluids: vectors, rotations, kinematics, mass. Kernels only."""

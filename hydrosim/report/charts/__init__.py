@@ -1,0 +1,1 @@
+"""Pictures of a run: `open_run` reads it, `draw` writes them."""

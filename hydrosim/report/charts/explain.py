@@ -1,0 +1,146 @@
+"""Picture of `hydrosim explain`: forces on a body and its displacement, by contact mode. For many
+runs it shows means over the stages, with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from textwrap import fill
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hydrosim.files.display_units import Units, units_of
+from hydrosim.files.outputs import Output, save_picture
+from hydrosim.report.charts.panels import STYLES, Panel, axis_label, bands, lines, picture
+from hydrosim.statistics.effects import seed_spread
+from hydrosim.statistics.explain import (
+    DIRECTION_AXES,
+    FRICTION_PARTS,
+    significant_entries,
+    stages_with_values,
+)
+
+LITTLE = 1e-3  # of the largest impulse: less is not drawn
+MAX_GROUP_NAME_LETTERS = 9  # letters of a group's name that fit beside a panel
+MAX_TITLE_LETTERS = 100  # letters of a line of the title
+
+
+def draw_explained(
+    run: xr.Dataset,
+    found: xr.Dataset,
+    body: str,
+    direction: str,
+    output: Path | Output,
+    name: str = "",
+) -> Path:
+    """Draw a run, or many runs, with the explanation ``found``."""
+    if "run" in found.dims:
+        units = units_of(run.attrs)
+        figure = _of_runs(found, body, direction, units)
+        title = ", ".join(part for part in (str(run.attrs.get("title", "")), name) if part)
+        means = f"means over {found.sizes['run']} runs with intervals of 90 %"
+        figure.suptitle(
+            "\n".join(
+                fill(t, MAX_TITLE_LETTERS) for t in (title, f"{body} in {direction}: {means}")
+            )
+        )
+        return save_picture(figure, output, dpi=100)
+    panels = [*_pushes(run, body, direction), *_contacts(run, DIRECTION_AXES[direction])]
+    figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
+    for axis in figure.axes:
+        for end in np.unique(found.span_begin.values[np.isfinite(found.span_begin.values)]):
+            axis.axvline(end, color="#888888", linewidth=0.6)
+    return save_picture(figure, output)
+
+
+def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
+    """Panels of the position of the body, and of the impulses of all forces on it."""
+    units = units_of(run.attrs)
+    time = run.time.values
+    at = {"body": body, "dof": direction}
+    yield lines(time, direction, units.display_unit("m"), {"": run.position.sel(at).values})
+    each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
+    matters = significant_entries(each, "force", LITTLE)
+    pushes = {str(name).replace("_", " "): each.sel(force=name).values for name in matters}
+    if pushes:
+        yield lines(time, "impulses", units.display_unit("N s"), pushes)
+
+
+def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
+    """Panels for each group: impulses of friction, displacement of its points in each mode, and
+    modes."""
+    if "contact_friction" not in run:
+        return
+    units = units_of(run.attrs)
+    time = run.time.values
+    all_ = run.sel(axis=axis)
+    groups = list(dict.fromkeys(run.fender_group.values))
+    for group in groups:
+        of = f" {group}"[:MAX_GROUP_NAME_LETTERS] if len(groups) > 1 else ""
+        own = all_.sel(fender=run.fender_group == group)
+        friction = own.contact_friction.sum("fender")
+        ahead = -(own.fender_kinetic * own.slip_load_ahead).sum("fender")
+        slip = friction.sel(contact_mode="slip")
+        impulses = {
+            "stick": friction.sel(contact_mode="stick"),
+            "slip towards +": ahead,
+            "slip towards -": slip - ahead,
+        }
+        made = {name: x.values for name, x in impulses.items()}
+        yield lines(time, f"friction{of}", units.display_unit("N s"), made)
+        moved = own.contact_moved.mean("fender")
+        each = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
+        yield lines(time, f"moved{of}", units.display_unit("m"), each)
+    yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
+
+
+def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
+    """Bars of means over runs, of mean forces and, where there are contacts, of friction and
+    displacements."""
+    force, length = units.display_unit("N"), units.display_unit("m")
+    mean = found.mean_force.sel(body=body, dof=direction)
+    kinds = [(force.factor * mean, "force", axis_label("mean force", force.unit))]
+    if "friction_part" in found:
+        along = found.sel(direction=DIRECTION_AXES[direction])
+        part = along.friction_part.sum("fender").sel(part=list(FRICTION_PARTS))
+        moved = along.mode_moved.mean("fender")
+        kinds += [
+            (force.factor * part, "part", axis_label("mean friction", force.unit)),
+            (length.factor * moved, "contact_mode", axis_label("moved in a mode", length.unit)),
+        ]
+    figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
+    axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
+    for axis, (values, dim, label) in zip(axes, kinds, strict=True):
+        _bars(axis, values, dim, label)
+    return figure
+
+
+def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
+    """Draw a group of bars for each stage, with one bar for each entry of ``dim`` that matters."""
+    stages = stages_with_values(values)
+    shown = significant_entries(values, dim, LITTLE)
+    width = 0.8 / max(len(shown), 1)
+    for k, name in enumerate(shown):
+        each = [seed_spread(values.sel({dim: name, "span": stage}).values) for stage in stages]
+        place = np.arange(len(stages)) + (k - 0.5 * len(shown) + 0.5) * width
+        axis.bar(
+            place,
+            [x.mean for x in each],
+            width,
+            yerr=np.nan_to_num([x.high - x.mean for x in each]),
+            label=str(name).replace("_", " "),
+            color=STYLES[k % len(STYLES)].colour,
+            ecolor="0.5",
+            capsize=2,
+        )
+    axis.set_xticks(np.arange(len(stages)), labels=stages)
+    axis.set_ylabel(label)
+    axis.axhline(0.0, color="0.3", linewidth=0.8)
+    axis.grid(axis="y", alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+    if shown:
+        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")

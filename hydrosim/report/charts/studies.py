@@ -1,0 +1,424 @@
+"""Short names of values in pictures of studies: lists and long texts become letters with a key.
+
+Pictures of a study: a figure over its parameters, with its scatter over seeds.
+
+A plan of one parameter is a line with bands, of two parameters a heat map, of one parameter at a
+time a tornado chart. Values without an order are points with bars. Samples are points, and Sobol's
+indices are bars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from textwrap import fill, shorten
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
+
+from hydrosim.errors import InputError
+from hydrosim.files.display_units import DisplayUnit, units_of
+from hydrosim.files.document_layout import digits_of, letter_of, value_text
+from hydrosim.files.outputs import Output, save_picture
+from hydrosim.report.charts.panels import COLOURS, axis_label, wrap_title
+from hydrosim.report.sentences.limits import distinct_lines, side_of
+from hydrosim.statistics import effects
+from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
+
+MAX_LETTERS_OF_NAME = 12
+MAX_LETTERS_OF_ALL_NAMES = 54
+MAX_LETTERS_OF_MEANING = 240
+LETTERS_OF_KEY_LINE = 42
+
+
+class ValueNames:
+    """Names of values beside axes. Values that are too long for an axis get letters, the same ones
+    in all panels of a picture; `key` says what they mean."""
+
+    def __init__(self) -> None:
+        self._letters: dict[str, str] = {}
+
+    def names_of(self, values: Sequence[object]) -> list[str]:
+        """A name for each of the ``values``, which stand beside one axis."""
+        texts = [value_text(value) for value in values]
+        room = min(MAX_LETTERS_OF_NAME, max(4, MAX_LETTERS_OF_ALL_NAMES // max(len(texts), 1)))
+        if all(len(text) <= room for text in texts):
+            return texts
+        return [self._letters.setdefault(text, letter_of(len(self._letters))) for text in texts]
+
+    def key(self) -> list[str]:
+        """Each letter with its value, in lines that fit beside a picture."""
+        return [
+            fill(
+                f"{letter}: {shorten(text, MAX_LETTERS_OF_MEANING, placeholder=' ...')}",
+                LETTERS_OF_KEY_LINE,
+            )
+            for text, letter in self._letters.items()
+        ]
+
+
+DECADES = 1.5  # ratio of values above which their axis is logarithmic
+EFFECT_PANEL_INCH = (5.0, 3.6)  # inches of a panel
+KEY_WIDTH = 3.4  # inches of the key of letters beside the panels
+LINE_HEIGHT, HEIGHT_OF_TITLE = 0.17, 1.0  # inches of a line of the key, of what is above it
+TALLEST, WIDEST = 3, 3  # panels above each other, until there are so many beside each other
+
+
+def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
+    """Draw a picture for each plan of the file of ``runs``; its name is that of ``output`` with the
+    plan."""
+    return [save_picture(page(plan), place) for plan, place in planned_of(runs, output)]
+
+
+def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[PlanRuns, Output]]:
+    """Plans with something to draw, and their outputs. Raises InputError if there are none, or if a
+    picture must not be replaced."""
+    found, form = [], output.path.suffix if output.path.suffix != ".nc" else ".png"
+    for plan in effects.plans(runs):
+        stem = f"{output.path.stem}_{plan.name}" if plan.name else output.path.stem
+        if plan.figures:
+            place = output.output_at(output.path.with_name(f"{stem}{form}"), "picture")
+            found.append((plan, place.checked_output()))
+    if not found:
+        raise InputError(
+            f"{output.origin}: its study has no figures to draw. Add some to the study: figures:"
+            f" {{NAME: {{channel: .., statistic: ..}}}}."
+        )
+    return found
+
+
+def page(plan: PlanRuns) -> Figure:
+    """Picture of a plan: a panel for each figure; for samples, a panel for each figure and
+    parameter."""
+    draw = _chart(plan)
+    each = len(plan.parameters) if draw is _points else 1
+    across = each if draw is _points else _columns(len(plan.figures))
+    down = -(-each * len(plan.figures) // across)
+    figure = Figure(
+        (EFFECT_PANEL_INCH[0] * max(across, 1.3), EFFECT_PANEL_INCH[1] * down),
+        dpi=100,
+        layout="constrained",
+    )
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(down, across, squeeze=False).ravel()
+    drawn = panels[: each * len(plan.figures)]
+    for spare in panels[drawn.size :]:
+        spare.remove()
+    names = ValueNames()
+    for name, axes in zip(plan.figures, drawn.reshape(-1, each).tolist(), strict=True):
+        draw(axes, plan, name, names)
+        for axis in axes:
+            _dress(axis)
+    _explain(figure, drawn[0])
+    _add_key(figure, names.key())
+    title = str(runs_title(plan.runs))
+    title = f"{title}: {_words(plan.name)}" if plan.name else title
+    figure.suptitle(wrap_title(title, figure.get_figwidth()))
+    return figure
+
+
+def _columns(figures: int) -> int:
+    """How many panels stand beside each other, so that a picture of many fits a page."""
+    return min(-(-figures // TALLEST), WIDEST)
+
+
+def _dress(axis: Axes) -> None:
+    axis.grid(alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _explain(figure: Figure, axis: Axes) -> None:
+    """One legend for all panels, below them, where it hides nothing."""
+    lines, names = axis.get_legend_handles_labels()
+    if names:
+        figure.legend(lines, names, loc="outside lower center", ncols=len(names), frameon=False)
+
+
+def _add_key(figure: Figure, key: Sequence[str]) -> None:
+    """Beside the panels, write what the letters of values mean."""
+    if key:
+        lines = sum(1 + text.count("\n") for text in key)
+        height = LINE_HEIGHT * (lines + 0.5 * len(key)) + HEIGHT_OF_TITLE
+        figure.set_size_inches(
+            figure.get_figwidth() + KEY_WIDTH, max(figure.get_figheight(), height)
+        )
+        blank = [Line2D([], [], linestyle="none") for _ in key]
+        look: dict[str, Any] = {"handlelength": 0.0, "handletextpad": 0.0, "fontsize": "small"}
+        figure.legend(blank, key, loc="outside right center", frameon=False, **look)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def runs_title(runs: xr.Dataset) -> str:
+    """Name of the file of runs."""
+    return str(runs.attrs.get("title", "study"))
+
+
+def _chart(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueNames], None]:
+    if plan.design == "sobol_indices":
+        return _bars
+    if plan.design in effects.SAMPLED_DESIGNS:
+        return _points
+    if not plan.parameters:
+        return _by_seed
+    if plan.design == "one_at_a_time":
+        return _tornado
+    return _heat if len(plan.parameters) == 2 else _band
+
+
+def _quantity_label(plan: PlanRuns, figure: str) -> str:
+    return axis_label(_words(figure), _display_unit(plan, figure).unit)
+
+
+def _parameter_label(plan: PlanRuns, parameter: str) -> str:
+    """The last two words of a key, and its unit."""
+    return axis_label(plan.short(parameter), _display_unit(plan, plan.axis(parameter)).unit)
+
+
+def _display_unit(plan: PlanRuns, name: str) -> DisplayUnit:
+    """In which unit a figure or the coordinate of a parameter is read."""
+    return units_of(plan.runs.attrs).display_unit(plan.unit(name))
+
+
+def _read(plan: PlanRuns, name: str, values: Any) -> Any:
+    """A value of a figure or a parameter, or many, in the unit that it is read in. Texts stay."""
+    kind = np.asarray(values).dtype.kind
+    return _display_unit(plan, name).factor * values if kind == "f" else values
+
+
+def _rows(plan: PlanRuns, figure: str) -> list[EffectRow]:
+    """The rows of a figure, in the units that they are read in."""
+    factor = _display_unit(plan, figure).factor
+    return [
+        row._replace(
+            values={name: _read(plan, name, value) for name, value in row.values.items()},
+            spread=SeedSpread(row.spread.n, *(factor * value for value in row.spread[1:])),
+        )
+        for row in effects.rows(plan)
+        if row.figure == figure
+    ]
+
+
+def _by_seed(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+    """Draw a plan that varies seeds only: each seed, the mean with its interval, and the band of 90
+    % of the seeds."""
+    axis, (row,) = axes[0], _rows(plan, figure)
+    seeds = plan.runs["seed"].values if "seed" in plan.runs else np.arange(row.runs.size)
+    seed_numbers = seeds if seeds.ndim == 1 else seeds[:, 0]
+    s = row.spread
+    axis.axhspan(s.another_low, s.another_high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    axis.axhspan(s.low, s.high, color=COLOURS[0], alpha=0.35, label="mean, 90 %")
+    axis.axhline(s.mean, color=COLOURS[0])
+    axis.plot(seed_numbers, _read(plan, figure, plan.runs[figure].values), ".", color="0.4")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axis.set_xlabel("seed")
+    axis.set_ylabel(_quantity_label(plan, figure))
+
+
+def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+    """Draw the mean over the values with its interval, and the band of 90 % of the seeds. A line
+    joins numbers; other values have no order, so they are points with bars. Several parameters are
+    in the order of their combinations."""
+    rows, axis = _rows(plan, figure), axes[0]
+    parameters = list(rows[0].values)
+    combinations = [
+        row.values[parameters[0]]
+        if len(parameters) == 1
+        else ", ".join(map(value_text, row.values.values()))
+        for row in rows
+    ]
+    numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in combinations)
+    place = _places(combinations, axis) if numbers else np.arange(len(rows), dtype=float)
+    if not any(row.spread.n for row in rows):
+        axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
+    order = np.argsort(place)
+    x, s = place[order], [rows[k].spread for k in order]
+    low, high = [each.another_low for each in s], [each.another_high for each in s]
+    if numbers:
+        axis.fill_between(x, low, high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    else:
+        size = np.subtract(high, low)
+        axis.bar(x, size, 0.5, low, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
+    mean = np.array([each.mean for each in s])
+    apart = np.abs([[e.low for e in s], [e.high for e in s]] - mean)
+    line: dict[str, Any] = {"color": COLOURS[0], "marker": "o", "capsize": 3}
+    line["linestyle"] = "-" if numbers else "none"
+    axis.errorbar(x, mean, apart, label="mean, 90 %", **line)
+    for k, row in enumerate(rows):
+        values = _read(plan, figure, plan.runs[figure].values[row.runs])
+        axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
+    if not numbers:
+        axis.set_xticks(place, names.names_of(combinations))
+        axis.set_xlim(-0.6, len(rows) - 0.4)
+    axis.set_ylabel(_quantity_label(plan, figure))
+    each = list(plan.parameters) if len(parameters) > 1 else list(plan.parameters)[:1]
+    axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in each))
+
+
+def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
+    """Positions of numbers on an axis, which is logarithmic if they span decades."""
+    x = np.array(values, dtype=float)
+    above = x[x > 0.0]
+    if above.size and (x >= 0.0).all() and np.log10(above.max() / above.min()) > DECADES:
+        zero = (x == 0.0).any()
+        axis.set_xscale("symlog" if zero else "log", **({"linthresh": above.min()} if zero else {}))
+        axis.xaxis.set_major_locator(FixedLocator(np.unique(x).tolist()))
+        axis.xaxis.set_major_formatter(lambda value, _: digits_of(value))
+        axis.xaxis.set_minor_locator(NullLocator())
+    return x
+
+
+def _heat(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+    """Draw the mean over the values of two parameters."""
+    rows, axis = _rows(plan, figure), axes[0]
+    first, second = (plan.axis(parameter) for parameter in plan.parameters)
+    x, y = ([*dict.fromkeys(row.values[name] for row in rows)] for name in (first, second))
+    mean = np.full((len(y), len(x)), np.nan)
+    for row in rows:
+        mean[y.index(row.values[second]), x.index(row.values[first])] = row.spread.mean
+    image = axis.imshow(mean, origin="lower", aspect="auto", cmap="viridis")
+    known = mean[np.isfinite(mean)]
+    bright = known.min() + 0.6 * np.ptp(known) if known.size else np.nan
+    for (j, i), value in np.ndenumerate(mean):
+        text = f"{value:.3g}" if np.isfinite(value) else "no value"
+        colour = "white" if value < bright else "black"
+        axis.text(i, j, text, ha="center", va="center", color=colour, fontsize="small")
+    for set_ticks, values in ((axis.set_xticks, x), (axis.set_yticks, y)):
+        set_ticks(range(len(values)), names.names_of(values))
+    one, other = plan.parameters
+    axis.set_xlabel(_parameter_label(plan, one))
+    axis.set_ylabel(_parameter_label(plan, other))
+    axis.figure.colorbar(image, ax=axis, label=f"mean {_quantity_label(plan, figure)}")
+
+
+def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+    """Draw a bar from the smallest to the largest mean of each parameter, including that of the
+    case, the widest on top."""
+    rows, axis = _rows(plan, figure), axes[0]
+    base = next(row.spread.mean for row in rows if not row.values["varied"])
+    bars: list[tuple[float, float, list[EffectRow], str]] = []
+    for parameter in plan.parameters:
+        own = [row for row in rows if row.values["varied"] == parameter and row.spread.n]
+        means = [row.spread.mean for row in own] + [base] * bool(own and np.isfinite(base))
+        ends = (min(means), max(means)) if own else (base, base)
+        bars.append((*ends, sorted(own, key=lambda row: row.spread.mean), parameter))
+    bars.sort(key=lambda bar: bar[1] - bar[0])
+    for k, (low, high, own, parameter) in enumerate(bars):
+        axis.barh(k, high - low, left=low, color=COLOURS[0], alpha=0.6)
+        for row in {id(row): row for row in (*own[:1], *own[-1:])}.values():
+            value, mean = row.values[plan.axis(parameter)], row.spread.mean
+            text = (
+                f" {value:.3g} " if isinstance(value, float) else f" {names.names_of([value])[0]} "
+            )
+            side = "right" if mean < base or (row is own[0] and len(own) > 1) else "left"
+            axis.text(mean, k, text, ha=side, va="center", fontsize="small")
+        if not own and np.isfinite(base):
+            axis.text(base, k, " no run has a value", va="center", fontsize="small")
+    axis.axvline(base, color="0.3")
+    axis.use_sticky_edges = False
+    axis.margins(x=0.2)
+    axis.set_yticks(range(len(bars)), [_parameter_label(plan, bar[3]) for bar in bars])
+    axis.set_xlabel(f"mean {_quantity_label(plan, figure)}, line: the case")
+
+
+def _points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+    for axis, parameter in zip(axes, plan.parameters, strict=True):
+        name = plan.axis(parameter)
+        x = _read(plan, name, plan.runs[name].values)
+        y = _read(plan, figure, plan.runs[figure].values)
+        axis.plot(x, y, ".", color=COLOURS[0])
+        axis.set_xlabel(_parameter_label(plan, parameter))
+    axes[0].set_ylabel(_quantity_label(plan, figure))
+
+
+def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+    """Draw first-order and total indices with their intervals."""
+    found, axis = [each for each in effects.indices(plan) if each.figure == figure], axes[0]
+    for shift, kind, colour in ((-0.2, "first", COLOURS[0]), (0.2, "total", COLOURS[1])):
+        value, low, high = np.array([getattr(each, kind) for each in found]).T
+        label = "alone" if kind == "first" else "with all interactions"
+        y = np.arange(len(found)) + shift
+        sure = np.clip([value - low, high - value], 0.0, None)
+        axis.barh(y, value, 0.35, xerr=sure, color=colour, label=label, capsize=3)
+    axis.set_yticks(range(len(found)), [_parameter_label(plan, each.parameter) for each in found])
+    axis.set_xlabel(f"share of the variance of {_words(figure)}")
+
+
+# Picture of limits: significant height over peak period, with the governing criterion.
+
+MARKS = "osD^vP*X"
+STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (6, 2, 1, 2)))
+"""Of lines after each other, so that one under another is seen."""
+NO_LIMIT = {"below": "v", "above": "^"}
+"""Marks of seas whose limit is on a side of the heights."""
+ATTRIBUTES = {"below": "lowest", "above": "highest"}
+LIMIT_ENDS = ("limit", "low", "high")
+OPERABILITY_PANEL_INCH = (7.5, 3.6)  # inches of a panel
+
+
+def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
+    """Draw a panel for each stage, with a line and its interval for each heading and swell. The
+    marker at each point shows the criterion that governs there."""
+    stages = [str(stage) for stage in found.stage.values]
+    figure = Figure(
+        (OPERABILITY_PANEL_INCH[0], OPERABILITY_PANEL_INCH[1] * len(stages) + 0.4),
+        dpi=100,
+        layout="constrained",
+    )
+    FigureCanvasAgg(figure)
+    names = sorted({str(name) for name in found.governing.values.ravel() if name})
+    axes = figure.subplots(len(stages), 1, squeeze=False, sharex=True)[:, 0]
+    for axis, stage in zip(axes, stages, strict=True):
+        _panel(axis, found.sel(stage=stage), names)
+        axis.set_title(stage if len(stages) > 1 else "", loc="left", fontsize="medium")
+    axes[-1].set_xlabel("peak period [s]")
+    share = f"{found.attrs['probability']:.3g} of the seas meet all criteria"
+    figure.suptitle(
+        wrap_title(f"{found.attrs['title']}: limits up to which {share}", figure.get_figwidth())
+    )
+    save_picture(figure, output)
+
+
+def _panel(axis: Axes, found: xr.Dataset, names: list[str]) -> None:
+    """Limits over the peak period. A sea without a limit within the heights has no point on a line
+    but a mark at the first or the last height; lines that are the same are drawn once."""
+    sides: set[str] = set()
+    lines = distinct_lines(found)
+    for k, (label, at) in enumerate(lines):
+        colour = COLOURS[k % len(COLOURS)]
+        period = at.peak_period.values
+        side = np.array([side_of(float(limit), found) for limit in at.limit.values])
+        limit, low, high = (np.where(side == "", at[name].values, np.nan) for name in LIMIT_ENDS)
+        top = np.minimum(high, found.attrs["highest"]) if found.attrs["runs"] else limit
+        axis.fill_between(period, low, top, color=colour, alpha=0.15)
+        style = STYLES[k % len(STYLES)]
+        axis.plot(period, limit, color=colour, linestyle=style, label=f"waves {label}")
+        for name in names:
+            of = at.governing.values == name
+            axis.plot(period[of], limit[of], MARKS[names.index(name) % len(MARKS)], color=colour)
+        size = 6.0 + 3.0 * (len(lines) - k)
+        for which, mark in NO_LIMIT.items():
+            of = side == which
+            sides |= {which} if of.any() else set()
+            place = np.full(of.sum(), found.attrs[ATTRIBUTES[which]])
+            axis.plot(period[of], place, mark, color=colour, fillstyle="none", markersize=size)
+    for name in names:
+        mark = MARKS[names.index(name) % len(MARKS)]
+        axis.plot([], [], mark, color="0.3", label=f"governed by {name}")
+    for which in sorted(sides):
+        label = f"no limit: {which} the heights"
+        axis.plot([], [], NO_LIMIT[which], color="0.3", fillstyle="none", label=label)
+    axis.set_ylabel("significant height [m]")
+    axis.set_ylim(bottom=0.0)
+    axis.grid(alpha=0.3)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.legend(frameon=False, fontsize="small")

@@ -1,0 +1,288 @@
+"""Lines of evidence: what was held against what, and the features of scenes that they are about."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from hydrosim.elements import (
+    Bushing,
+    Catenary,
+    Compensator,
+    Contact,
+    Coulomb,
+    CurrentLoad,
+    Drive,
+    Fender,
+    FrictionSlope,
+    Landing,
+    LinearDamping,
+    LinearMooring,
+    Spring,
+    StickSlip,
+    Strut,
+    TorsionSpring,
+    Winch,
+    WindLoad,
+)
+from hydrosim.elements.applied_force import AppliedForce
+from hydrosim.elements.damping import QuadraticDamping
+from hydrosim.elements.viscous_roll import ViscousRoll
+from hydrosim.scene import (
+    Body,
+    Coefficients,
+    ConstantRadiation,
+    Family,
+    ForceElement,
+    GivenComponents,
+    Kinematics,
+    Method,
+    Place,
+    RadiationModel,
+    RegularWave,
+    Scene,
+    SecondOrder,
+    WaveTrain,
+    Weight,
+)
+
+# Features of scenes that evidence is about, and the features that a scene uses.
+
+
+class Feature(StrEnum):
+    """A part of a scene, or of the program, that lines of evidence are about."""
+
+    STEPS = "steps of a fixed size"
+    ADAPTIVE = "steps that adapt"
+    IMPLICIT = "implicit steps"
+    ROTATIONS = "rotations of any size"
+    RESTART = "start from another run"
+    EXACT = "exact propagation"
+    PLANE = "solution in the plane of symmetry"
+    STIFFNESS = "hydrostatic stiffness of a database"
+    HULL = "buoyancy of a closed hull"
+    RADIATION = "memory of radiated waves (Cummins)"
+    DRAUGHTS = "databases over the draught"
+    COUPLED = "bodies coupled through the water"
+    WAVES = "first-order wave loads"
+    SEA = "random seas"
+    SPREADING = "directional seas"
+    MEAN_DRIFT = "mean drift"
+    NEWMAN = "slow drift after Newman"
+    QTF = "slow drift from QTFs"
+    SUM = "loads at sums of frequencies"
+    FOLLOWING = "wave loads that follow heading and position"
+    FENDERS = "fenders"
+    LANDINGS = "landings"
+    GUIDES = "walls of landings"
+    STICK_SLIP = "stick-slip friction"
+    COULOMB = "rigid friction"
+    SLOPE = "friction slope"
+    SPRINGS = "springs and lines"
+    CATENARIES = "catenaries"
+    STRUTS = "struts, torsion springs and power take-offs"
+    WINCHES = "winches and compensators"
+    BUSHINGS = "bushings"
+    MOORINGS = "linear moorings"
+    APPLIED = "applied forces"
+    DAMPING = "linear damping"
+    DRAG = "quadratic damping"
+    ROLL = "viscous roll damping"
+    CURRENT = "current"
+    WIND = "wind"
+    WEIGHT = "weight as a force"
+    TANKS = "tanks"
+    PUMPS = "pumps"
+    TRIGGERS = "elements that act for a time"
+    JOINTS = "joints"
+    DRIVES = "prescribed motion"
+    EXTREMES = "extremes of random seas"
+    LINEAR = "linear analysis"
+    LIMITS = "limits of operation"
+    RECIPES = "databases computed from recipes"
+    HULLS = "databases that come with the program"
+
+
+def features_of(scene: Scene, attributes: Mapping[str, object] | None = None) -> set[Feature]:
+    """Features that a scene uses. ``attributes`` of its run tell how it was solved."""
+    used = {feature for feature, is_used in OF_SCENES.items() if is_used(scene)}
+    told = attributes or {}
+    return used | {feature for feature, is_used in OF_RUNS.items() if is_used(told)}
+
+
+def _methods(*methods: Method) -> Callable[[Scene], bool]:
+    return lambda scene: scene.solver.method in methods
+
+
+def _elements(*classes: type[ForceElement]) -> Callable[[Scene], bool]:
+    return lambda scene: any(isinstance(each, classes) for each in scene.forces.values())
+
+
+def _friction(law: type) -> Callable[[Scene], bool]:
+    return lambda scene: any(isinstance(each.friction, law) for each in _contacts(scene))
+
+
+def _contacts(scene: Scene) -> Iterator[Contact]:
+    return (each for each in scene.forces.values() if isinstance(each, Contact))
+
+
+def _bodies(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+    return lambda scene: any(is_so(body) for body in scene.bodies)
+
+
+def _second_order(*orders: SecondOrder) -> Callable[[Scene], bool]:
+    return _in_waves(lambda body: body.wave_forces.second_order in orders)
+
+
+def _in_waves(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+    return lambda scene: any(_is_wet(b) and is_so(b) for b in scene.bodies if _sea(scene))
+
+
+def _is_wet(body: Body) -> bool:
+    """True if the body has a database."""
+    return body.hydrodynamics is not None and not isinstance(body.hydrodynamics, Coefficients)
+
+
+def _remembers(body: Body) -> bool:
+    constant = isinstance(body.radiation, ConstantRadiation)
+    return _is_wet(body) and not constant and body.radiation != RadiationModel.NONE
+
+
+def _follows(body: Body) -> bool:
+    places = (body.wave_forces.headings, body.wave_forces.position)
+    return any(place in (Place.SLOW, Place.INSTANTANEOUS) for place in places)
+
+
+def _sea(scene: Scene) -> tuple[WaveTrain, ...]:
+    return scene.environment.waves
+
+
+def _is_random(scene: Scene) -> bool:
+    given = RegularWave | GivenComponents
+    gusty = scene.environment.gusts is not None
+    return gusty or any(not isinstance(w.spectrum, given) for w in _sea(scene))
+
+
+OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
+    Feature.STEPS: _methods(Method.RK2, Method.HEUN, Method.RK4),
+    Feature.ADAPTIVE: _methods(Method.DOPRI5, Method.AUTOMATIC),
+    Feature.IMPLICIT: _methods(Method.ESDIRK4),
+    Feature.ROTATIONS: lambda scene: scene.solver.kinematics == Kinematics.EXACT,
+    Feature.RESTART: lambda scene: scene.initial is not None,
+    Feature.STIFFNESS: _bodies(lambda body: _is_wet(body) and body.hydrostatics is None),
+    Feature.HULL: _bodies(lambda body: body.hydrostatics is not None),
+    Feature.RADIATION: _bodies(_remembers),
+    Feature.DRAUGHTS: _bodies(lambda body: isinstance(body.hydrodynamics, Family)),
+    Feature.COUPLED: _bodies(lambda body: body.database_body > 1),
+    Feature.WAVES: _in_waves(lambda body: body.wave_forces.first_order),
+    Feature.SEA: _is_random,
+    Feature.SPREADING: lambda scene: any(train.spreading is not None for train in _sea(scene)),
+    Feature.MEAN_DRIFT: _second_order(SecondOrder.MEAN_DRIFT),
+    Feature.NEWMAN: _second_order(SecondOrder.NEWMAN, SecondOrder.NEWMAN_SQUARE_ROOT),
+    Feature.QTF: _second_order(SecondOrder.QTF),
+    Feature.SUM: _in_waves(lambda body: body.wave_forces.sum_frequency),
+    Feature.FOLLOWING: _in_waves(_follows),
+    Feature.FENDERS: _elements(Fender),
+    Feature.LANDINGS: _elements(Landing),
+    Feature.GUIDES: lambda scene: any(
+        isinstance(each, Landing) and each.wall is not None for each in scene.forces.values()
+    ),
+    Feature.STICK_SLIP: _friction(StickSlip),
+    Feature.COULOMB: _friction(Coulomb),
+    Feature.SLOPE: _friction(FrictionSlope),
+    Feature.SPRINGS: _elements(Spring),
+    Feature.CATENARIES: _elements(Catenary),
+    Feature.STRUTS: _elements(Strut, TorsionSpring),
+    Feature.WINCHES: _elements(Winch, Compensator),
+    Feature.BUSHINGS: _elements(Bushing),
+    Feature.MOORINGS: _elements(LinearMooring),
+    Feature.APPLIED: _elements(AppliedForce),
+    Feature.DAMPING: _elements(LinearDamping),
+    Feature.DRAG: _elements(QuadraticDamping),
+    Feature.ROLL: _elements(ViscousRoll),
+    Feature.CURRENT: lambda scene: (
+        scene.environment.current.speed != 0.0 or _elements(CurrentLoad)(scene)
+    ),
+    Feature.WIND: _elements(WindLoad),
+    Feature.WEIGHT: _bodies(lambda body: body.weight == Weight.CARRIED),
+    Feature.TANKS: _bodies(lambda body: bool(body.tanks)),
+    Feature.PUMPS: _bodies(lambda body: bool(body.pumps)),
+    Feature.TRIGGERS: lambda scene: any(each.active for each in scene.forces.values()),
+    Feature.JOINTS: lambda scene: bool(scene.joints),
+    Feature.DRIVES: _elements(Drive),
+    Feature.EXTREMES: _is_random,
+}
+"""Features of scenes, and whether a scene uses them."""
+
+OF_RUNS: Mapping[Feature, Callable[[Mapping[str, object]], bool]] = {
+    Feature.EXACT: lambda told: str(told.get("solver_linear", "")).startswith("propagated exactly"),
+    Feature.PLANE: lambda told: str(told.get("solver_symmetry", "")).startswith("in the plane"),
+}
+"""Features of solutions, and whether the attributes of a run tell them."""
+
+
+# Lines of evidence that come with the program. ``python -m benchmarks --keep evidence`` writes
+# them from what tests measure.
+
+FILE = Path(__file__).with_name("evidence.json")
+
+
+class Kind(StrEnum):
+    """What a line holds hydrosim against, in the order of what it is worth."""
+
+    EXPERIMENT = "experiment"
+    PROGRAM = "other program"
+    CLOSED_FORM = "closed form"
+    INDEPENDENT = "independent code"
+    SELF = "hydrosim otherwise"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A ``claim`` held ``against`` a reference of a ``kind``.
+
+    ``figure`` is the largest error that the ``test`` measured at the ``commit``, ``limit`` the
+    bound that it asserts. Both are relative unless the claim names a unit. ``others`` is what
+    another program has there. The line is about scenes that use all its ``features``.
+    """
+
+    claim: str
+    against: str
+    kind: Kind
+    figure: float
+    limit: float
+    features: tuple[Feature, ...]
+    test: str
+    commit: str
+    others: str = ""
+
+    @classmethod
+    def read(cls, data: Mapping[str, Any]) -> Line:
+        """A line as it is stored."""
+        features = tuple(Feature[name] for name in data["features"])
+        return cls(**{**data, "kind": Kind(data["kind"]), "features": features})
+
+    def as_dict(self) -> dict[str, Any]:
+        """The line as it is stored, of plain texts and numbers: names of features, figures of three
+        digits."""
+        return {
+            **asdict(self),
+            "kind": self.kind.value,
+            "figure": float(f"{self.figure:.3g}"),
+            "limit": float(self.limit),
+            "features": [feature.name for feature in self.features],
+        }
+
+
+def known_lines() -> tuple[Line, ...]:
+    """All lines, by kind."""
+    return tuple(Line.read(data) for data in json.loads(FILE.read_text("utf-8")))
+
+
+def lines_about(used: Collection[Feature]) -> list[Line]:
+    """Lines whose features are all ``used``."""
+    return [line for line in known_lines() if set(line.features) <= set(used)]

@@ -1,0 +1,458 @@
+"""A linear analysis: place at rest, motions in the sea, natural modes, RAOs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import degrees, isfinite, isnan, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.analysis.line import LineResponse, StillLine, angle_at_fairlead
+from hydrosim.dofs import DOFS
+from hydrosim.elements.line.shape import REASONS
+from hydrosim.elements.roll_decay import DecayFit, Interval
+from hydrosim.files.display_units import DEFAULT, Units, unit_of_dof, units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import (
+    Cell,
+    Heading,
+    Node,
+    Outcome,
+    Part,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+    warnings,
+)
+from hydrosim.report.sentences.sections import lines_of, title_of
+from hydrosim.scene import TankTable
+
+if TYPE_CHECKING:
+    from hydrosim.analysis.ballast import Condition, PumpPlan, TankState
+    from hydrosim.scene import Scene
+
+MAX_SHARES = 3
+"""Coordinates that a mode is described by."""
+MIN_SHARE = 0.05
+"""Of the energy of a mode: coordinates with less are left out."""
+ROUNDING_BELOW = 1e-10
+RESPONSE_COLUMNS = {
+    "at rest": "position_at_rest",
+    "mean drift": "mean_drift_offset",
+    "std in sea": "response_std",
+    "std in gusts": "gust_std",
+    "maximum in sea": "response_maximum",
+    "Tz": "response_period",
+}
+
+
+def linear_document(found: xr.Dataset, raos: bool = False) -> Document:
+    """Motions, natural modes and, if so asked, ``raos`` over the period."""
+    nodes = [*_remarks(found), _motions(found), _modes(found)]
+    nodes += [*_rao_tables(found), *_joint_rao_tables(found)] if raos else []
+    return Document(title_of(found), nodes, units=units_of(found.attrs))
+
+
+def _remarks(found: xr.Dataset) -> Iterator[Node]:
+    return (Verdict(Outcome.WARNING, line) for line in lines_of(found, "remarks"))
+
+
+def _motions(found: xr.Dataset) -> Table:
+    columns = {name: variable for name, variable in RESPONSE_COLUMNS.items() if variable in found}
+    waves = range(found.sizes.get("wave", 0))
+    rows: list[list[Cell]] = []
+    for body in map(str, found.body.values):
+        for dof in map(str, found.dof.values):
+            at = found.sel(body=body, dof=dof)
+            figures = [_figure(at, variable, dof) for variable in columns.values()]
+            harmonics = [_harmonic(at.isel(wave=k), "regular", unit_of_dof(dof)) for k in waves]
+            rows.append([f"{body} {dof}", *figures, *harmonics])
+    return Table(("motion", *columns, *(_wave(found, k) for k in waves)), rows, "Motions")
+
+
+def _wave(found: xr.Dataset, k: int) -> str:
+    at = found.isel(wave=k)
+    where = f"wave of {float(at.wave_period):g} s to {degrees(float(at.wave_heading)):g} deg"
+    return f"{where}: amplitude, phase"
+
+
+def _figure(at: xr.Dataset, variable: str, dof: str) -> Value:
+    number = float(at[variable])
+    if variable == "response_period":
+        return Value(number, "s")
+    return Value(0.0 if abs(number) <= ROUNDING_BELOW else number, unit_of_dof(dof))
+
+
+def _modes(found: xr.Dataset) -> Table:
+    head = ("mode", "natural period", "damped period", "damping ratio", "moves")
+    each = {str(mode): found.sel(mode=mode) for mode in found.mode.values}
+    rows = [[mode, *_decay(at), _moves(at)] for mode, at in each.items()]
+    return Table(head, rows, "Natural modes")
+
+
+def _decay(at: xr.Dataset) -> list[Cell]:
+    """Periods and damping of a mode, or what it is instead."""
+    kind = str(at.mode_kind.values)
+    if kind == "free":
+        return ["free", "", ""]
+    natural = float(at.natural_period)
+    period: Cell = Value(natural, "s") if isfinite(natural) else "none"
+    if kind != "oscillating":
+        return [period, kind, ""]
+    return [period, Value(float(at.damped_period), "s"), Value(float(at.damping_ratio), "", 3)]
+
+
+def _moves(at: xr.Dataset) -> str:
+    """The coordinates that have most of the energy of a mode."""
+    share = at.mode_share.stack(coordinate=("body", "dof"))
+    largest = share.sortby(share, ascending=False)[:MAX_SHARES]
+    several = at.body.size > 1
+    parts = [
+        (float(value), f"{f'{body} ' if several else ''}{dof}")
+        for (body, dof), value in zip(largest.coordinate.values, largest.values, strict=True)
+    ]
+    if "joint_mode_share" in at:
+        joints = zip(at.joint_mode_share.values, at.joint_motion.values, strict=True)
+        parts += [(float(value), str(name)) for value, name in joints]
+    parts = sorted(parts, key=lambda part: -part[0])[:MAX_SHARES]
+    return ", ".join(f"{name} {value:.0%}" for value, name in parts if value >= MIN_SHARE)
+
+
+def _rao_tables(found: xr.Dataset) -> Iterator[Node]:
+    """RAOs over the period, a table for each body and heading; motions that no wave excites are
+    left out."""
+    for body in map(str, found.body.values):
+        for heading in found.heading.values:
+            at = found.sel(body=body, heading=heading)
+            moving = [
+                d for d in DOFS if d in at.dof and float(at.rao_amplitude.sel(dof=d).max()) > 0.0
+            ]
+            rows = [_rao(at.sel(frequency=omega), moving) for omega in at.frequency.values[::-1]]
+            title = f"RAOs of {body}, waves to {degrees(float(heading)):g} deg: amplitude, phase"
+            yield Table(("period", *moving), rows, title)
+
+
+def _joint_rao_tables(found: xr.Dataset) -> Iterator[Node]:
+    """RAOs of the motions of joints over the period, a table for each heading."""
+    for heading in found.heading.values if "joint_motion" in found.dims else ():
+        at = found.sel(heading=heading)
+        names = list(map(str, at.joint_motion.values))
+        rows = [
+            [
+                Value(2.0 * pi / float(omega), "s"),
+                *(
+                    _harmonic(at.sel(frequency=omega, joint_motion=name), "joint_rao", _unit(name))
+                    for name in names
+                ),
+            ]
+            for omega in at.frequency.values[::-1]
+        ]
+        title = f"RAOs in joints, waves to {degrees(float(heading)):g} deg: amplitude, phase"
+        yield Table(("period", *names), rows, title)
+
+
+def _unit(joint_motion: str) -> str:
+    """Unit of the RAO of a motion of a joint."""
+    return "m/m" if joint_motion.endswith("offset") else "rad/m"
+
+
+def _rao(at: xr.Dataset, moving: list[str]) -> list[Cell]:
+    of = [_harmonic(at.sel(dof=dof), "rao", f"{unit_of_dof(dof)}/m") for dof in moving]
+    return [Value(2.0 * pi / float(at.frequency), "s"), *of]
+
+
+def _harmonic(at: xr.Dataset, name: str, unit: str) -> Cell:
+    """Amplitude and phase lead; no phase of what does not move."""
+    size = float(at[f"{name}_amplitude"])
+    phase = Value(float(at[f"{name}_phase"]), "rad", 3)
+    return Sentence("{}, {}", [Value(size, unit), phase]) if size else "0"
+
+
+# Mooring lines by themselves: at rest, and over offsets of their fairleads.
+
+AT_REST_COLUMNS = (
+    *("line", "to", "tension", "horizontal pull", "down at fairlead", "angle below level"),
+    *("anchor tension", "grounded", "length"),
+)
+FRICTION_NOTE = (
+    "With friction on the seabed the pull has no potential. It depends on the place alone here, as"
+    " if the fairlead had come there from slack."
+)
+
+
+def line_document(
+    title: str,
+    lines: Sequence[StillLine],
+    responses: Sequence[LineResponse],
+    units: Units = DEFAULT,
+    left_out: Sequence[str] = (),
+) -> Document:
+    """The lines at rest, and the ``responses`` of one of them; before them what is ``left_out`` of
+    their file."""
+    nodes: list[Node] = [*warnings(left_out), *_unsolved_lines(lines), _at_rest(lines)]
+    if any(line.friction > 0.0 for line in lines):
+        nodes.append(Sentence(FRICTION_NOTE, detail=True))
+    for found in responses:
+        nodes += [_over_offsets(found), *_gaps(found)]
+    return Document(title, nodes, units=units)
+
+
+def _unsolved_lines(lines: Sequence[StillLine]) -> Iterator[Verdict]:
+    for line in lines:
+        pull = line.end_forces()
+        if not pull.converged:
+            yield Verdict(Outcome.BAD, f"line {line.name} has no shape: {REASONS[pull.reason]}")
+
+
+def _at_rest(lines: Sequence[StillLine]) -> Table:
+    return Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest")
+
+
+def _row_at_rest(line: StillLine) -> list[Cell]:
+    pull = line.end_forces()
+    grounded = line.grounded_length(pull)
+    return [
+        line.name,
+        Value(line.heading, "rad"),
+        Value(float(np.hypot(pull.H, pull.V)), "N"),
+        Value(pull.H, "N"),
+        Value(pull.V, "N"),
+        Value(angle_at_fairlead(pull), "rad"),
+        Value(float(np.hypot(pull.anchor_H, pull.anchor_V)), "N"),
+        Value(grounded, "m"),
+        Value(line.length, "m"),
+    ]
+
+
+def _over_offsets(found: LineResponse) -> Table:
+    way = "upward" if found.up else "away from the anchor"
+    head = (
+        *("offset", "tension", "horizontal pull", "down at fairlead", "anchor tension"),
+        *("stiffness", "grounded"),
+    )
+    columns = (
+        *(found.tension, found.horizontal, found.vertical, found.anchor),
+        *(found.stiffness, found.grounded),
+    )
+    units = ("N", "N", "N", "N", "N/m", "m")
+    rows: list[list[Cell]] = [
+        [
+            Value(float(found.offsets[i]), "m"),
+            *(Value(float(c[i]), unit) for c, unit in zip(columns, units, strict=True)),
+        ]
+        for i in range(found.offsets.size)
+    ]
+    return Table(head, rows, f"Offset of the fairlead {way}")
+
+
+def _gaps(found: LineResponse) -> Iterator[Node]:
+    for reason in found.reasons:
+        yield Sentence(f"A dash is where the line has no shape: {reason}.")
+
+
+# The loading condition of bodies with tanks, and plans of their pumps.
+
+COMMON_HEEL_RAD = 2e-3
+"""Heel that any body has [rad]."""
+COORDINATES = ("x", "y", "z")
+
+
+def ballast_document(
+    scene: Scene,
+    found: Sequence[Condition],
+    time: float,
+    angle: float | None = None,
+    plan: PumpPlan | None = None,
+    waiting: Sequence[str] = (),
+) -> Document:
+    """What bodies weigh and how they float at a ``time`` [s], with what free surfaces take at an
+    ``angle`` of heel [rad]; a ``plan`` of their pumps; pumps that are ``waiting`` for events."""
+    nodes: list[Node] = [*_shallow_surfaces(found)]
+    nodes += [] if angle is None else _upright_walls(found, angle)
+    if waiting:
+        text = "These pumps wait for events and are taken as not started: {}."
+        nodes.append(Verdict(Outcome.WARNING, text, [", ".join(waiting)]))
+    for each in found:
+        nodes += [Heading(f"{each.body.name} at {time:g} s"), *_condition(each, angle)]
+    nodes += [] if plan is None else _pump_plan(plan)
+    return Document(scene.title, nodes, units=units_of(scene.source))
+
+
+def _condition(found: Condition, angle: float | None) -> Iterator[Node]:
+    """What a body weighs and how it floats; its tanks; its mass matrix."""
+    weights = (("lightship", found.lightship), ("with its tanks", found.loading))
+    rows: list[list[Cell]] = [[name, _mass(x.mass), *_lengths(x.centre)] for name, x in weights]
+    yield Table(("", "mass", *COORDINATES), rows)
+    heave, heel, trim = found.position[2:5]
+    at_rest: list[Cell] = [_length(round(heave, 4)), *(_angle(round(x, 6)) for x in (heel, trim))]
+    yield Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
+    yield _metacentric(found, angle)
+    head = ("tank", "level", "mass", "filled", "free to a heel", "free to a trim")
+    yield Table(head, [_tank(tank) for tank in found.tanks])
+    origin = np.array(found.body.centre_of_gravity)
+    matrix = found.loading._replace(centre=found.loading.centre - origin).matrix
+    rows = [[dof, *(_four_digits(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
+    title = "Mass matrix about the body's origin [kg, kg m, kg m^2]"
+    yield Table(("", *DOFS), rows, title, detail=True)
+
+
+def _metacentric(found: Condition, angle: float | None) -> Table:
+    """Metacentric heights in heel and trim, and what free surfaces take of them."""
+    head = ["", "GM", "taken by free surfaces"]
+    columns = [found.metacentric, found.loss]
+    if angle is not None:
+        head.append(f"taken at {np.degrees(angle):g} deg of heel")
+        columns.append(np.array([found.secant, np.nan]))
+    rows = zip(("heel", "trim"), np.transpose([*columns, found.held]), strict=True)
+    cells: list[list[Cell]] = [[of, *(_length(x) for x in row)] for of, row in rows]
+    return Table([*head, "with lines and contacts"], cells, "Metacentric heights at rest")
+
+
+def _tank(found: TankState) -> list[Cell]:
+    reach = ("" if isnan(x) else _angle(x) for x in found.reach)
+    filled = Value(found.filled, "share")
+    return [found.tank.name, _length(found.level), _mass(found.mass), filled, *reach]
+
+
+def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
+    heave, heel, trim = plan.position[0, 2:5]
+    parts: list[Part] = [Value(plan.within, "s", 6), _length(heave), _angle(heel), _angle(trim)]
+    yield Heading("Plan of the pumps")
+    yield Sentence("After {} the body is at rest at heave {}, heel {}, trim {}.", parts)
+    runs = zip(plan.pumps, plan.rate, plan.mass, strict=True)
+    rows: list[list[Cell]] = [
+        [name, Value(rate, "kg/s", 5), _mass(mass)] for name, rate, mass in runs
+    ]
+    yield Table(("pump", "rate", "mass"), rows)
+
+
+def _shallow_surfaces(found: Sequence[Condition]) -> Iterator[Node]:
+    """Free surfaces that meet bottom or top at once: GM is another beyond."""
+    for each in found:
+        for tank in each.tanks:
+            if 0.0 < tank.reach[0] < COMMON_HEEL_RAD:
+                yield Verdict(
+                    Outcome.WARNING,
+                    "{}: its surface meets bottom or top at {} of heel. GM is the slope at rest. At"
+                    " a larger heel the free surface takes less: see --heel.",
+                    [_key(each, tank), _angle(tank.reach[0], 2)],
+                )
+
+
+def _upright_walls(found: Sequence[Condition], angle: float) -> Iterator[Node]:
+    """Tables, whose walls are upright also where the surface meets bottom or top."""
+    for each in found:
+        for tank in each.tanks:
+            if isinstance(tank.tank.shape, TankTable) and abs(angle) > tank.reach[0]:
+                yield Verdict(
+                    Outcome.WARNING,
+                    "{}: a table has upright walls at every heel, but its surface meets bottom or"
+                    " top at {}. It takes less than is printed. Give it as a box or a mesh.",
+                    [_key(each, tank), _angle(tank.reach[0], 3)],
+                )
+
+
+def _key(of: Condition, tank: TankState) -> str:
+    return f"bodies.{of.body.name}.tanks.{tank.tank.name}"
+
+
+def _mass(value: float) -> Value:
+    return Value(float(value), "kg", 6)
+
+
+def _length(value: float) -> Value:
+    return Value(float(value), "m")
+
+
+def _lengths(values: np.ndarray) -> list[Value]:
+    return [_length(value) for value in values]
+
+
+def _angle(value: float, digits: int = 3) -> Value:
+    return Value(float(value), "rad", digits)
+
+
+def _four_digits(value: float) -> str:
+    return f"{value:.4g}".replace("e+0", "e").replace("e+", "e")
+
+
+# A fit of decay tests: damping with intervals, natural period, and keys for a case.
+
+TERMS = (("p1", "1/s"), ("p2", "1/rad"), ("p3", "s/rad^2"))
+MAX_RATIO_ROWS = 5
+"""Rows of damping ratios, from the smallest to the largest recorded roll."""
+COEFFICIENT_DIGITS = 5
+CASE_UNITS = ("s^-1", "rad^-1", "s/rad^2")
+"""Units in a case file."""
+
+
+def calibration_document(fit: DecayFit) -> Document:
+    """Damping of the decays, how well the records tell it, and where the equation does not fit."""
+    doubts = [Verdict(Outcome.WARNING, "{}", [text]) for text in fit.doubts]
+    notes = [Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
+    nodes = [*doubts, _terms(fit), _undetermined_terms(fit), _ratios(fit), _records(fit), *notes]
+    return Document("Decay of roll", nodes)
+
+
+def keys_of(fit: DecayFit, body: str) -> list[str]:
+    """Lines of a force element with the fitted damping, as in a case file."""
+    values = zip((name for name, _ in TERMS), fit.damping, CASE_UNITS, strict=True)
+    return [
+        "forces:",
+        "  roll_damping:",
+        "    type: viscous_roll",
+        f"    body: {body}",
+        *(f"    {name}: {value:.6g} {unit}" for name, value, unit in values),
+        f"    period: {fit.period.value:.6g} s",
+    ]
+
+
+def _terms(fit: DecayFit) -> Table:
+    rows = [
+        _row(f"{name} [{unit}]", fit.terms.interval(k), fit.damping[k])
+        for k, (name, unit) in enumerate(TERMS)
+    ]
+    rows.append(_row("natural period [s]", fit.period, fit.period.value))
+    rows.append(_row("cubic restoring [1/rad^2]", fit.restoring, fit.restoring.value))
+    return Table(("", "fitted", "90 % from", "to", "for use"), rows, "Fit")
+
+
+def _row(name: str, interval: Interval, used: float) -> list[Cell]:
+    return [name, *(f"{x:.{COEFFICIENT_DIGITS}g}" for x in (*interval, used))]
+
+
+def _undetermined_terms(fit: DecayFit) -> Node:
+    """Terms that the records do not tell from zero."""
+    names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).holds_zero]
+    if not names:
+        return Sentence("The records tell p1, p2 and p3 from zero.", [])
+    text = (
+        "The records do not tell {} from zero. The damping of all terms together is known better:"
+        " see the ratios. No term for use is negative."
+    )
+    return Sentence(text, [", ".join(names)])
+
+
+def _ratios(fit: DecayFit) -> Table:
+    rows: list[list[Cell]] = []
+    for amplitude in np.linspace(*fit.amplitudes, MAX_RATIO_ROWS):
+        ratio = fit.terms.damping_ratio(amplitude)
+        used = fit.used_ratio(amplitude)
+        cells: list[Cell] = [Value(x, "share", 3) for x in (*ratio, used)]
+        rows.append([Value(amplitude, "rad", 3), *cells])
+    head = ("amplitude", "damping ratio", "90 % from", "to", "for use")
+    return Table(head, rows, "Equivalent linear damping, of critical")
+
+
+def _records(fit: DecayFit) -> Table:
+    rows: list[list[Cell]] = []
+    for decay, deviation in zip(fit.decays, fit.deviations, strict=True):
+        begin, end = decay.time[0], decay.time[-1]
+        size = Value(decay.size, "rad", 3)
+        residual = Value(deviation, "rad", 3)
+        rows.append([decay.called, Value(begin, "s"), Value(end, "s"), size, residual])
+    head = ("record", "from", "to", "largest roll", "std of residuals")
+    return Table(head, rows, "Records")

@@ -1,0 +1,475 @@
+"""What there is to say of a scene before it is run: `hydrosim check`, or `hydrosim.check`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import atan2, ceil, cos, hypot, isfinite, pi, radians, sin
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hydrosim.analysis.ballast import with_contents_at
+from hydrosim.case import load_case
+from hydrosim.compile import sizes
+from hydrosim.compile.clock import compile_clock
+from hydrosim.compile.compile import add_waves, compile_calm, compile_scene
+from hydrosim.compile.compiled import Notes, solution
+from hydrosim.compile.drives import drives_of, is_turn, motion_at, sample_times
+from hydrosim.compile.hydrodynamic_groups import in_states
+from hydrosim.compile.questions.query import describe_start, extents
+from hydrosim.compile.restart import resumed_state, started_from
+from hydrosim.database.database import require_array
+from hydrosim.elements.drive import Drive
+from hydrosim.elements.line.catenary import Catenary
+from hydrosim.elements.pair import TwoPointElement
+from hydrosim.elements.signal import Harmonic, Recorded
+from hydrosim.elements.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import (
+    Cell,
+    Heading,
+    List,
+    Node,
+    Outcome,
+    Part,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+    warnings,
+)
+from hydrosim.files.yaml_nodes import add_source_lines, source_context
+from hydrosim.integrate.names import coordinate_at
+from hydrosim.integrate.state import start_loads
+from hydrosim.linear.linearise import linearise
+from hydrosim.linear.modes import ModeKind, NaturalMode, natural_modes
+from hydrosim.linear.stability import Watch, without_progress
+from hydrosim.report.sentences.run import radiation_verdict
+from hydrosim.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
+from hydrosim.scene import Body, Joint, Scene, Weight
+from hydrosim.scene.joint import JointType
+from hydrosim.scene.scene import arrangement, floating_roots
+from hydrosim.simulation import check_criteria
+from hydrosim.water.components import sea_state
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case
+    from hydrosim.compile.compiled import Compiled
+    from hydrosim.compile.questions.query import SceneContext
+    from hydrosim.database.database import HydroDatabase
+    from hydrosim.linear.stability import StepLimit
+
+# The joints of a scene, and its prescribed motions, in words.
+
+
+def describe_joints(scene: Scene) -> Iterator[str]:
+    """A line for each joint: what it connects, and how its motions are solved."""
+    found = arrangement(scene)
+    bodies = {body.name: body for body in scene.bodies}
+    for branch in found.branches:
+        motions = ", ".join(motion.name.replace("_", " ") for motion in branch.joint.motions)
+        how = f"coordinates: {motions}" if motions else "no motion"
+        restoring = _restoring(bodies[branch.child])
+        yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{restoring}"
+    for name in found.loops:
+        joint = scene.joints[name]
+        role = "keeps a distance" if joint.type == JointType.ROD else "closes a loop"
+        yield f"{name}: {_bodies_of_joint(joint)}; {role}, held by constraint forces"
+    for name in found.passing:
+        yield f"{name}: {_bodies_of_joint(scene.joints[name])}; a constraint while it is closed"
+
+
+def _bodies_of_joint(joint: Joint) -> str:
+    other = "the earth" if joint.to is None else joint.to
+    return f"{joint.type} between {joint.body} and {other}"
+
+
+def _restoring(body: Body) -> str:
+    """What restores a body that a joint carries, and where that is valid."""
+    if body.hydrodynamics is None:
+        return ""
+    if body.hydrostatics is not None:
+        return f". Buoyancy of {body.name}: of its hull, at any attitude"
+    weight = "; weight and buoyancy at rest act as forces" if body.weight == Weight.CARRIED else ""
+    return (
+        f". Stiffness of {body.name}: linear in the displacement and the rotation vector of its"
+        f" centre of gravity{weight}"
+    )
+
+
+def describe_drives(scene: Scene, begin: float = 0.0) -> Iterator[Sentence]:
+    """A sentence for each drive: what it moves, how far, and how fast."""
+    for name, drive in drives_of(scene).items():
+        unit = "rad" if is_turn(scene, drive) else "m"
+        times = sample_times(drive, begin, begin + scene.duration)
+        position, speed, acceleration = np.array([motion_at(drive, float(t)) for t in times]).T
+        parts: list[Part] = [
+            *(name, drive.driven, _form(drive)),
+            *(Value(float(position.min()), unit), Value(float(position.max()), unit)),
+            *(Value(float(position[0]), unit), Value(float(speed[0]), f"{unit}/s")),
+            Value(float(np.abs(speed).max()), f"{unit}/s"),
+            Value(float(np.abs(acceleration).max()), f"{unit}/s^2"),
+        ]
+        text = "{} moves {} by {}: from {} to {}; it starts at {} with {}; at most {} and {}."
+        yield Sentence(text, parts)
+
+
+def _form(drive: Drive) -> str:
+    signal = drive.position
+    if isinstance(signal, Harmonic):
+        return f"a sine of {signal.period:g} s"
+    what = "a record" if isinstance(signal, Recorded) else "a table"
+    return f"{what} of {np.size(signal.value)} values"
+
+
+# What roll dampings of a scene amount to.
+
+AMPLITUDE_DEG = 5.0  # deg
+
+
+def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
+    """A line for each roll damping: its coefficients, the damping by waves that is taken off, and
+    the damping ratio without waves at an amplitude of 5 deg."""
+    elements = [(n, e) for n, e in compiled.scene.forces.items() if isinstance(e, ViscousRoll)]
+    rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
+    for (name, element), found in zip(elements, rolling, strict=True):
+        B1, B2, B3, mass, omega = (
+            float(found[x]) for x in ("linear", "quadratic", "cubic", "mass", "frequency")
+        )
+        parts = [f"{name}: B1 {B1:.4g}, B2 {B2:.4g}, B3 {B3:.4g} N m s^n/rad^n"]
+        if element.p1 or element.p2 or element.p3:
+            waves = float(found["waves"])
+            off = f"less {waves:.4g} by waves" if element.includes_waves else "waves not taken off"
+            parts.append(f"p1 is {float(found['measured']):.4g} N m s/rad in all, {off}")
+        if omega > 0.0:
+            rate = omega * radians(AMPLITUDE_DEG)
+            damping = B1 + EDDIES * B2 * rate + 0.75 * B3 * rate**2
+            ratio = 50.0 * damping / (mass * omega)
+            parts.append(
+                f"{ratio:.3g} % of critical besides waves at {AMPLITUDE_DEG:g} deg and"
+                f" {2.0 * pi / omega:.4g} s"
+            )
+        yield "; ".join(parts)
+
+
+# How bodies float at the start, and where waves, wind and current come from, for `check`.
+#
+# What these figures show, no question can know: a height above the keel in place of z, an angle in
+# the wrong unit, or a heading that waves come from in place of the one that they go to.
+
+SIDES = (
+    "from astern",
+    "from the starboard quarter",
+    "from starboard abeam",
+    "from the starboard bow",
+    "from ahead",
+    "from the port bow",
+    "from port abeam",
+    "from the port quarter",
+)
+"""Where a stream comes from that goes to 0, 45, 90, ... degrees of a body's heading."""
+ALONG_AXIS = sin(pi / 8.0)  # component below which a direction is along the other axis
+MAX_NAMED_BODIES = 4
+FLOATING_HEAD = (
+    "body",
+    "heading",
+    "heel",
+    "trim",
+    "draught, about",
+    "G above water",
+    "GM in roll",
+    "GM in pitch",
+)
+
+
+def describe_floating(own: Compiled) -> Iterator[Node]:
+    """Directions of the environment beside bodies, and how hulls with a database float."""
+    scene = own.scene
+    about = describe_start(scene, own.facts, own.state, own.sea, own.begin + scene.duration)
+    afloat = list(about.afloat())
+    rotation = {body.name: about.motion.rotation[i] for i, body, _ in afloat}
+    headings = {name: atan2(R[1, 0], R[0, 0]) for name, R in rotation.items()}
+    directions = list(_describe_directions(scene, headings))
+    if directions:
+        yield List(directions, "Directions at the start")
+    rows = [
+        _floating_row(about, body, db, headings[body.name], rotation[body.name])
+        for _, body, db in afloat
+    ]
+    if rows:
+        yield Table(FLOATING_HEAD, rows, "Bodies afloat at the start")
+
+
+def _floating_row(
+    about: SceneContext, body: Body, db: HydroDatabase, heading: float, R: np.ndarray
+) -> list[Cell]:
+    gravity = about.scene.environment.gravity
+    size = extents(body, db)
+    stiffness = require_array(db, "hydrostatic_stiffness")
+    transverse, longitudinal = (float(stiffness[k, k]) / (body.mass * gravity) for k in (3, 4))
+    height = float(about.centre(about.index[body.name])[2])
+    return [
+        body.name,
+        Value(heading, "rad", 3),
+        Value(atan2(R[2, 1], R[2, 2]), "rad", 3),
+        Value(atan2(-R[2, 0], hypot(R[0, 0], R[1, 0])), "rad", 3),
+        Value(size.draught, "m", 3) if size is not None else "",
+        Value(height, "m", 3),
+        Value(transverse, "m", 3),
+        Value(longitudinal, "m", 3),
+    ]
+
+
+def _describe_directions(scene: Scene, headings: dict[str, float]) -> Iterator[str]:
+    environment = scene.environment
+    trains = environment.waves
+    for k, train in enumerate(trains, 1):
+        heading = sea_state(train, environment).heading
+        name = f"waves {k}" if len(trains) > 1 else "waves"
+        if isfinite(heading):
+            yield f"{name} {describe_direction(heading, headings)}"
+    for name, stream in (("current", environment.current), ("wind", environment.wind)):
+        if stream.speed > 0.0:
+            yield f"{name} {describe_direction(stream.heading, headings)}"
+
+
+def describe_direction(heading: float, headings: dict[str, float]) -> str:
+    """Where a stream with this ``heading`` [rad] goes, and from where it meets bodies with these
+    ``headings``, in words."""
+    text = f"towards {_axis_text(heading)} of the earth frame"
+    met: dict[str, list[str]] = {}
+    for body, own in headings.items():
+        octant = round((heading - own) / (pi / 4.0)) % 8
+        met.setdefault(SIDES[octant], []).append(body)
+    for side, bodies in met.items():
+        more = len(bodies) - MAX_NAMED_BODIES
+        names = ", ".join(bodies[:MAX_NAMED_BODIES]) + (f" and {more} more" if more > 0 else "")
+        text += f"; {side} of {names}"
+    return text
+
+
+def _axis_text(heading: float) -> str:
+    parts = [
+        f"{'+' if component > 0.0 else '-'}{axis}"
+        for axis, component in (("x", cos(heading)), ("y", sin(heading)))
+        if abs(component) > ALONG_AXIS
+    ]
+    return " and ".join(parts)
+
+
+def describe_lines(own: Compiled) -> Iterator[Table]:
+    """Tensions of lines and forces of struts at the start, beside what they may carry, and the
+    heights of the ends of mooring lines."""
+    lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, TwoPointElement)}
+    if not lines:
+        return
+    loads = start_loads(own.scene, own.model, own.state, own.facts.rows, own.begin)
+    about = describe_start(own.scene, own.facts, own.state, own.sea, own.begin)
+    heights = {name: _line_heights(about, of) for name, of in lines.items()}
+    moored = any(any(cells) for cells in heights.values())
+    rows: list[list[Cell]] = []
+    for name, line in lines.items():
+        allowed: list[Cell] = ["", ""]
+        if line.capacity is not None:
+            allowed = [Value(line.capacity, "N"), Value(loads[name] / line.capacity, "share", 2)]
+        rows.append([name, Value(loads[name], "N"), *allowed, *(heights[name] if moored else ())])
+    head = ["line", "load at the start", "capacity", "used"]
+    if moored:
+        head += ["fairlead above water", "anchor above bed"]
+    yield Table(head, rows, "Loads of lines")
+
+
+def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
+    """Heights of the fairlead of a mooring line above the water, and of its anchor above the bed;
+    empty for other lines."""
+    if not isinstance(line, Catenary) or line.anchor_body is not None:
+        return ["", ""]
+    b = about.index[line.body]
+    place = about.centre(b) + about.motion.rotation[b] @ np.array(line.point, float)
+    above = about.scene.environment.water_depth + line.anchor[2]
+    return [Value(float(place[2]), "m", 3), Value(above, "m", 3) if isfinite(above) else ""]
+
+
+CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
+
+
+def check_document(
+    scene: Scene, times: Sequence[float] = (), watch: Watch = without_progress
+) -> Document:
+    """Verdicts on warnings, step and radiation; natural periods; in detail the size of the problem,
+    databases and what is skipped. Step limits and periods are those of the start, of ``times`` [s]
+    and, if tanks change, of the end. ``watch`` shows how far the search for step limits is."""
+    own = compile_scene(scene, in_plane=True)
+    with source_context(scene.places):
+        check_criteria(own)
+    compiled = with_linear_memory(own)
+    whole = with_linear_memory(own.whole) if own.whole else compiled
+    nodes: list[Node] = [*_verdicts(own, compiled, watch)]
+    nodes += _lists({"Waves": own.notes.seas})
+    nodes += describe_floating(own.whole or own)
+    nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
+    nodes += describe_drives(own.scene, own.begin)
+    nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
+    nodes += describe_lines(own)
+    nodes += _periods_of(whole, "at the start of the run")
+    end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
+    for time in sorted({*times, *end}):
+        nodes += _limits_at(
+            with_contents_at(compiled, time), with_contents_at(whole, time), watch, time
+        )
+    nodes += [Heading("Details", "details", detail=True), *_details(own, compiled)]
+    return Document(scene.title, nodes, units=units_of(scene.source))
+
+
+def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Document:
+    """What `hydrosim check` prints of a case, of the case in a file or of a scene; `print` and
+    notebooks show it. Step limits and natural periods are also those at ``times`` [s]. Raises
+    InputError as `simulate` does."""
+    read = load_case(case) if isinstance(case, str | Path) else case
+    scene = read if isinstance(read, Scene) else read.scene()
+    return check_document(scene, times)
+
+
+def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
+    yield from warnings([add_source_lines(text, own.scene.places) for text in own.notes.warnings])
+    if not own.facts.exact:
+        yield from _of_step(compiled, watch)
+    if isfinite(own.notes.radiation_error):
+        yield radiation_verdict(own.notes.radiation_error)
+    yield Sentence("{}.", [_capitalise(solution(own.scene, own.facts))])
+
+
+def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
+    """Whether the step is stable, and what it resolves."""
+    found = scene_combinations(compiled, each_alone=True, watch=watch)
+    limits = scene_step_limits(compiled, found)
+    solver = compiled.scene.solver
+    yield from (_of_limit(limit, solver.step) for limit in limits)
+    if not limits:
+        yield Verdict(Outcome.GOOD, "{} is stable at any step.", [str(solver.method)])
+    if not compiled.method.adapts:
+        yield Sentence("{}.", [_capitalise(accuracy_limit(compiled, found))])
+
+
+def _of_limit(limit: StepLimit, step: float) -> Verdict:
+    stable = step <= limit.step
+    text = (
+        "The step of {} is stable: the largest stable step is {} ({}, {})."
+        if stable
+        else "The step of {} is UNSTABLE: the largest stable step is {} ({}, {})."
+    )
+    parts: list[Part] = [Value(step, "s", 3), Value(limit.step, "s", 3), limit.what, limit.contact]
+    return Verdict(Outcome.GOOD if stable else Outcome.BAD, text, parts)
+
+
+def _describe_roots(scene: Scene) -> Iterator[str]:
+    """Roots of floating trees of bodies in water: their choice matters at second order."""
+    wet = {body.name for body in scene.bodies if body.hydrodynamics is not None}
+    for root, carried in floating_roots(scene).items():
+        if len(wet & {root, *carried}) > 1:
+            yield (
+                f"{root} is the root of the floating tree with {', '.join(carried)}. Heading and"
+                " restoring of the others are defined along the tree, so another root changes roll"
+                " and pitch at second order. A joint makes its `to` the root"
+            )
+
+
+def _capitalise(text: str) -> str:
+    """A text with a capital at its beginning. Names in it keep theirs."""
+    return text[:1].upper() + text[1:]
+
+
+def _limits_at(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
+    """Step limits and natural periods at a ``time`` [s]."""
+    yield Heading(f"At {time:g} s")
+    if not compiled.facts.exact:
+        yield from _of_step(compiled, watch)
+    yield from _periods_of(whole, f"at {time:g} s", time)
+
+
+def _periods_of(whole: Compiled, when: str, time: float | None = None) -> Iterator[Node]:
+    linear = linearise(whole.model, whole.state, time=whole.begin if time is None else time)
+    held = len(linear.constraints)
+    when = f"{when}, {held} directions held" if held else when
+    yield _periods(whole.scene, natural_modes(linear), when)
+
+
+def _periods(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
+    head = ("body", "mode", "natural period", "damped period", "damping ratio")
+    return Table(head, [_mode(scene, mode) for mode in modes], f"Natural periods {when}")
+
+
+def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
+    found = coordinate_at(scene, mode.coordinate)
+    cells: list[Cell] = [found.body, found.dof]
+    if mode.kind == ModeKind.FREE:
+        return [*cells, "free", "", ""]
+    cells.append(Value(mode.natural_period, "s"))
+    if mode.kind != ModeKind.OSCILLATING:
+        return [*cells, str(mode.kind), ""]
+    return [*cells, Value(mode.damped_period, "s"), Value(mode.damping_ratio, digits=3)]
+
+
+def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
+    """How large the problem is, how it is solved, what it reads and what is skipped."""
+    notes = own.notes
+    yield List(list(_size(own, compiled)))
+    for wet in own.wet:
+        said = [f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()]
+        yield List(said, ", ".join(wet.names))
+    yield from _lists({"Joints": list(describe_joints(own.scene))})
+    yield from _lists({"Roll damping": list(describe_roll_damping(own))})
+    yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
+    yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
+
+
+def _lists(lists: dict[str, Sequence[str]]) -> Iterator[List]:
+    return (List(items, title) for title, items in lists.items() if items)
+
+
+def _size(own: Compiled, compiled: Compiled) -> Iterator[str]:
+    scene = compiled.scene
+    model = own.model
+    for key, value in started_from(scene).items():
+        yield f"{key.replace('_', ' ')}: {value}"
+    yield (
+        f"{len(scene.bodies)} bodies, {model.bodies.active.size} free coordinates,"
+        f" {model.states.decay.size} radiation states, {len(scene.forces)} force elements,"
+        f" {model.size} states in all"
+    )
+    memory = sizes.size_text(sizes.memory_needed(scene))
+    yield f"about {memory} of memory, {sizes.size_text(sizes.result_size(scene))} of result"
+    if own.notes.symmetry:
+        yield f"solved {own.notes.symmetry}"
+    if compiled is not own:
+        yield "radiation by convolution; states are for step limits and natural periods alone"
+    yield from _steps(own, compiled)
+
+
+def _steps(own: Compiled, compiled: Compiled) -> Iterator[str]:
+    scene = compiled.scene
+    clock = compile_clock(compiled)
+    if own.facts.exact:
+        yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
+    elif clock.control.adaptive:
+        yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
+        if own.notes.method:
+            yield f"chosen: {own.notes.method}"
+    else:
+        yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
+
+
+def with_linear_memory(compiled: Compiled) -> Compiled:
+    """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
+    if compiled.model.convolution.row.size == 0:
+        return compiled
+    scene, wet = in_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
+    fresh = compile_calm(replace(scene, initial=None), wet)
+    state = fresh.state
+    if scene.initial is not None:
+        state = resumed_state(scene, fresh.model, fresh.facts.layout, state)
+    calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)
+    return add_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)

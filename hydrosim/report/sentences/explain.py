@@ -1,0 +1,163 @@
+"""Why a body moved: a column for each span of time, a row for each figure; of many runs means, each
+with its 90 % interval."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import Between, Cell, Heading, Node, Sentence, Table, Value
+from hydrosim.report.sentences.sections import title_of
+from hydrosim.results.phases import is_operation
+from hydrosim.statistics.effects import seed_spread
+from hydrosim.statistics.explain import (
+    DIRECTION_AXES,
+    EXPLAINED_PHASES,
+    FRICTION_PARTS,
+    OTHER,
+    significant_entries,
+    stages_with_values,
+)
+
+SLIP_ROWS = {
+    "mean N in slip": ("slip_mean_load", "N"),
+    "mean direction d": ("slip_mean_direction", ""),
+    "Cov(N, d)": ("slip_covariance", "N"),
+    "mean N, slip towards +": ("load_ahead", "N"),
+    "mean N, slip towards -": ("load_astern", "N"),
+    "slip towards +": ("slip_ahead", "m"),
+    "slip towards -": ("slip_astern", "m"),
+}
+"""What is said of the slip of a point: the variable and its SI unit."""
+CONTACT_MODE_ROWS = {
+    "share of time": ("mode_share", "share"),
+    "moved": ("mode_moved", "m"),
+    "work of friction": ("mode_work", "J"),
+}
+
+
+class ExplainedFigure(NamedTuple):
+    """A figure by its name: ``values`` (span,) or (run, span) in an SI ``unit``."""
+
+    name: str
+    values: xr.DataArray
+    unit: str = ""
+
+
+def explanation_document(
+    run: xr.Dataset, parts: Mapping[str, xr.Dataset], body: str, direction: str
+) -> Document:
+    """The explanation of a run, or of each combination of parameters of many runs by its name."""
+    nodes: list[Node] = []
+    for title, found in parts.items():
+        nodes += [Heading(title)] if title else []
+        nodes += explanation(found, body, direction)
+    return Document(title_of(run), nodes, units=units_of(run.attrs))
+
+
+def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
+    """The balance of mean forces on a body in a direction; what the friction of each group of
+    contacts comes from; how its points slip, and what they do in each mode."""
+    found = found.sel(span=reported_spans(found))
+    yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
+    if "friction_part" in found:
+        for group in dict.fromkeys(found.fender_group.values.ravel()):
+            own = found.sel(fender=found.fender_group == group, direction=DIRECTION_AXES[direction])
+            own = own.sel(span=_of_group(found, str(group)))
+            if own.friction_part.fillna(0.0).any():
+                yield _table(f"mean friction of {group} in {direction}", _friction(own))
+                yield _table(f"mean of the points of {group} in {direction}", _points(own))
+    yield _closing(found)
+
+
+def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
+    each = list(rows)
+    spans = stages_with_values(each[0].values)
+    table = [
+        [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each
+    ]
+    return Table((title, *spans), table)
+
+
+def mean_cell(values: xr.DataArray, unit: str) -> Cell:
+    """A number, or of many ``run`` their mean and its interval; nothing where there is none."""
+    x = np.atleast_1d(values.values)
+    x = x[np.isfinite(x)]
+    if x.size == 0:
+        return ""
+    of = seed_spread(x)
+    if "run" in values.dims and x.size > 1:
+        return Sentence("{} ({})", [Value(of.mean, unit), Between(of.low, of.high, unit)])
+    return Value(of.mean + 0.0, unit)
+
+
+def _of_group(found: xr.Dataset, group: str) -> list[str]:
+    """The spans that are not those of other groups."""
+    return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
+
+
+def reported_spans(found: xr.Dataset) -> list[str]:
+    """All spans but the phases of groups of contacts that go through no operation."""
+    there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
+    names = [str(s) for s in found.span.values]
+    return [s for s in names if _phase(s) is None or is_operation(_phases_beside(s, there))]
+
+
+def _phase(span: str) -> int | None:
+    """The phase that a span is; none if it is no phase."""
+    name = span.rpartition(": ")[2]
+    return EXPLAINED_PHASES.index(name) if name in EXPLAINED_PHASES else None
+
+
+def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
+    """The phases of the same group of contacts, among the spans that are ``there``."""
+    prefix = span.removesuffix(span.rpartition(": ")[2])
+    yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
+
+
+def _balance(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+    """Times, displacements, mean forces by what exerts them."""
+    yield ExplainedFigure("duration", found.span_end - found.span_begin, "s")
+    yield ExplainedFigure("displacement", found.displacement, "m")
+    for name in significant_entries(found.mean_force, "force"):
+        yield ExplainedFigure(
+            f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N"
+        )
+    yield ExplainedFigure("change of momentum", found.momentum_rate, "N")
+
+
+def _friction(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+    """Mean friction of a group, by what it comes from."""
+    part = found.friction_part.sum("fender").where(found.span_end.notnull())
+    for name in FRICTION_PARTS:
+        if name != OTHER or name in significant_entries(part, "part"):
+            yield ExplainedFigure(name, part.sel(part=name), "N")
+    yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
+
+
+def _points(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+    """How a point of the group slips, on average, and what it does in each mode."""
+    for mode in map(str, found.contact_mode.values):
+        of = found.sel(contact_mode=mode)
+        for name, (variable, unit) in CONTACT_MODE_ROWS.items():
+            yield ExplainedFigure(f"{mode}: {name}", of[variable].mean("fender"), unit)
+    for name, (variable, unit) in SLIP_ROWS.items():
+        yield ExplainedFigure(name, found[variable].mean("fender"), unit)
+
+
+def _closing(found: xr.Dataset) -> Sentence:
+    """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
+    missed = float(np.abs(found.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
+    done = float(np.abs(found.force_work).sum(["body", "dof", "force"]).max())
+    missing = float(np.abs(found.work_missing).max())
+    return Sentence(
+        "Impulses of all forces add up to the change of momentum, but for a mean force of {}. Works"
+        " add up to the change of kinetic energy, but for {} of {}.",
+        [Value(missed, "N", 1), Value(missing, "J", 2), Value(done, "J", 2)],
+        detail=True,
+    )

@@ -1,0 +1,590 @@
+"""What a run comes down to: how it ended, what to be aware of, motions, contacts and lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import isfinite, isinf, nan
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.elements.contact.law import OPEN, SLIP, STICK
+from hydrosim.elements.joint.locks import CLOSED as CLOSED_JOINT
+from hydrosim.elements.joint.locks import WAITING
+from hydrosim.elements.trigger import BEFORE
+from hydrosim.files.display_units import DEFAULT, Units, unit_of_dof, units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import (
+    Cell,
+    List,
+    Node,
+    Outcome,
+    Part,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+    warnings,
+)
+from hydrosim.files.series import unit_of
+from hydrosim.report.sentences.sections import attribute_text, lines_of, title_of
+from hydrosim.results.channels import largest_loads
+from hydrosim.results.dataset import is_part
+from hydrosim.results.ledger import (
+    COMPANION,
+    CONTACT_FORCE,
+    EVALUATIONS,
+    MAX_RESIDUAL_FRACTION,
+    RELATIVE,
+    reported_beyond,
+)
+from hydrosim.results.phases import FIGURES, STAGE_TIME
+from hydrosim.statistics.criteria import Criterion, criteria_of
+
+if TYPE_CHECKING:
+    from hydrosim.study.converge import ConvergenceStudy, ConvergenceTrial
+
+# Stages of groups of contacts: when they come, and what happens when contacts close.
+
+
+def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """Times of the stages and figures of the contacts, a column for each group. Groups without a
+    stage are left out, and a run without groups has no table."""
+    if STAGE_TIME not in run:
+        return
+    reached = run[STAGE_TIME].notnull().any("stage")
+    groups = run.isel(contact_group=np.flatnonzero(reached.values))
+    if groups.sizes["contact_group"]:
+        head = ("stage or figure", *map(str, groups.contact_group.values))
+        yield Table(head, [*_times(groups), *_figures(groups)], "Stages")
+
+
+def _times(groups: xr.Dataset) -> Iterator[list[Cell]]:
+    """The time of each stage that a group has come to."""
+    for stage in groups.stage.values:
+        times = groups[STAGE_TIME].sel(stage=stage).values
+        if np.isfinite(times).any():
+            yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
+
+
+def _figures(groups: xr.Dataset) -> Iterator[list[Cell]]:
+    for name, (what, unit) in FIGURES.items():
+        yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
+
+
+# Criteria of a run: a register of values, limits and margins, and whether all are met.
+
+
+def criteria_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """A verdict on all criteria of a run, one on each that is not met, and the register."""
+    found = criteria_of(run)
+    if not found:
+        return
+    yield criteria_verdict(found)
+    yield from (criterion_not_met(each) for each in found if not each.is_met)
+    head = ("criterion", "value", "limit", "margin", "used", "", "source of the limit")
+    rows = [[*criterion_figures(each), met_or_not(each), each.source] for each in found]
+    yield Table(head, rows, "Criteria")
+    yield meanings(found)
+
+
+def criteria_verdict(
+    found: Sequence[Criterion], where: str = "", best: Outcome = Outcome.GOOD
+) -> Verdict:
+    """How many criteria are met ``where``; the ``best`` outcome if all are."""
+    met = sum(each.is_met for each in found)
+    counts = [str(met), str(len(found))]
+    text = f"{{}} of {{}} criteria are met{where}."
+    if met < len(found):
+        return Verdict(Outcome.BAD, text, counts)
+    used = [each for each in found if isfinite(each.utilisation)]
+    if not used:
+        return Verdict(best, text, counts)
+    most = max(used, key=lambda each: each.utilisation)
+    share = Value(most.utilisation, "share", 3)
+    text += " {} uses the most of its limit: {}."
+    return Verdict(best, text, [*counts, most.name, share])
+
+
+def criterion_not_met(of: Criterion, at: str = "", more: str = "") -> Verdict:
+    """What a criterion comes to ``at`` a place, what is allowed, and ``more``."""
+    if of.missing:
+        return Verdict(Outcome.BAD, "{} has no value: {}", [of.name, of.missing])
+    side = "at least" if of.is_least else "at most"
+    return Verdict(
+        Outcome.BAD,
+        "{}: {} is {}{}; allowed is {} {}.{}",
+        [of.name, of.what, _value(of), at, side, Value(of.limit, of.unit), more],
+    )
+
+
+def criterion_figures(of: Criterion) -> list[Cell]:
+    """Name, value, limit, margin, and the share of the limit that is used."""
+    limit, margin = (Value(number, of.unit) for number in (of.limit, of.margin))
+    return [of.name, _value(of), limit, margin, Value(of.utilisation, "share", 3)]
+
+
+def _value(of: Criterion) -> Value | str:
+    return "never" if isinf(of.value) else Value(of.value, of.unit)
+
+
+def met_or_not(of: Criterion) -> str:
+    """The verdict in a table."""
+    return "met" if of.is_met else "NOT MET"
+
+
+def meanings(found: Sequence[Criterion]) -> List:
+    """What each criterion is of, for readers who ask for more."""
+    return List([Sentence("{}: {}", [each.name, each.what]) for each in found], detail=True)
+
+
+MODE_NUMBERS = (OPEN, STICK, SLIP)
+TENSION_COLUMNS = ("tension at the start", "mean", "largest")
+"""Columns of tables of lines."""
+RADIATION_GOOD = 0.01
+"""Change of motions by the fits of radiation up to which they are good."""
+SOLVER = {
+    "solver_method": "method",
+    "solver_chosen": "chosen for its tolerance",
+    "solver_step": "step [s]",
+    "solver_linear": "linear parts",
+    "solver_steps": "steps",
+    "solver_rejected": "rejected steps",
+    "solver_events": "events",
+    "solver_evaluations": "evaluations of the equation of motion",
+    EVALUATIONS: "evaluations more, to measure the error",
+    COMPANION: "compared with, to measure the error",
+    "wall_time": "computing time [s]",
+}
+
+
+def run_document(run: xr.Dataset) -> Document:
+    """The summary of a run, also of one that failed or was interrupted."""
+    return Document(title_of(run), list(summary(run)), units=units_of(run.attrs))
+
+
+def summary(run: xr.Dataset) -> Iterator[Node]:
+    """Criteria and verdicts first, then tables, then how the run was solved."""
+    if not is_part(run):
+        yield from criteria_nodes(run)
+    yield from verdicts(run)
+    if seas := lines_of(run, "seas"):
+        yield List(seas, "Waves")
+    yield from result_tables(run)
+    yield from solver_tables(run)
+
+
+def result_tables(run: xr.Dataset) -> Iterator[Node]:
+    """Motions, contacts, lines and clearances."""
+    head = ("motion", "mean", "std", "smallest", "largest", "at the end")
+    measured = "position_error" in run and not is_part(run)
+    yield Table((*head, "error") if measured else head, list(_motions(run, measured)))
+    if "joint_motion" in run.dims:
+        moved = ("joint", "mean", "std", "smallest", "largest", "at the end")
+        yield Table(moved, list(_joint_motions(run)))
+    if "joint" in run.dims:
+        yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
+    if "drive" in run.dims and run.time.size:
+        driven = ("drive", "largest force", "work done")
+        yield Table(driven, list(_drives(run)), "Prescribed motion")
+    if rows := list(_locks(run)):
+        held = ("joint", "first closed", "last closed", "closed", "energy lost")
+        yield Table(held, rows, "Joints that come and go, at output times")
+    if "fender" in run.dims:
+        head = ("contact", "first", "open", "stick", "slip", "slipped")
+        title = "Contacts: time of the first, then the share of the time since it in each mode"
+        yield Table(head, list(_contacts(run)), title)
+        if not is_part(run):
+            yield from stage_nodes(run)
+    if "spring" in run.dims:
+        yield Table(("line", *TENSION_COLUMNS, "slack"), list(_lines(run)))
+    if "line" in run.dims:
+        columns = ("catenary", *TENSION_COLUMNS, "smallest on the seabed")
+        yield Table(columns, list(_catenaries(run)))
+    if "winch" in run.dims:
+        lengths = ("winch", *TENSION_COLUMNS, "slack", "shortest", "longest")
+        yield Table(lengths, list(_winches(run)))
+    if "compensator" in run.dims:
+        loads = list(_compensators(run))
+        yield Table(("compensator", *TENSION_COLUMNS, "smallest"), loads)
+    yield from _links(run)
+    if rows := list(_capacities(run)):
+        shares = ("of a capacity", "largest load", "at", "capacity", "used")
+        yield Table(shares, rows, "Loads beside capacities, at output times")
+    yield from _externals(run)
+    if "gap" in run.dims:
+        yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
+
+
+def solver_tables(run: xr.Dataset) -> Iterator[Node]:
+    """Method and steps of the solver, and models of radiation."""
+    if not is_part(run):
+        yield Table(("solver", ""), list(_solver(run)), detail=True)
+    if told := list(_radiation(run)):
+        yield List(told, "Radiation", detail=True)
+
+
+def verdicts(run: xr.Dataset) -> Iterator[Node]:
+    """How the run ended, whether its energy adds up, how good its radiation is, and warnings."""
+    yield status_verdict(run)
+    yield from solution_verdicts(run)
+    yield from warnings(lines_of(run, "warnings"))
+    yield from element_verdicts(run)
+
+
+def solution_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
+    """Whether energy adds up, how large errors of steps are, how good radiation is."""
+    if "energy_residual_relative" in run.attrs and not is_part(run):
+        yield _energy(float(run.attrs["energy_residual_relative"]))
+    if RELATIVE in run.attrs and not is_part(run):
+        yield from _error(run)
+    if "radiation_error" in run.attrs:
+        yield radiation_verdict(float(run.attrs["radiation_error"]))
+
+
+def element_verdicts(run: xr.Dataset) -> Iterator[Node]:
+    """Elements that have not begun, joints that have not closed, loads above capacities."""
+    if "trigger" in run.dims:
+        yield from _waiting(run)
+    yield from _never_closed(run)
+    yield from _overload_warnings(run)
+
+
+def status_verdict(run: xr.Dataset) -> Verdict:
+    """How the run ended."""
+    simulated = Value(float(np.ptp(run.time.values)) if run.time.size else 0.0, "s", 6)
+    status = str(run.attrs.get("status", "unknown"))
+    if is_part(run):
+        text = (
+            "This is a part of a run ({}): {} records over {}."
+            " Figures of the whole run are left out."
+        )
+        return Verdict(Outcome.WARNING, text, [status, str(run.time.size), simulated])
+    start = ""
+    if "initial_run" in run.attrs:
+        start = f", started from {run.attrs['initial_run']} at {run.attrs['initial_time']:g} s"
+    if status == "complete":
+        return Verdict(Outcome.GOOD, "The run is complete: {} simulated{}.", [simulated, start])
+    message = str(run.attrs.get("status_message", "")) or "no message was kept"
+    parts: list[Value | str] = [status, simulated, start, message]
+    return Verdict(Outcome.BAD, "The run is {} after {}{}: {}", parts)
+
+
+def _energy(residual: float) -> Verdict:
+    outcome = Outcome.GOOD if residual <= MAX_RESIDUAL_FRACTION else Outcome.WARNING
+    text = "The energy balance closes to {} of the energy exchanged; the limit is {}."
+    return Verdict(
+        outcome, text, [Value(residual, digits=2), Value(MAX_RESIDUAL_FRACTION, digits=2)]
+    )
+
+
+def _error(run: xr.Dataset) -> Iterator[Verdict]:
+    """The measured error of motions; what is too large is a warning of the run."""
+    error = float(run.attrs[RELATIVE])
+    if error <= reported_beyond(run):
+        text = "Errors of motions are {} of their range, measured against {}."
+        yield Verdict(Outcome.GOOD, text, [Value(error, digits=1), str(run.attrs[COMPANION])])
+
+
+def radiation_verdict(error: float) -> Verdict:
+    """How good radiation is, by the largest change of motions that its fits and cut make."""
+    outcome = Outcome.GOOD if error <= RADIATION_GOOD else Outcome.WARNING
+    text = "The model of radiation changes motions by at most {}; the limit is {}."
+    return Verdict(outcome, text, [Value(error, "share", 2), Value(RADIATION_GOOD, "share", 2)])
+
+
+def _waiting(run: xr.Dataset) -> Iterator[Node]:
+    """Elements and pumps that have not begun by the end."""
+    before = np.all(run.trigger_stage.values == BEFORE, axis=0)
+    for name in run.trigger.values[before]:
+        text = "{} has not begun: its condition was not met."
+        yield Verdict(Outcome.WARNING, text, [str(name)])
+
+
+def _never_closed(run: xr.Dataset) -> Iterator[Node]:
+    """Joints that wait for their window until the end."""
+    for name in _names_of_locks(run):
+        modes = run.lock_mode.sel(lock=name).values
+        if modes.size and modes[-1] == WAITING and not (modes == CLOSED_JOINT).any():
+            text = "{} has not closed: it was never within its window."
+            yield Verdict(Outcome.WARNING, text, [name])
+
+
+def _overload_warnings(run: xr.Dataset) -> Iterator[Node]:
+    """Contacts and lines whose load was above their capacity."""
+    for load in largest_loads(run):
+        if load.largest > load.capacity:
+            text = "{} carried {} at {}, more than its capacity of {}."
+            values = [Value(load.largest, "N", 4), Value(load.time, "s", 4)]
+            parts: list[Part] = [load.unit, *values, Value(load.capacity, "N", 4)]
+            yield Verdict(Outcome.WARNING, text, parts)
+
+
+def _capacities(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """Largest loads beside capacities."""
+    for load in largest_loads(run):
+        used = Value(load.largest / load.capacity, "share", 3)
+        largest = Value(load.largest, "N")
+        yield [load.unit, largest, Value(load.time, "s"), Value(load.capacity, "N"), used]
+
+
+def _motions(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
+    """How bodies move about their place at rest, where they do; with their ``measured`` errors."""
+    for body in map(str, run.body.values):
+        for dof in map(str, run.dof.values):
+            x = run.position.sel(body=body, dof=dof).values
+            if x.size and x.any():
+                figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
+                unit = unit_of_dof(dof)
+                cells = [Value(float(figure), unit) for figure in figures]
+                if measured:
+                    error = float(run.position_error.sel(body=body, dof=dof))
+                    cells.append(Value(error, unit, digits=1))
+                yield [f"{body} {dof}", *cells]
+
+
+def _joint_motions(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.joint_motion.values):
+        x = run.joint_position.sel(joint_motion=name).values
+        unit = unit_of(run.joint_position.attrs, [name])
+        figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
+        yield [name, *(Value(float(figure), unit) for figure in figures)]
+
+
+def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.joint.values):
+        load = run.joint_force.sel(joint=name).transpose("time", "dof").values
+        force, moment = (np.linalg.norm(part, axis=1).max() for part in np.hsplit(load, 2))
+        yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
+
+
+def _drives(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """The largest force of each drive, and its work over the run."""
+    for label in map(str, run.drive.values):
+        force = run.drive_force.sel(drive=label).values
+        work = run[f"energy_work_{label.rpartition(' ')[0]}"].values
+        unit = unit_of(run.drive_force.attrs, [label])
+        largest = Value(float(np.abs(force).max()), unit)
+        yield [label, largest, Value(float(work[-1] - work[0]), "J")]
+
+
+def _locks(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """When joints that come and go hold, and what their closing costs."""
+    for name in _names_of_locks(run):
+        closed = run.lock_mode.sel(lock=name).values == CLOSED_JOINT
+        at = run.time.values[closed]
+        if closed.all():
+            continue
+        first: list[Cell] = [Value(float(at[0]), "s"), Value(float(at[-1]), "s")] if at.size else []
+        loss = run.lock_loss.sel(lock=name).values
+        share = Value(float(closed.mean()), "share", 2)
+        yield [name, *(first or ["never", ""]), share, Value(float(loss[-1] - loss[0]), "J")]
+
+
+def _names_of_locks(run: xr.Dataset) -> list[str]:
+    return list(map(str, run.lock.values)) if "lock" in run.dims else []
+
+
+def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
+    modes = run.fender_mode.values
+    time = run.time.values
+    for i, name in enumerate(map(str, run.fender.values)):
+        touching = np.flatnonzero(modes[:, i] != OPEN)
+        if touching.size == 0:
+            yield [name, "none", *("" for _ in MODE_NUMBERS), ""]
+            continue
+        later = modes[touching[0] :, i]
+        shares = (Value(float(np.mean(later == mode)), "share", 2) for mode in MODE_NUMBERS)
+        first = Value(float(time[touching[0]]), "s")
+        slip = run.fender_slip_distance.values[:, i]
+        before = slip[0] if is_part(run) else 0.0
+        yield [name, first, *shares, Value(float(slip[-1] - before), "m")]
+
+
+def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.spring.values):
+        line = run.sel(spring=name)
+        slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
+        yield [name, *_tension(run, line.spring_tension), slack]
+
+
+def _catenaries(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.line.values):
+        line = run.sel(line=name)
+        least = Value(float(line.line_grounded.min()), "m")
+        yield [name, *_tension(run, line.line_tension), least]
+
+
+def _compensators(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.compensator.values):
+        tension = run.compensator_tension.sel(compensator=name)
+        yield [name, *_tension(run, tension), Value(float(tension.min()), "N")]
+
+
+def _tension(run: xr.Dataset, tension: xr.DataArray) -> list[Cell]:
+    """Tension (nt,) at the start of a run, its mean, its largest value."""
+    start: Cell = "" if is_part(run) else Value(float(tension[0]), "N")
+    return [start, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N")]
+
+
+def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.winch.values):
+        winch = run.sel(winch=name)
+        tension = winch.winch_tension.values
+        largest = Value(float(winch.winch_largest_tension[-1]), "N")
+        slack = Value(float(np.mean(tension == 0.0)), "share", 2)
+        off = winch.winch_length.values
+        ends = (Value(float(off.min()), "m"), Value(float(off.max()), "m"))
+        start, mean, _ = _tension(run, winch.winch_tension)
+        yield [name, start, mean, largest, slack, *ends]
+
+
+def _links(run: xr.Dataset) -> Iterator[Node]:
+    """Tables of struts, torsion springs and power take-offs."""
+    if "strut" in run.dims:
+        rows = _ranges(run.strut_force, "strut", "N")
+        yield Table(("strut", "mean force", "smallest", "largest"), list(rows))
+    if "torsion_spring" in run.dims:
+        rows = _ranges(run.torsion_moment, "torsion_spring", "N m")
+        yield Table(("torsion spring", "mean moment", "smallest", "largest"), list(rows))
+    if "pto" in run.dims:
+        head = ("power take-off", "mean power", "largest", "absorbed")
+        yield Table(head, list(_pto_rows(run)))
+
+
+def _externals(run: xr.Dataset) -> Iterator[Node]:
+    """Functions of Python that gave forces, and the energy that a delay of theirs made."""
+    if acted := lines_of(run, "external_forces"):
+        yield List(acted, "External forces, by functions of Python", detail=True)
+    if "external" in run.dims and run.time.size:
+        last = run.isel(time=-1)
+        rows: list[list[Cell]] = [
+            [
+                name,
+                f"{int(last.external_calls.sel(external=name))}",
+                Value(float(last.external_delay_energy.sel(external=name)), "J"),
+            ]
+            for name in map(str, run.external.values)
+        ]
+        yield Table(("external force", "calls", "energy of its delay"), rows)
+
+
+def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:
+    """Mean, smallest and largest load of each unit."""
+    for name in map(str, loads[dim].values):
+        load = loads.sel({dim: name}).values
+        yield [name, *(Value(float(x), unit) for x in (load.mean(), load.min(), load.max()))]
+
+
+def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
+    """Power and energy of each power take-off; the energy is the integral of the power over the
+    steps of the run."""
+    lasts = float(run.time[-1] - run.time[0])
+    for name in map(str, run.pto.values):
+        lost = run[f"energy_dissipated_{name}"].values
+        energy = float(lost[-1] - lost[0])
+        largest = float(run.pto_power.sel(pto=name).max())
+        mean = energy / lasts if lasts > 0.0 else largest
+        yield [name, Value(mean, "W"), Value(largest, "W"), Value(energy, "J")]
+
+
+def _clearances(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for name in map(str, run.gap.values):
+        gap = run.clearance.sel(gap=name).values
+        yield [name, Value(float(gap.min()), "m"), Value(float(gap[-1]), "m")]
+
+
+def _solver(run: xr.Dataset) -> Iterator[list[Cell]]:
+    for key, label in SOLVER.items():
+        if key in run.attrs:
+            yield [label, attribute_text(run.attrs[key])]
+    seconds = max(float(run.attrs.get("wall_time", 0.0)), 1e-9)
+    if run.attrs.get("solver_steps"):
+        yield ["steps in a second", attribute_text(float(run.attrs["solver_steps"]) / seconds)]
+
+
+def _radiation(run: xr.Dataset) -> Iterator[str]:
+    """The model of each body, once for those of one database, and what its errors come to."""
+    models = {str(body): str(run.attrs.get(f"radiation_{body}", "")) for body in run.body.values}
+    first = {model: body for body, model in models.items() if model}
+    yield from (f"{body}: {model}" for model, body in first.items())
+    yield from lines_of(run, "radiation_errors")
+
+
+# What a run itself knows of its errors, and what it does not.
+
+
+def convergence(run: xr.Dataset) -> Iterator[Node]:
+    """The residual of energy, errors of radiation; what was not assessed is said to be so."""
+    name = Path(str(run.attrs.get("case_file", "CASE.yaml"))).name
+    yield from _step_errors(run)
+    yield Sentence(
+        "This run does not assess how motions, crawl and extremes change with the seeds. hydrosim"
+        " sweep compares seeds. hydrosim converge {} compares steps and methods.",
+        [name],
+    )
+    if rows := list(_evidence(run)):
+        yield Table(("evidence", "found", "warned of beyond"), rows)
+        yield Sentence(
+            "The residual is relative to the energy exchanged, over the worst stretch of time. A"
+            " small residual shows that the integration keeps energy."
+        )
+    if lines := lines_of(run, "radiation_errors"):
+        yield List(lines, "Radiation")
+
+
+def _step_errors(run: xr.Dataset) -> Iterator[Node]:
+    """What the errors by the steps of the solver were measured against."""
+    if COMPANION in run.attrs:
+        yield Sentence(
+            "Errors by the steps of the solver were measured: the run was compared with {}.",
+            [str(run.attrs[COMPANION])],
+        )
+    elif "solver_linear" in run.attrs and str(run.attrs["solver_linear"]).startswith("stepped"):
+        yield Sentence("Errors by the steps of the solver were not measured.")
+
+
+def _evidence(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
+    """Measured errors and the residual of the energy balance, each with its limit."""
+    limit = Value(reported_beyond(run), digits=2)
+    for text, figure in (
+        ("error of motions, relative to their range", RELATIVE),
+        ("error of the largest contact force, relative to it", CONTACT_FORCE),
+    ):
+        if figure in run.attrs:
+            beyond = limit if figure == RELATIVE else ""
+            yield text, Value(float(run.attrs[figure]), digits=2), beyond
+    if "energy_residual_relative" in run.attrs:
+        found = Value(float(run.attrs["energy_residual_relative"]), digits=2)
+        yield "residual of the energy balance", found, Value(MAX_RESIDUAL_FRACTION, digits=2)
+
+
+def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) -> Document:
+    """The errors of each method and setting against run time."""
+    head = ("method", "setting", "motion", "order", "crawl", "energy", "evaluations", "time")
+    said = Sentence(
+        "Errors are against rk4 at {}, whose own error is {}.",
+        [Value(study.reference_step, "s"), Value(study.reference_error, "m", 2)],
+    )
+    return Document(title, [said, Table(head, list(_trials(study)))], units=units)
+
+
+def _trials(study: ConvergenceStudy) -> Iterator[list[Cell]]:
+    last: ConvergenceTrial | None = None
+    for trial in study.trials:
+        same = last is not None and last.method is trial.method
+        order = trial.order(last) if last is not None and same else nan
+        cells: list[Cell] = [str(trial.method), Value(trial.setting, digits=3)]
+        last = trial
+        if trial.remark:
+            yield [*cells, "failed", "", "", "", "", ""]
+            continue
+        errors: list[Cell] = [
+            Value(trial.motion, "m", 2),
+            Value(order, digits=2) if isfinite(order) else "",
+        ]
+        errors += [Value(trial.crawl, "m", 2), Value(trial.energy, "", 2)]
+        cost: list[Cell] = [Value(float(trial.evaluations), digits=9), Value(trial.seconds, "s", 3)]
+        yield [*cells, *errors, *cost]

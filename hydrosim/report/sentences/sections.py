@@ -1,0 +1,182 @@
+"""The sections of a document, each from what a result holds of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeVar
+
+import xarray as xr
+
+from hydrosim.case.criteria import TITLE_BLOCK
+from hydrosim.case.tables import case_tables, plain, seas, shorten_path
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document_layout import digits_of
+from hydrosim.files.document_nodes import (
+    Cell,
+    Code,
+    Heading,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Verdict,
+    warnings,
+)
+from hydrosim.scene import Place
+
+Result = TypeVar("Result")
+SectionBuilder = Callable[[Result], Iterator[Node]]
+Sections = Mapping[str, tuple[str, SectionBuilder[Result]]]
+"""Sections by name: the heading, and what gives the nodes below it."""
+MAX_TABLE_ROWS = 300
+"""Rows of a table, and remarks of a list."""
+
+
+def build_sections(parts: Sections[Result], result: Result) -> list[Node]:
+    """The headings and nodes of those parts of a result that have anything to say."""
+    nodes: list[Node] = []
+    for name, (title, part) in parts.items():
+        if below := list(_build_section(part, result)):
+            nodes += [Heading(title, name), *below]
+    return nodes
+
+
+def title_of(result: xr.Dataset) -> str:
+    """The title of a result, or that it has none."""
+    return str(result.attrs.get("title", "")).strip() or "Result without a title"
+
+
+def lines_of(result: xr.Dataset, attribute: str) -> list[str]:
+    """The lines of an attribute; none where it is absent."""
+    return str(result.attrs.get(attribute, "")).splitlines()
+
+
+def attribute_text(value: Any) -> str:
+    """An attribute of a result: lines as sentences, numbers as numbers."""
+    if isinstance(value, str):
+        return "; ".join(value.splitlines())
+    try:
+        return digits_of(float(value), 6)
+    except (TypeError, ValueError):
+        return str(value)
+
+
+def _build_section(part: SectionBuilder[Result], result: Result) -> Iterator[Node]:
+    """The nodes of a part. A result of another version or origin gives those that can be made."""
+    try:
+        yield from part(result)
+    except (KeyError, ValueError, AttributeError, IndexError) as error:
+        yield Verdict(
+            Outcome.BAD,
+            "This result lacks what this version of hydrosim writes, so the rest of this part is"
+            " missing ({}). Run the case again.",
+            [f"{type(error).__name__}: {error}"],
+        )
+
+
+# The title block of a report: project, client, author, revision, sea.
+
+LABELS = {
+    "project": "Project",
+    "client": "Client",
+    "document": "Document",
+    "revision": "Revision",
+    "date": "Date",
+    "author": "Author",
+    "checked_by": "Checked by",
+}
+
+
+def title_block(result: xr.Dataset) -> Iterator[Node]:
+    """Project, client, author and revision as the case gives them; remarks; the seas."""
+    block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
+    rows: list[list[Cell]] = [[label, block[key]] for key, label in LABELS.items() if key in block]
+    rows += [["Sea", sea] for sea in _seas(result)]
+    rows.append(["Computed by", str(result.attrs.get("program", "hydrosim"))])
+    yield Table(("", ""), rows)
+    if "remarks" in block:
+        yield Sentence("{}", [block["remarks"]])
+
+
+def _seas(result: xr.Dataset) -> list[str]:
+    if told := lines_of(result, "seas"):
+        return told
+    data = plain(str(result.attrs.get("case_resolved", "")))
+    return seas(data, units_of(result.attrs)) if data else []
+
+
+# What a run rests on: its case, what was assumed, left out or warned of.
+
+ATTRIBUTE_LABELS = {
+    "skipped": "Left out",
+    "solver_symmetry": "Symmetry",
+    "zero_by_symmetry": "Zero by symmetry",
+    "wave_ramp": "Waves grow until [s]",
+    "seeds": "Seeds of waves",
+    "initial_run": "Starts from the run",
+    "initial_time": "at its time [s]",
+    "program": "Program",
+    "versions": "Versions",
+    "case_file": "Case file",
+}
+PATH_ATTRIBUTES = ("initial_run", "case_file", "database")
+"""Attributes that are paths."""
+OF_BODIES = {
+    "radiation": "Radiation of",
+    "retardation": "Retardation functions of",
+    "waves_meet": "Where waves act on",
+    "database": "Database of",
+    "database_checksum": "Checksum of the database of",
+}
+
+
+def case_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """The case in short, as it was written, and with every default."""
+    data = plain(str(run.attrs.get("case_resolved", "")))
+    yield from case_tables(data)
+    if text := run.attrs.get("case"):
+        yield Code("The case as it was written, with its units and remarks", str(text))
+    if text := run.attrs.get("case_resolved"):
+        yield Code("The case with every default, in SI and radians", str(text))
+    if not (data or run.attrs.get("case")):
+        yield Sentence("The result does not hold its case. It was made from Python or otherwise.")
+
+
+def assumption_nodes(run: xr.Dataset) -> Iterator[Node]:
+    """Warnings first, then all that the run says of its assumptions."""
+    if told := warnings(lines_of(run, "warnings")):
+        yield from told
+    else:
+        yield Sentence("The run holds no warnings.")
+    yield assumptions(run)
+
+
+def assumptions(run: xr.Dataset) -> Table:
+    """All that a run, or runs of which each has the same, says of its assumptions."""
+    rows = [
+        (label, _attribute_words(key, run.attrs[key]))
+        for key, label in ATTRIBUTE_LABELS.items()
+        if key in run.attrs
+    ]
+    for start, label in OF_BODIES.items():
+        for body in map(str, run.body.values if "body" in run.coords else ()):
+            if (key := f"{start}_{body}") in run.attrs:
+                rows.append((f"{label} {body}", _attribute_words(start, run.attrs[key])))
+    return Table(("assumption", ""), rows)
+
+
+def _attribute_words(key: str, value: Any) -> str:
+    """An attribute; of a file the end of its path, of the place in the waves both words of it."""
+    if key == "waves_meet":
+        return _place_in_waves(str(value))
+    return shorten_path(str(value)) if key in PATH_ATTRIBUTES else attribute_text(value)
+
+
+def _place_in_waves(stored: str) -> str:
+    """Position and heading at which waves act on a body, from their two stored names."""
+    try:
+        position, heading = map(Place, stored.split())
+    except ValueError:  # of another version
+        return stored
+    return f"at its {position.describe('position')} and its {heading.describe('heading')}"

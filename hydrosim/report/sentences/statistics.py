@@ -1,0 +1,441 @@
+"""Statistics of a run: moments and extremes of each channel, what contacts did, crawl by phase."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.case.tables import plain
+from hydrosim.files.display_units import unit_of_dof, units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_nodes import (
+    Between,
+    Cell,
+    List,
+    Node,
+    Outcome,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
+from hydrosim.report.sentences.run import (
+    criteria_nodes,
+    element_verdicts,
+    solution_verdicts,
+    stage_nodes,
+    status_verdict,
+)
+from hydrosim.report.sentences.sections import lines_of, title_of
+from hydrosim.results.channels import LINES
+from hydrosim.results.phases import is_operation
+from hydrosim.statistics.extremes import LAWS, ExtremeModel
+from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
+from hydrosim.statistics.over_seeds import UNIT_DIMS
+from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
+
+# Channels in statistics: what each is called, and its unit.
+
+
+class StatisticsChannel(NamedTuple):
+    """A channel in statistics: the ``kind`` of variables, the labels ``at`` which it stands there,
+    what it is called, and its SI unit."""
+
+    kind: str
+    at: dict[str, str]
+    title: str
+    unit: str
+
+    def figure(self, found: xr.Dataset, name: str) -> Value:
+        """A figure by its name among `statistics.STATISTIC_NAMES`."""
+        number = float(found[self.kind].sel({**self.at, "statistic": name}))
+        return Value(number, "s" if name == "period" else self.unit)
+
+    def basis(self, found: xr.Dataset, side: str) -> ExtremeModel:
+        """What the extremes of a side are by, or why there are none."""
+        return ExtremeModel(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+
+    def extreme(self, found: xr.Dataset, side: str, name: str) -> Value:
+        """A figure of the extremes of a side."""
+        each = found[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
+        return Value(float(each), self.unit)
+
+    def interval(self, found: xr.Dataset, side: str, name: str) -> Between:
+        """The interval of a figure of the extremes of a side."""
+        low, high = (self.extreme(found, side, f"{name}_{end}") for end in ("lower", "upper"))
+        return Between(low.number, high.number, self.unit)
+
+    def recorded_mean(self, found: xr.Dataset) -> Value:
+        """The mean of the records, where that by impulses is another; else not a number."""
+        recorded = found.get(f"{self.kind}_recorded_mean")
+        number = float("nan") if recorded is None else float(recorded.sel(self.at))
+        return Value(number, self.unit)
+
+
+def channels_of(found: xr.Dataset) -> Iterator[StatisticsChannel]:
+    """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
+    for channel in _all_channels(found):
+        if ExtremeModel.CONSTANT not in {channel.basis(found, side) for side in EXTREME_SIDES}:
+            yield channel
+
+
+def _all_channels(found: xr.Dataset) -> Iterator[StatisticsChannel]:
+    for body in map(str, found.body.values):
+        for dof in map(str, found.dof.values):
+            yield StatisticsChannel(
+                "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
+            )
+    if "wave" in found:
+        yield StatisticsChannel("wave", {}, "wave elevation", "m")
+    for kind in UNIT_DIMS:
+        for name in map(str, found[kind].values if kind in found.coords else ()):
+            if f"{kind}_force" in found:
+                yield StatisticsChannel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
+    for name in map(str, found.channel.values if "channel" in found.dims else ()):
+        unit = str(found.unit.sel(channel=name).item())
+        yield StatisticsChannel("named", {"channel": name}, name, unit)
+
+
+MIN_SAMPLES = 16
+"""Records that figures are made of."""
+MOMENTS = ("mean", "std", "significant", "period", "smallest", "largest")
+LAW_NAMES = {
+    ExtremeModel.GAUSSIAN: "a Gaussian process",
+    ExtremeModel.CLIPPED_GAUSSIAN: "a clipped Gaussian process",
+    ExtremeModel.GUMBEL: "Gumbel's law",
+    ExtremeModel.IMPACTS: "impacts of exponential sizes",
+}
+SEEDS_HINT = f"run {VALUES_FOR_INTERVAL} seeds"
+STATISTICS_METHOD_NOTE = (
+    f"To run {VALUES_FOR_INTERVAL} seeds, write a study file with `case: CASE.yaml` and"
+    f" `seeds: 1-{VALUES_FOR_INTERVAL}`. Then call `hydrosim sweep STUDY.yaml`. The smallest and"
+    f" the largest of {VALUES_FOR_INTERVAL} runs hold the value of another run in 90 % of cases."
+)
+STATIONARY_HINT = "use a part that is stationary (--from)"
+REASONS: dict[ExtremeModel, tuple[str, tuple[str, ...]]] = {
+    ExtremeModel.REGULAR: ("The motion is regular: it repeats itself.", ()),
+    ExtremeModel.CLIPPED: ("It stays at its bound for much of the time.", ()),
+    ExtremeModel.TOO_SHORT: (
+        "The record is too short for the slow part of it, or not stationary: the mean goes from {}"
+        " to {} (first and last fifth). Simulate longer.",
+        ("first_mean", "last_mean"),
+    ),
+    ExtremeModel.RARE: (f"There is too little contact. Simulate longer, or {SEEDS_HINT}.", ()),
+    ExtremeModel.MEAN_CHANGES: (
+        "It is not stationary: the mean goes from {} to {} (first and last fifth). Either"
+        f" {STATIONARY_HINT}, or {SEEDS_HINT}.",
+        ("first_mean", "last_mean"),
+    ),
+    ExtremeModel.STD_CHANGES: (
+        "It is not stationary: the standard deviation goes from {} to {} (first and last fifth), or"
+        f" changes in between. Either {STATIONARY_HINT}, or {SEEDS_HINT}.",
+        ("first_std", "last_std"),
+    ),
+    ExtremeModel.WAVES_GROW: (
+        "It is not stationary: the waves grow until {ramp:g} s. Start there (--from {ramp:g}).",
+        (),
+    ),
+    ExtremeModel.OPERATION: (
+        "It is not stationary: contact goes through phases while other channels change. Either"
+        f" {STATIONARY_HINT}, or {SEEDS_HINT}.",
+        (),
+    ),
+    ExtremeModel.ALONE: (
+        "The largest values follow another law than the rest (impacts?), and are too few for a law"
+        f" of their own. Simulate longer, or {SEEDS_HINT}.",
+        (),
+    ),
+    ExtremeModel.HALVES: (
+        "A law that holds for one half of the record makes the largest value of the other half"
+        f" impossible (impacts, a change?). Instead, {SEEDS_HINT}.",
+        (),
+    ),
+    ExtremeModel.BOUNDED: (
+        "Its slow part moves between bounds; no law of extremes covers that."
+        f" Instead, {SEEDS_HINT}.",
+        (),
+    ),
+    ExtremeModel.CURVED: (
+        "Its highest crests follow none of the laws (a contact that carries a weight again and"
+        f" again?). Instead, {SEEDS_HINT}.",
+        (),
+    ),
+    ExtremeModel.TRANSIENT: (
+        "It is larger at the beginning than later (a start-up transient). Start later (--from).",
+        (),
+    ),
+    ExtremeModel.NOT_FINITE: ("It is not finite.", ()),
+}
+"""Why a channel has no extremes: a text, and the figures in its places."""
+CHATTER_NOTE = (
+    "{}: this mean is by impulses; the mean of the records is {}. The force changes between"
+    " records. If it chatters from step to step, use a smaller solver.step, dopri5 or esdirk4. If"
+    " it knocks, use a smaller output.step."
+)
+
+
+def statistics_document(run: xr.Dataset, found: xr.Dataset) -> Document:
+    """What `statistics` ``found`` of a run."""
+    nodes = [*figures(found), *line_nodes(found), *contact_nodes(found)]
+    return Document(title_of(run), nodes, units=units_of(run.attrs))
+
+
+def line_nodes(found: xr.Dataset) -> Iterator[Node]:
+    """Tensions of lines at the start of the run, and how much of their capacities they use."""
+    rows: list[list[Cell]] = []
+    for dim in LINES:
+        if (start := f"{dim}_start") in found:
+            for name in map(str, found[dim].values):
+                used = found[f"{dim}_used"].sel({dim: name}) if f"{dim}_used" in found else np.nan
+                share: Cell = Value(float(used), "share", 3) if np.isfinite(used) else ""
+                rows.append([name, Value(float(found[start].sel({dim: name})), "N"), share])
+    if rows:
+        head = ("line", "tension at the start", "largest of capacity")
+        yield Table(head, rows, "Tensions over the whole run")
+
+
+def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
+    """Statistics of a run from where its waves have grown; None where it has too few records."""
+    return statistics(run, ramp_end(run)) if has_statistics(run) else None
+
+
+def statistics_nodes(run: xr.Dataset, found: xr.Dataset | None) -> Iterator[Node]:
+    """What `statistics_of` a run gave."""
+    if found is None:
+        yield Sentence("The run has too few finite records for statistics.")
+        return
+    if start := ramp_end(run):
+        yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
+    yield from figures(found)
+    yield from contact_nodes(found)
+
+
+def figures(found: xr.Dataset) -> Iterator[Node]:
+    """Moments of each channel that varies, its extremes, and why there are none."""
+    channels = list(channels_of(found))
+    yield from _mean_verdicts(found, channels)
+    moments = [_moments(found, each) for each in channels]
+    yield Table(("channel", *MOMENTS), moments)
+    yield Sentence(
+        "Significant is the double amplitude, four standard deviations. The period is the mean"
+        " between upcrossings.",
+        detail=True,
+    )
+    rows = [row for each in channels for row in _extremes(found, each)]
+    if rows:
+        percent = 100.0 * found.motion_extreme.attrs["interval_probability"]
+        yield Sentence(
+            f"Extremes in {{}}, with {percent:.0f} % intervals: of the most probable extreme, and"
+            " of the extreme of another run.",
+            [Value(float(found.attrs["exposure"]), "s", 6)],
+        )
+        head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
+        yield Table(head, rows)
+    if without := list(_reasons_without_extremes(found, channels)):
+        yield List(without, "No extremes:")
+        if any(SEEDS_HINT in item.text for item in without):
+            yield Sentence(STATISTICS_METHOD_NOTE)
+    yield from _in_phases(found, channels)
+
+
+def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
+    """Stages of groups of contacts, the share of time in each mode, crawl by phase."""
+    if "contact_group" not in found.dims:
+        return
+    yield from stage_nodes(found)
+    if "fender_share" in found:
+        modes = [str(mode) for mode in found["mode"].values]
+        rows = [_modes(found.sel(fender=name), modes) for name in found.fender.values]
+        yield Table(("contact", *modes, "slipped"), rows, "Share of time in each contact mode")
+    if rows := list(_phases(found)):
+        head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
+        yield Table(head, rows, "Crawl by phase")
+
+
+def has_statistics(run: xr.Dataset) -> bool:
+    """Whether a run has enough finite records for figures."""
+    return run.time.size >= MIN_SAMPLES and bool(np.isfinite(run.position).all())
+
+
+def ramp_end(run: xr.Dataset) -> float:
+    """The time from which the waves have grown [s], if that is well before the end; else 0."""
+    ramp = float(run.attrs.get("wave_ramp", 0.0))
+    first, last = run.time.values[[0, -1]]
+    return ramp if first < ramp < 0.5 * (first + last) else 0.0
+
+
+def _mean_verdicts(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
+    """Warnings of channels whose records have another mean than their impulses."""
+    for channel in channels:
+        recorded = channel.recorded_mean(found)
+        if np.isfinite(recorded.number):
+            yield Verdict(Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded])
+
+
+def _moments(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+    return [channel.title, *(channel.figure(found, name) for name in MOMENTS)]
+
+
+def _extremes(found: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
+    for side in EXTREME_SIDES:
+        basis = channel.basis(found, side)
+        if basis in LAWS:
+            yield [
+                channel.title,
+                side,
+                channel.figure(found, side),
+                channel.extreme(found, side, "mpm"),
+                channel.interval(found, side, "mpm"),
+                channel.interval(found, side, "predicted"),
+                LAW_NAMES[basis],
+            ]
+
+
+def _reasons_without_extremes(
+    found: xr.Dataset, channels: Sequence[StatisticsChannel]
+) -> Iterator[Sentence]:
+    """Why channels have no extremes: those that have the same reason together."""
+    names: dict[Sentence, list[str]] = {}
+    for channel in channels:
+        bases = {side: channel.basis(found, side) for side in EXTREME_SIDES}
+        for side, basis in bases.items():
+            if basis not in LAWS:
+                reason = _reason(found, channel, basis)
+                names.setdefault(reason, []).append(f"{channel.title}, {side}")
+    for reason, each in names.items():
+        told = ", ".join(_both_sides(each))
+        yield Sentence(f"{{}}: {reason.text}", [told, *reason.parts])
+
+
+def _both_sides(names: Sequence[str]) -> Iterator[str]:
+    """Channels with their sides; without, where both sides are among the names."""
+    titles = {name: name.rpartition(", ")[0] for name in names}
+    several = Counter(titles.values())
+    yield from dict.fromkeys(
+        t if several[t] == len(EXTREME_SIDES) else name for name, t in titles.items()
+    )
+
+
+def _reason(found: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel) -> Sentence:
+    text, names = REASONS[basis]
+    text = text.replace("{ramp:g}", f"{float(found.attrs['wave_ramp']):g}")
+    return Sentence(text, tuple(channel.figure(found, name) for name in names))
+
+
+def _in_phases(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
+    """Figures of the channels that were asked for by name, in each phase."""
+    if "named_phase" not in found:
+        return
+    rows: list[list[Cell]] = []
+    for channel in (each for each in channels if each.kind == "named"):
+        for group in _operations(found):
+            for phase in map(str, found.phase.values):
+                at = found.named_phase.sel(contact_group=group, phase=phase, **channel.at)
+                of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
+                if not np.isnan(of["mean"]):
+                    names = ("mean", "std", "smallest", "largest")
+                    values = (Value(of[name], channel.unit) for name in names)
+                    rows.append([channel.title, group, phase, *values])
+    if rows:
+        yield Table(("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows)
+
+
+def _operations(found: xr.Dataset) -> list[str]:
+    """The groups of contacts that go through an operation, whose phases are told."""
+    if "phase_duration" not in found:
+        return []
+    groups = map(str, found.contact_group.values)
+    lasting = {
+        group: found.phase_duration.sel(contact_group=group).values > 0.0 for group in groups
+    }
+    return [group for group, each in lasting.items() if is_operation(np.flatnonzero(each))]
+
+
+def _modes(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
+    shares = (Value(float(contact.fender_share.sel(mode=mode)), "share", 3) for mode in modes)
+    return [str(contact.fender.values), *shares, Value(float(contact.fender_slipped), "m")]
+
+
+def _phases(found: xr.Dataset) -> Iterator[list[Cell]]:
+    for group in _operations(found):
+        for phase in map(str, found.phase.values):
+            at = found.sel(contact_group=group, phase=phase)
+            seconds = float(at.phase_duration)
+            for body in map(str, found.body.values if seconds > 0.0 else ()):
+                x, y = at.phase_crawl.sel(body=body).values
+                moved = [Value(float(x), "m", 3), Value(float(y), "m", 3)]
+                yield [group, phase, Value(seconds, "s"), body, *moved]
+
+
+# First results of a report: criteria, the end of the run, the sea, loads, largest values.
+
+NO_CRITERIA = "The case asks for no criteria."
+CRITERIA_HINT = "Limits with their sources under `criteria:` in the case are judged in the results."
+ONE_SEA = (
+    "These results are of one sea: one draw of random waves (seed {}). In another draw of the same"
+    " spectrum, largest values, crawl and criteria come out otherwise. Decide on several draws."
+)
+MORE_SEAS = (
+    f"For several draws, run a study with `seeds: 1-{VALUES_FOR_INTERVAL}` by"
+    " `hydrosim sweep`. It judges the same limits over all of its seas."
+)
+WARNINGS_HINT = '{} under "Assumptions and warnings". Read {} before you use the results.'
+
+
+def main_results(run: xr.Dataset) -> Iterator[Node]:
+    """Criteria met or not, how the run ended, for which sea, what is doubtful, and which loads are
+    too large."""
+    yield from list(criteria_nodes(run)) or [Sentence(NO_CRITERIA)]
+    yield status_verdict(run)
+    if _is_of_random_waves(run):
+        drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
+        yield Sentence(ONE_SEA, [", ".join(map(str, drawn))])
+    yield from (each for each in solution_verdicts(run) if each.outcome is not Outcome.GOOD)
+    yield from element_verdicts(run)
+    if count := len(lines_of(run, "warnings")):
+        words = ("A warning is", "it") if count == 1 else (f"{count} warnings are", "them")
+        yield Verdict(Outcome.WARNING, WARNINGS_HINT, words)
+
+
+def next_steps(run: xr.Dataset) -> Iterator[Node]:
+    """Criteria and seeds that the run lacks, and how to have them."""
+    if not list(criteria_nodes(run)):
+        yield Sentence(CRITERIA_HINT)
+    if _is_of_random_waves(run):
+        yield Sentence(MORE_SEAS)
+
+
+def _is_of_random_waves(run: xr.Dataset) -> bool:
+    """Whether waves or gusts of the run are drawn at random."""
+    water = plain(str(run.attrs.get("case_resolved", ""))).get("environment") or {}
+    gusts = (water.get("wind") or {}).get("gusts")
+    return bool(gusts) or any("seed" in train for train in water.get("waves") or [])
+
+
+def largest_values(found: xr.Dataset) -> Iterator[Node]:
+    """The extreme of each channel on the side that is further from zero."""
+    rows = [_largest(found, channel) for channel in channels_of(found)]
+    head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
+    yield Table(head, rows, "Largest values")
+    yield Sentence(
+        "The most probable largest value and the intervals are extremes of such a run. Channels"
+        " without them are not stationary: the statistics say why."
+    )
+
+
+def _largest(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(found, side).number))
+    seen = channel.figure(found, side)
+    if channel.basis(found, side) not in LAWS:
+        return [channel.title, seen, "", "", ""]
+    likely = channel.extreme(found, side, "mpm")
+    return [
+        channel.title,
+        seen,
+        likely,
+        *(channel.interval(found, side, of) for of in ("mpm", "predicted")),
+    ]

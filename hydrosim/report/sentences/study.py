@@ -1,0 +1,494 @@
+"""A study: what its parameters do to its figures, and how its runs went."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.errors import InputError
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_layout import text_of
+from hydrosim.files.document_nodes import (
+    Between,
+    Cell,
+    Curves,
+    List,
+    Node,
+    Outcome,
+    Part,
+    PlottedCurve,
+    Sentence,
+    Table,
+    Value,
+    Verdict,
+)
+from hydrosim.report.sentences.run import (
+    criteria_verdict,
+    criterion_figures,
+    criterion_not_met,
+    meanings,
+    met_or_not,
+)
+from hydrosim.report.sentences.sections import (
+    MAX_TABLE_ROWS,
+    Sections,
+    assumptions,
+    build_sections,
+    case_nodes,
+    title_block,
+    title_of,
+)
+from hydrosim.report.sentences.seeds import (
+    extreme_nodes,
+    named_values,
+    seed_nodes,
+    short_key,
+    value_of,
+)
+from hydrosim.results.journal import GATHERED
+from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, RELATIVE, reported_beyond
+from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
+from hydrosim.results.validation import DESIGN
+from hydrosim.statistics import effects
+from hydrosim.statistics.criteria import Criterion, JudgedCriterion, judge_plan, judge_study
+from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
+
+# Several figures of all plans of a study in one table: a row for each value, a column for each
+# figure.
+
+MIN_FIGURES = 2
+"""Figures, from which on there is one table of all."""
+METHOD_NOTE = (
+    "Means over seeds, and half of their 90 % intervals. Figures are of all complete runs."
+)
+
+
+def has_results_table(plan: PlanRuns) -> bool:
+    """Whether a plan is in the one table of its study."""
+    return plan.design not in SAMPLED_DESIGNS and len(plan.figures) >= MIN_FIGURES
+
+
+def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
+    """All figures at all values of the plans; nothing where a plan has a single figure."""
+    own = [plan for plan in plans if has_results_table(plan)]
+    if not own:
+        return
+    figures = own[0].figures
+    several = len(plans) > 1
+    columns = [name for figure in figures for name in (figure, "±")]
+    head = (*(("study",) if several else ()), "value", *columns, "runs")
+    rows = [row for plan in own for row in _of_plan(plan, figures, several)]
+    yield Table(head, rows[:MAX_TABLE_ROWS], "All figures")
+    yield Sentence(METHOD_NOTE)
+    for name in figures:
+        text = str(own[0].runs[name].attrs.get("long_name", ""))
+        yield Sentence("{}: {}.", [name, text], detail=True)
+
+
+def _of_plan(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
+    found: dict[str, dict[str, EffectRow]] = {}
+    for row in effects.rows(plan):
+        found.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
+    for name, by_figure in found.items():
+        runs = max(row.spread.n for row in by_figure.values())
+        study: list[Cell] = [plan.name.replace("_", " ")] if several else []
+        cells = [cell for figure in figures for cell in _mean_cells(by_figure[figure])]
+        yield [*study, name, *cells, str(runs)]
+
+
+def _mean_cells(row: EffectRow) -> tuple[Cell, Cell]:
+    """A mean, and half of its interval; nothing where no run has a value."""
+    of = row.spread
+    if not of.n:
+        return "none", ""
+    half = 0.5 * (of.high - of.low)
+    return Value(of.mean, row.unit), Value(half, row.unit, 2) if np.isfinite(half) else ""
+
+
+# Criteria of a study: the worst of its runs held against each limit, and how many runs meet it, in
+# the words of `hydrosim.report.sentences.run`.
+
+
+def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
+    """A verdict on all criteria of a study, one on each that is not met, the register with values
+    of the worst run, and the criteria at each value of the parameters."""
+    found = judge_study(plans)
+    if not found:
+        return
+    worst = [each.worst for each in found]
+    yield _verdict(runs, worst)
+    yield from (_broken_in(each, plans) for each in found if not each.is_met)
+    head = ("criterion", "worst value", "limit", "margin", "used", "")
+    more = ("runs within", "worst run", "source of the limit")
+    rows = [
+        [
+            *criterion_figures(each.worst),
+            met_or_not(each.worst),
+            _met_text(each),
+            _place(each, plans),
+            each.worst.source,
+        ]
+        for each in found
+    ]
+    yield Table((*head, *more), rows, "Criteria")
+    yield from (_runs_without_event(each) for each in found if each.without)
+    yield from _by_value(plans)
+    yield meanings(worst)
+
+
+def _verdict(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
+    """What is not complete is not judged, so that what is met by the rest is no pass."""
+    complete = int((runs.status == COMPLETE).sum())
+    count = runs.sizes["run"]
+    if complete == count:
+        return criteria_verdict(worst, f" in all {count} runs")
+    where = f" in the {complete} runs of {count} that are complete; the others are not judged"
+    return criteria_verdict(worst, where, Outcome.WARNING)
+
+
+def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
+    place = _place(of, plans)
+    at = f" in the worst run ({place})" if place else " in the worst run"
+    return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
+
+
+def _met_text(of: JudgedCriterion) -> str:
+    return f"{of.met}/{of.runs}"
+
+
+def _place(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
+    """The plan, the values of the parameters and the seed of the worst run."""
+    seed = f"seed {of.seed}" if of.seed else ""
+    return ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values), seed]))
+
+
+def _plan(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
+    return of.plan.name.replace("_", " ") if len(plans) > 1 else ""
+
+
+def _runs_without_event(of: JudgedCriterion) -> Sentence:
+    return Sentence(
+        "{} of {} runs never come to {} ({}). They count as runs that meet it.",
+        [str(of.without), str(of.runs), of.worst.name, of.worst.what],
+    )
+
+
+def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
+    """Each criterion at each value of the parameters, of plans that have values."""
+    own = [plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS]
+    each = [judged for plan in own for judged in judge_plan(plan)]
+    each.sort(key=lambda judged: [*own[0].criteria].index(judged.worst.name))
+    if not each:
+        return
+    head = ("criterion", "at", "worst value", "margin", "", "runs within")
+    rows = [_row_at(judged, plans) for judged in each[:MAX_TABLE_ROWS]]
+    yield Table(head, rows, "Criteria at each value")
+    if len(each) > MAX_TABLE_ROWS:
+        more = str(len(each) - MAX_TABLE_ROWS)
+        yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
+
+
+def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
+    name, worst, _, margin, _ = criterion_figures(of.worst)
+    at = ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values)]))
+    return [name, at, worst, margin, met_or_not(of.worst), _met_text(of)]
+
+
+MAX_WARNINGS_TOLD = 5
+"""Warnings that a summary tells."""
+MAX_RUNS_NAMED = 10
+"""Runs that a remark is of."""
+MAX_LINES_PER_CHART = 12
+"""Lines of a picture."""
+INTERVALS_NOTE = (
+    "The 90 % interval contains the true mean over all seeds with a probability of 90 %. The"
+    ' interval "another seed" contains the value of one more seed with the same probability. Both'
+    " use Student's t, which is exact if a figure is normally distributed over seeds. Intervals of"
+    " figures that cannot be negative use logarithms, and stay above zero."
+)
+
+
+def study_document(runs: xr.Dataset) -> Document:
+    """The report of a file of many runs."""
+    nodes = [*title_block(runs), *build_sections(STUDY_SECTIONS, runs)]
+    return Document(title_of(runs), nodes, counts_by_status(runs), units_of(runs.attrs))
+
+
+def study_tables(runs: xr.Dataset) -> Document:
+    """Criteria, how the runs went, what they warn of and what parameters do, without the case."""
+    nodes = [*_outcome(runs), *_frequent_warnings(runs, MAX_WARNINGS_TOLD), *_results(runs)]
+    return Document(title_of(runs), nodes, units=units_of(runs.attrs))
+
+
+def counts_by_status(runs: xr.Dataset) -> str:
+    """How many runs came to which end."""
+    ends = ", ".join(f"{number} {name}" for name, number in _counts(runs).items())
+    return f"{runs.sizes['run']} runs: {ends}"
+
+
+def _counts(runs: xr.Dataset) -> Counter[str]:
+    return Counter(map(str, runs.status.values))
+
+
+def _outcome(runs: xr.Dataset) -> Iterator[Node]:
+    """Whether criteria are met, how many runs are complete, why others are not, and what not all of
+    them have."""
+    if DESIGN in runs.attrs:
+        yield from study_criteria(runs, effects.plans(runs))
+    yield from _ends(runs)
+    if differ := runs.attrs.get(DIFFER):
+        yield List(
+            [f"{line}." for line in differ.splitlines()],
+            "Not all runs have the same names and values. What a run does not have is empty:",
+        )
+
+
+def _ends(runs: xr.Dataset) -> Iterator[Node]:
+    if GATHERED in runs.attrs:
+        yield Verdict(Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])])
+        return
+    complete = _counts(runs)[COMPLETE]
+    count = runs.sizes["run"]
+    if complete == count:
+        yield Verdict(Outcome.GOOD, "All {} runs are complete.", [str(count)])
+        return
+    text = "{} of {} runs are complete. Figures are of these."
+    yield Verdict(Outcome.BAD, text, [str(complete), str(count)])
+    yield List(_at_most([_of_runs(text, own) for text, own in _unfinished_runs(runs).items()]))
+
+
+def _unfinished_runs(runs: xr.Dataset) -> dict[str, list[int]]:
+    """The numbers of the runs that are not complete, by what became of them."""
+    found: dict[str, list[int]] = {}
+    ends = zip(runs.status.values, runs.status_message.values, strict=True)
+    for k, (status, message) in enumerate(ends):
+        if status != COMPLETE:
+            found.setdefault(f"{status}: {message}".removesuffix(": "), []).append(k)
+    return found
+
+
+def _of_runs(text: str, own: list[int]) -> Sentence:
+    """A remark with the numbers of the runs that it is of."""
+    named = ", ".join(map(str, own[:MAX_RUNS_NAMED])) + (
+        ", ..." if len(own) > MAX_RUNS_NAMED else ""
+    )
+    runs = "run" if len(own) == 1 else f"{len(own)} runs:"
+    return Sentence("{} ({} {})", [text, runs, named])
+
+
+def _results(runs: xr.Dataset) -> Iterator[Node]:
+    """Tables and pictures of each plan; of seeds alone what lies between them."""
+    if DESIGN not in runs.attrs:
+        text = "The file does not say its plan: it comes from simulate_many or an earlier version."
+        yield Sentence(text)
+        return
+    plans = effects.plans(runs)
+    yield from results_table(plans)
+    for plan in plans:
+        title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
+        yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
+        if plan.figures:
+            yield from _of_samples(plan) if plan.design in SAMPLED_DESIGNS else _of_values(plan)
+            if plan.design not in SAMPLED_DESIGNS and "motion" in runs:
+                yield from extreme_nodes(plan)
+        elif "motion" in runs:
+            yield from seed_nodes(plan)
+        else:
+            yield Sentence("The study file asks for no figures.")
+
+
+def _of_values(plan: PlanRuns) -> Iterator[Node]:
+    rows = list(effects.rows(plan))
+    names = [*dict.fromkeys(name for row in rows for name in row.values)]
+    head = ("figure", *map(short_key, names), "mean", "90 % interval", "another seed", "runs")
+    again = has_results_table(plan)
+    yield Table(head, [_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again)
+    yield Sentence(INTERVALS_NOTE, detail=True)
+    if len(rows) > MAX_TABLE_ROWS:
+        more = str(len(rows) - MAX_TABLE_ROWS)
+        yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
+    if told := [_difference(plan, each) for each in _differences(plan)]:
+        yield List(told, "What the parameters change:", detail=again)
+    yield from _pictures(plan, rows)
+
+
+def _cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> list[Cell]:
+    s = row.spread
+    values = [value_of(row.values[name], plan.unit(name)) for name in names]
+    mean = Value(s.mean, row.unit) if s.n else "no run has a value"
+    interval = Between(s.low, s.high, row.unit)
+    another = Between(s.another_low, s.another_high, row.unit)
+    return [row.figure, *values, mean, interval, another, str(s.n)]
+
+
+def _differences(plan: PlanRuns) -> list[Difference]:
+    """Differences between the ends of a parameter, of plans that have them."""
+    if plan.design != "one_at_a_time" and len(plan.parameters) != 1:
+        return []
+    return list(effects.differences(plan))
+
+
+def _difference(plan: PlanRuns, of: Difference) -> Sentence:
+    """A change in words; its interval where there are seeds to have one of, what contacts did where
+    there are contacts."""
+    axis = plan.axis(of.parameter)
+    at = of.spread
+    ends = [value_of(of.low, plan.unit(axis)), value_of(of.high, plan.unit(axis))]
+    if not at.n:
+        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short_key(axis)])
+    text = "{} changes by {} from {} {} to {}"
+    parts: list[Part] = [of.figure, Value(at.mean, of.unit), short_key(axis), *ends]
+    if np.isfinite(at.low):
+        text += " ({}; {} seeds, standard deviation {})"
+        parts += [Between(at.low, at.high, of.unit), str(at.n), Value(of.std, of.unit, 2)]
+    else:
+        text += " (one run at each end)"
+    if np.isfinite(of.changed):
+        text += (
+            "; in {} of the seeds, contacts open, stick and slip in different orders at the two"
+            " values"
+        )
+        parts.append(Value(of.changed, "share", 2))
+    return Sentence(f"{text}.", parts)
+
+
+def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
+    """Each figure over the first parameter that is a number, a line for each value of others."""
+    axes = [plan.axis(parameter) for parameter in plan.parameters]
+    numbers = [a for a in axes if np.asarray(plan.runs[a].values).dtype.kind in "if"]
+    if not numbers or plan.design == "one_at_a_time":
+        return
+    axis = numbers[0]
+    for figure in plan.figures:
+        own = [row for row in rows if row.figure == figure]
+        others = [_other_parameters(plan, row, axis) for row in own]
+        kinds = list(dict.fromkeys(others))
+        if len(kinds) <= MAX_LINES_PER_CHART:
+            curves = {
+                ", ".join(kind) or figure: _curve(
+                    [row for row, other in zip(own, others, strict=True) if other == kind], axis
+                )
+                for kind in kinds
+            }
+            unit = own[0].unit if own else ""
+            title = f"{figure}: means over seeds with their 90 % intervals"
+            yield Curves(title, short_key(axis), plan.unit(axis), figure, unit, curves)
+
+
+def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
+    """The values of all parameters but one, as they are read."""
+    units = units_of(plan.runs.attrs)
+    rest = {name: value for name, value in row.values.items() if name != axis}
+    each = (value_of(value, plan.unit(name)) for name, value in rest.items())
+    return tuple(text_of(value, units) for value in each)
+
+
+def _curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
+    rows = sorted(rows, key=lambda row: float(row.values[axis]))
+    x = np.array([float(row.values[axis]) for row in rows])
+    y, low, high = np.array([row.spread[1:4] for row in rows], float).T
+    return PlottedCurve(x, y, low, high)
+
+
+def _of_samples(plan: PlanRuns) -> Iterator[Node]:
+    """Correlations of drawn samples, or Sobol's indices."""
+    if plan.design != "sobol_indices":
+        rows = [(f, short_key(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
+        yield Table(("figure", "parameter", "Spearman's rank correlation"), rows)
+        return
+    try:
+        found = list(effects.indices(plan))
+    except InputError as error:
+        yield Verdict(Outcome.BAD, "{}", [str(error)])
+        return
+    yield Sentence("Sobol's indices are shares of the variance of a figure.")
+    head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
+    rows_: list[list[Cell]] = [
+        [e.figure, short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
+        for e in found
+    ]
+    yield Table(head, rows_)
+
+
+def _share_cells(of: tuple[float, float, float]) -> tuple[Value, Between]:
+    return Value(of[0], digits=2), Between(of[1], of[2], digits=2)
+
+
+def _case(runs: xr.Dataset) -> Iterator[Node]:
+    """The case that all have, or that of the first run; parameters and seeds vary about it."""
+    yield Sentence("The case of the first run. Parameters of the study and seeds differ in others.")
+    first = {name: str(runs[name].values[0]) for name in ("case", "case_resolved") if name in runs}
+    yield from case_nodes(runs.assign_attrs(first))
+
+
+def _study_assumptions(runs: xr.Dataset) -> Iterator[Node]:
+    """Warnings with how many runs have them, then what the runs have in common."""
+    told = list(_frequent_warnings(runs, MAX_TABLE_ROWS))
+    yield from told or [Sentence("The runs hold no warnings.")]
+    yield Sentence("The rest is the same in all complete runs.")
+    yield assumptions(runs)
+
+
+def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[Node]:
+    """The most frequent warnings, each with how many runs have it."""
+    if "warnings" not in runs:
+        return
+    lines = Counter(line for text in runs.warnings.values for line in str(text).splitlines())
+    of = str(runs.sizes["run"])
+    for line, n in lines.most_common(most):
+        yield Verdict(Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of])
+    if len(lines) > most:
+        yield Sentence("{} more warnings are in the report.", [str(len(lines) - most)])
+
+
+def _convergence(runs: xr.Dataset) -> Iterator[Node]:
+    yield Sentence(
+        "Intervals are over seeds alone. hydrosim converge compares steps and methods for the case."
+    )
+    yield from _measured_errors(runs)
+    if "energy_residual_relative" in runs:
+        worst = Value(float(runs.energy_residual_relative.max()), digits=2)
+        rows = [
+            ("largest residual of an energy balance", worst, Value(MAX_RESIDUAL_FRACTION, digits=2))
+        ]
+        yield Table(("evidence", "found", "warned of beyond"), rows)
+
+
+def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
+    """Errors of motions by the steps of the solver, with the values of the runs that measured
+    them."""
+    measured = np.flatnonzero(runs[RELATIVE].notnull()) if RELATIVE in runs else np.zeros(0, int)
+    if measured.size == 0:
+        yield Sentence("No run measured the error by the steps of the solver.")
+        return
+    axes = [plan.axis(p) for plan in effects.plans(runs) for p in plan.parameters]
+    runs = with_keys(runs)
+    names = [name for name in ("seed", *dict.fromkeys(axes)) if runs[name].dims == ("run",)]
+    rows: list[list[Cell]] = []
+    for run in measured:
+        values = [str(runs[name].values[run]) for name in names]
+        rows.append([str(run), *values, Value(float(runs[RELATIVE].values[run]), digits=1)])
+    head = ("run", *map(short_key, names), "error of motions, of their range")
+    yield Table(head, rows, "Errors by the steps of the solver, in runs that measured them")
+    yield Sentence("A run has a warning beyond {}.", [Value(reported_beyond(runs), digits=1)])
+
+
+def _at_most(items: list[Sentence]) -> list[Sentence]:
+    more = len(items) - MAX_TABLE_ROWS
+    if more <= 0:
+        return items
+    return [*items[:MAX_TABLE_ROWS], Sentence("{} more are in the result file.", [str(more)])]
+
+
+STUDY_SECTIONS: Sections[xr.Dataset] = {
+    "outcome": ("Outcome", _outcome),
+    "results": ("What parameters do", _results),
+    "case": ("Case", _case),
+    "assumptions": ("Assumptions and warnings", _study_assumptions),
+    "convergence": ("Convergence", _convergence),
+}
+"""Sections by name: the heading, and what gives the nodes below it."""

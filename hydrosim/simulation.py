@@ -1,0 +1,343 @@
+"""`simulate`: runs a case or a scene, and returns its dataset.
+
+Runs in stages: cases that use the results of other cases.
+
+A recorded series of a case may name the case that produces it. `complete_stages` simulates such a
+case if its result is missing, or was made from a different text of that case or by another version
+of the program.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from hydrosim.case import load_case
+from hydrosim.case.criteria import CRITERIA
+from hydrosim.compile.clock import compile_clock
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.compiled import Compiled
+from hydrosim.elements import externals_of, function_errors, with_own_functions
+from hydrosim.errors import InputError
+from hydrosim.files.outputs import Output
+from hydrosim.files.units import factor
+from hydrosim.files.yaml_nodes import source_context
+from hydrosim.integrate.record import new_record
+from hydrosim.linear.propagate import propagate
+from hydrosim.program import program_version
+from hydrosim.results.dataset import RUN_FILE_HINT, read_run, write_run
+from hydrosim.results.output import to_dataset
+from hydrosim.run.checkpoint import Checkpoint
+from hydrosim.run.course import RunInProgress
+from hydrosim.run.error_estimate import estimate_error, repeat_until_accurate
+from hydrosim.run.functions import resume_functions
+from hydrosim.run.step_limits import add_step_warnings
+from hydrosim.scene import ForceElement, Scene
+from hydrosim.statistics.criteria import figure_asked
+from hydrosim.statistics.figures import figure_of
+
+if TYPE_CHECKING:
+    from hydrosim.case.load import Case, Stage
+    from hydrosim.results.ledger import ErrorEstimate
+
+# Whether a run will have the channels and contacts that the criteria of its case name, from the
+# names in its records, before it is computed.
+
+
+class NotAskable(InputError):
+    """Criteria of a case that its run cannot be held against."""
+
+
+def check_criteria(compiled: Compiled) -> None:
+    """Raises NotAskable with a line for each criterion that the run cannot be held against."""
+    asked = json.loads(compiled.scene.source.get(CRITERIA, "[]"))
+    if not asked:
+        return
+    run = blank_run(compiled)
+    reasons = [text for each in asked if (text := _refusal_reason(run, each))]
+    if reasons:
+        raise NotAskable("\n".join(reasons))
+
+
+def blank_run(compiled: Compiled) -> xr.Dataset:
+    """The dataset of a run with a single record of zeros: names, dimensions and units."""
+    model = compiled.model
+    record = new_record(model, compile_clock(compiled), compiled.scene.output_accelerations)
+    history = compiled.first_state().history
+    layout = compiled.facts.layout
+    return to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})
+
+
+def _refusal_reason(run: xr.Dataset, asked: dict[str, str]) -> str:
+    """Why a criterion cannot be judged, at its key; empty if it can be."""
+    try:
+        figure = figure_of(run, figure_asked(asked))
+    except InputError as error:
+        given = [key for key in ("group", "phase", "channel") if asked.get(key)]
+        wrong = next((key for key in given if asked[key] in str(error)), "result")
+        return f"criteria.{asked['name']}.{wrong}: {error}"
+    return _unit_refusal_reason(str(figure.attrs["units"]), asked)
+
+
+def _unit_refusal_reason(own: str, asked: dict[str, str]) -> str:
+    """Why a limit cannot be compared with a figure in its ``own`` SI unit; empty if it can be."""
+    unit = "" if own == "1" else own
+    try:
+        if asked["unit"]:
+            factor(asked["unit"], unit)
+    except ValueError as error:
+        return (
+            f'criteria.{asked["name"]}.limit: found "{asked["text"]}"; expected a limit in'
+            f" {unit or 'plain numbers'}, which {asked['channel'] or asked['result']} has; {error}"
+        )
+    return ""
+
+
+def outdated_reason(stage: Stage) -> str | None:
+    """Reason why the case of a stage must be run, for the first time or again. None if the
+    existing result belongs to the present case and program."""
+    if not os.path.isfile(stage.file):
+        return f"{stage.file} does not exist"
+
+    import xarray as xr  # slow to load, and few cases have stages
+
+    try:
+        with xr.open_dataset(stage.file, engine="netcdf4") as run:
+            made = run.attrs
+    except (OSError, ValueError, RuntimeError):
+        return f"{stage.file} is not the result of a run"
+    if made.get("case") != stage.case.text:
+        return f"{stage.file} was made from a different text of {stage.case.path}"
+    if made.get("program") != f"hydrosim {program_version()}":
+        return f"{stage.file} was made by {made.get('program')}"
+    if made.get("status") != "complete":
+        return f"{stage.file} is the result of an incomplete run"
+    return None
+
+
+def complete_stages(
+    case: Case,
+    run: Callable[[Case, Output], xr.Dataset],
+    announce: Callable[[str], None] = lambda _: None,
+    above: tuple[Path, ...] = (),
+) -> bool:
+    """Make the runs that ``case`` needs with ``run``, which receives the path of the result, in
+    order; True if any was made.
+
+    ``announce`` receives the reason for each run. ``above`` are the cases that need this one.
+    Raises InputError if cases need each other, and KeyboardInterrupt if a run is interrupted; only
+    complete runs are written.
+    """
+    from hydrosim.run.checkpoint import checkpoint_of  # slow to load
+
+    chain = (*above, case.path.resolve())
+    made = False
+    for stage in case.stages():
+        if stage.case.path.resolve() in chain:
+            raise InputError(
+                f"{case.path}: found a series from a run of {stage.case.path}, which itself needs"
+                " a run of this case; expected cases that do not need each other."
+            )
+        anew = complete_stages(stage.case, run, announce, chain)
+        reason = f"{stage.file} needs another run" if anew else outdated_reason(stage)
+        if reason:
+            result = _result(stage)
+            announce(f"{reason}: simulating {stage.case.path}")
+            with result.hold_lock():
+                dataset = run(stage.case, result)
+                if dataset.attrs["status"] == "interrupted":
+                    raise KeyboardInterrupt
+                write_run(dataset, result)
+                checkpoint_of(result).clear()
+            made = True
+    return made
+
+
+def _result(stage: Stage) -> Output:
+    """Output of a stage, beside its own case. A case file writes no file elsewhere, and replaces
+    only an earlier run of that case."""
+    home = stage.case.path.parent
+    key = f"file: {stage.file.name} (a run of {stage.case.path})"
+    if not stage.file.parent.resolve() == home.resolve() or stage.file.suffix != ".nc":
+        raise InputError(
+            f"{key}: found {stage.file}; expected a file that ends in .nc, in the folder {home}."
+            " hydrosim runs the earlier case first, and writes its result into that case's folder."
+        )
+    inputs = stage.case.inputs()
+    made = Output(
+        stage.file, "run", stage.case.path, inputs, option=key, settings=stage.case.settings()
+    )
+    return made.checked_output()
+
+
+FORCE_NAME = re.compile(r"\w+")
+Progress = Callable[[float, int], None]
+"""Function that is called at times with the simulated time [s] and the number of steps. While the
+error of a run is measured, it is called with those at the end. If the run is made again, the time
+begins anew."""
+
+
+def simulate(
+    case: Case | Scene | Compiled | str | Path,
+    progress: Progress | None = None,
+    kept: Checkpoint | None = None,
+    forces: Mapping[str, ForceElement] | None = None,
+) -> xr.Dataset:
+    """Run a case, the case in a file, a scene or a compiled scene. `hydrosim.results.output`
+    describes the dataset.
+    Runs that a case needs are made first, see `complete_stages`. Cases and scenes are
+    compiled ``in_plane``, which leaves out motions that are zero by symmetry; a compiled scene is
+    run as it is. With ``kept``, checkpoints are saved to disk; the caller removes them after
+    writing the result. ``forces`` are added to those of the case, by name: functions of Python
+    (`hydrosim.External`), or other elements.
+
+    An interrupt from the keyboard ends the run early, with ``status`` "interrupted". Raises
+    InputError if the scene cannot be compiled or has not the channels of its criteria, and
+    SimulationError if the run cannot continue. That error carries the ``dataset`` until then, with
+    ``status`` "failed".
+    """
+    if isinstance(case, Compiled):
+        if forces:
+            raise InputError("forces: found a compiled scene; add them to the scene before.")
+        return run_compiled(check_compiled(case), progress, kept)
+    if isinstance(case, Scene):
+        scene = with_forces(case, forces or {})
+        # no name for the compiled scene: `run_compiled` lets go of its waves
+        return run_compiled(compiled_to_run(scene), progress, kept)
+    return simulate(prepare_scene(case, progress), progress, kept, forces)
+
+
+def compiled_to_run(scene: Scene) -> Compiled:
+    """The scene compiled to run, with warnings of its step. Raises InputError if that cannot be,
+    or if the function of an external force fails."""
+    if externals_of(scene.forces):
+        scene = replace(scene, forces=with_own_functions(scene.forces))
+    with source_context(scene.places):
+        try:
+            compiled = check_compiled(compile_scene(scene, in_plane=True))
+        except Exception:
+            _check_functions(scene)  # the cause, if it is one of them
+            raise
+        _check_functions(scene)
+        return resume_functions(compiled)
+
+
+def _check_functions(scene: Scene) -> None:
+    """Raises InputError if the function of an external force has failed."""
+    for name, error in function_errors(scene.forces):
+        if isinstance(error, KeyboardInterrupt):
+            raise error
+        raise InputError(
+            f"forces.{name}.function: it fails ({type(error).__name__}: {error}); expected a"
+            " wrench (6,) [N, N m] for f(t, state). It is called before the run too, near the"
+            " start, for periods and step limits. Correct the function: its traceback is the"
+            " cause of this error."
+        ) from error
+
+
+def with_forces(scene: Scene, forces: Mapping[str, ForceElement]) -> Scene:
+    """The scene with ``forces`` besides its own. Raises InputError if one is there already."""
+    for name in forces:
+        if name in scene.forces:
+            raise InputError(f"forces.{name}: the case has one of that name; choose another.")
+        if not FORCE_NAME.fullmatch(name):
+            raise InputError(
+                f"forces: found the name {name!r}; expected letters, digits and underscores, as"
+                " in a case file."
+            )
+    extended = replace(scene, forces={**scene.forces, **forces})
+    delayed = [name for name, e in externals_of(extended.forces).items() if e.delayed]
+    if extended.at_rest and delayed:
+        raise InputError(
+            f"forces.{', '.join(delayed)}: at_rest looks for the place of rest before the run, and"
+            " a function that is called once per step gives no force by then. Give the positions"
+            " of the bodies instead, or coupling stage."
+        )
+    return extended
+
+
+def check_compiled(compiled: Compiled) -> Compiled:
+    """The scene with warnings of its step, once its run is known to have what its criteria ask."""
+    check_criteria(compiled)
+    return add_step_warnings(compiled)
+
+
+def prepare_scene(case: Case | Scene | str | Path, progress: Progress | None = None) -> Scene:
+    """Scene of a case or of the case in a file, after the runs that it needs were made."""
+    if isinstance(case, Scene):
+        return case
+    read = load_case(case) if isinstance(case, str | Path) else case
+    complete_stages(read, lambda stage, _: simulate(stage, progress))
+    return read.scene()
+
+
+def run_compiled(
+    compiled: Compiled,
+    progress: Progress | None = None,
+    kept: Checkpoint | None = None,
+    estimates: bool = True,
+    repeats: bool = True,
+) -> xr.Dataset:
+    """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a companion
+    measures the error of the run. With ``repeats``, a run that misses the accuracy of its scene is
+    then made again."""
+    course = RunInProgress(compiled, kept, propagate if compiled.facts.exact else None)
+    del compiled  # the course lets go of its waves
+
+    def advance(course: RunInProgress) -> RunInProgress:
+        for time in course.chunks():
+            if progress is not None:
+                progress(time, course.steps)
+        return course
+
+    def solve(compiled: Compiled) -> RunInProgress:
+        return advance(RunInProgress(compiled))
+
+    def watch(_: float) -> None:
+        if progress is not None:
+            progress(course.time, course.steps)
+
+    def measure(course: RunInProgress) -> ErrorEstimate:
+        return estimate_error(course.compiled, course.run, watch)
+
+    estimate = None
+    try:
+        advance(course)
+        if estimates and can_measure_error(course):
+            if repeats:
+                course, estimate = repeat_until_accurate(course, solve, measure)
+            else:
+                estimate = measure(course)
+    except KeyboardInterrupt as interrupt:
+        course.interrupt(interrupt)
+    return course.dataset(estimate)
+
+
+def can_measure_error(course: RunInProgress) -> bool:
+    """True if the error of a course can be measured: it is complete and stepped, and no function is
+    called once per step, which may remember."""
+    compiled = course.compiled
+    once = any(external.delayed for external in externals_of(compiled.scene.forces).values())
+    return course.complete and not once and not compiled.facts.exact
+
+
+# `open_run`: reads the dataset of a run from its file.
+
+
+def open_run(path: str | Path) -> xr.Dataset:
+    """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
+    missing, is not netCDF, is not the result of a run, or has fewer than two records."""
+    run = read_run(Path(path))
+    if run.sizes["time"] < 2:
+        raise InputError(
+            f"{path}: has fewer than two recorded times, so there is nothing to draw;"
+            f" {RUN_FILE_HINT}."
+        )
+    return run

@@ -1,1 +1,0 @@
-"""The equation of motion, a step, an event, the loop: kernels only."""

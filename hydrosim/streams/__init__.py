@@ -1,1 +1,0 @@
-"""Current over the depth, wind over the height, and gusts."""

@@ -1,1 +1,0 @@
-"""One question a folder: a run, many runs, a sweep, linear analysis, ballast, operability."""

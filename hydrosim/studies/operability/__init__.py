@@ -1,1 +1,0 @@
-"""In which seas a scene holds its criteria."""

@@ -1,1 +1,0 @@
-"""Studies over parameters and seeds, as a file says."""

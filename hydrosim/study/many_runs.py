@@ -1,0 +1,602 @@
+"""`simulate_many`: many runs at once, on all cores, into one file.
+
+What the runs have in common is made once: databases are opened once, and a run that differs from
+the one before it in its waves alone takes over its compiled model, its state at the start and its
+step limits. Time loops do without Python's lock, so that threads are enough. Results are written
+run by run in the order of the cases, whatever the order in which they finish.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import gc
+import os
+import re
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from functools import partial
+from math import inf, isnan
+from os import PathLike
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from hydrosim.elements import externals_of
+from hydrosim.errors import HydrosimError, InputError
+from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
+from hydrosim.files.locks import is_lock
+from hydrosim.files.outputs import as_output, check_folder, has_mark, is_folder, remove_folder
+from hydrosim.files.yaml_nodes import locating_in
+from hydrosim.results.dataset import write_run
+from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
+from hydrosim.results.runs_file import BY_RUN, COMPLETE, RUN, RunsWriter
+from hydrosim.results.validation import DESIGN
+from hydrosim.run.checkpoint import digest
+from hydrosim.scene import Scene
+from hydrosim.simulation import prepare_scene, simulate
+from hydrosim.statistics import effects
+from hydrosim.study.executors import Pool, Threads, collected_here
+from hydrosim.study.outcome import RunOutcome, pad_to_layout, reduce_run
+from hydrosim.study.run_layout import TRIAL_STEPS, RunLayout, merge_layouts, one_scene_of_each_kind
+from hydrosim.study.shared import SceneCache
+from hydrosim.study.sweep import ParameterStudy, check_figures, check_units, scenes_with_seeds
+from hydrosim.study.unfinished import folder_of, identity, is_complete, locked_journal
+
+if TYPE_CHECKING:
+    from hydrosim.case import Case
+    from hydrosim.files.outputs import Output
+    from hydrosim.statistics.figures import ScalarResult
+    from hydrosim.statistics.results import MotionCauseResult, StageResult
+    from hydrosim.study.study_file import SeedTarget
+
+GC_TIME_FRACTION = 0.05  # of the time, at most, is spent on collecting garbage
+ESTIMATE_INTERVAL = (
+    50  # runs, of which the first measures its error: at most 2 % of the cost of all
+)
+ESTIMATE_NOTE = f"errors are measured in run 0 and in every {ESTIMATE_INTERVAL}th run after it"
+MAX_MESSAGES = 5  # messages of runs that are refused
+MIN_OUTPUT_TIMES = 4  # output times, to have statistics of
+
+Digest = Callable[..., xr.Dataset]
+"""What is kept of a run."""
+Progress = Callable[[int, int], None]
+"""Called after each run with the number of runs that are done and that of all."""
+
+
+def simulate_many(
+    cases: Iterable[Case | Scene | str | Path],
+    output: str | PathLike[str] | None = None,
+    *,
+    variables: Sequence[str] = ("position",),
+    channels: Sequence[str] = (),
+    labels: Mapping[str, Sequence[object] | xr.Variable] | None = None,
+    figures: Sequence[ScalarResult | StageResult | MotionCauseResult] = (),
+    attributes: Mapping[str, str] | None = None,
+    start: float = 0.0,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    resume: bool = False,
+    pool: Pool | None = None,
+    first: int = 0,
+) -> xr.Dataset:
+    """Run all cases, files of cases or scenes, on as many cores as there are ``workers``, by
+    default all, or by a ``pool`` of others (`hydrosim.study.cluster`), which is closed in
+    the end.
+
+    The dataset has a dimension ``run``, in the order of the cases, and of each run
+
+    * the ``variables`` chosen from its own dataset, at every output time,
+    * its `statistics` from ``start`` [s] on, also of the ``channels`` that patterns fit,
+    * `end_position`, and the time of the `first_contact`,
+    * the ``figures`` that are asked for,
+    * ``seed``, and the ``labels`` that are given, with the attributes that these have. Wave trains
+      with seeds of their own also have ``seed_2`` and so on,
+    * ``status``, and ``status_message`` where it is not "complete".
+
+    It is the same to the bit as that of single runs, and to the byte whatever the number of
+    workers. With ``output`` it is in that netCDF file, and what is returned reads from there when
+    asked; else it is in memory. Each run is kept in a folder, ``output``.partial, once it is done:
+    a set that was killed or interrupted goes on from there with ``resume``, to the same result.
+
+    Run 0 and every 50th after it measure their errors: ``error_relative`` is NaN in others, and
+    their ``warnings`` say nothing of it. `simulate` measures that of any run, and makes one by
+    ``automatic`` again if it misses its tolerance; here that is told alone. Runs of a part of a
+    longer set count from ``first``, their place in it.
+
+    All runs have one duration and one output step. Names that not all runs have, of contacts,
+    elements or bodies, are padded (`hydrosim.study.run_layout`); the attribute
+    ``runs_differ`` says which. A run that cannot go on is marked "failed" and the others go on; it
+    has no values. After an interrupt from the keyboard the runs done until then are returned, and
+    others marked. Raises InputError where the runs do not fit together, where every run would be
+    refused before its first step, or where the file must not be replaced; WritingError where it
+    cannot be written.
+
+        seas = [replace(scene, environment=in_waves(seed)) for seed in range(1, 101)]
+        runs = simulate_many(seas, "seeds.nc")
+        runs.motion.sel(dof="surge", statistic="largest").quantile(0.9)
+    """
+    if isinstance(cases, str | Path):
+        raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
+    scenes = [prepare_scene(case) for case in cases]
+    _check(scenes, labels or {}, start)
+    along = {**_seeds(scenes), **(labels or {})}
+    known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
+    digest: Digest = partial(
+        reduce_run,
+        variables=list(variables),
+        start=start,
+        figures=tuple(figures),
+        channels=tuple(channels),
+    )
+    form = merge_layouts(scenes, partial(digest, start=0.0, lenient=True), simulate)
+    if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
+        _check_requested(scenes[0], digest)
+    if form is not None:
+        digest = partial(pad_to_layout, form=form, keep=partial(digest, lenient=True))
+
+    shared = SceneCache()
+    result = None if output is None else as_output(output, "sweep")
+    mark = "" if result is None else result.mark
+    attributes_of_file = {
+        "error_estimates": ESTIMATE_NOTE,
+        **({} if form is None else form.attributes),
+        **(attributes or {}),
+        **({} if result is None else result.attributes),
+    }
+
+    def file_at(path: Path) -> RunsWriter:
+        coordinates = [*along, *attributes_of_file.get(BY_RUN, "").split()]
+        return RunsWriter(path, len(scenes), known, coordinates, mark, attributes_of_file)
+
+    def write(path: Path, journal: Journal | None) -> Path:
+        file = file_at(path)
+        work = _RunSet(scenes, shared, digest, file, journal, first)
+        with _close_at_end(file), collected_here():
+            _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
+        return path
+
+    if result is None:
+        with TemporaryDirectory() as folder:
+            return _by_seed(xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4"))
+    values = {name: known[name].values for name in along}
+    request = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
+    request |= {"channels": tuple(channels)} if channels else {}
+    set_identity = identity(scenes, shared.open_sources, values, request)
+    partial_folder = folder_of(result)
+    with locked_journal(result, resume, set_identity) as journal:
+        file_at(partial_folder / f"{KNOWN}.partial").close()
+        journal.take_known(partial_folder / f"{KNOWN}.partial")
+        path = write(partial_folder / RESULT, journal)
+        all_ended = is_complete(path)
+        place = (
+            result.resolve_path()
+            if all_ended or not is_complete(result.path)
+            else result.fallback_path()
+        )
+        place.take(path)
+        if all_ended:
+            journal.remove()
+    return _by_seed(xr.open_dataset(place.path, engine="netcdf4"))
+
+
+def _by_seed(runs: xr.Dataset) -> xr.Dataset:
+    """Runs that can be selected by their seeds."""
+    return runs.set_xindex("seed") if "seed" in runs.coords else runs
+
+
+def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
+    """Refuse what does not fit into one dataset."""
+    if not scenes:
+        raise InputError("simulate_many: found no case; expected one or more.")
+    for name, values in labels.items():
+        if len(values) != len(scenes):
+            raise InputError(
+                f"labels.{name}: found {len(values)} values; expected one for each of the"
+                f" {len(scenes)} runs."
+            )
+    first = scenes[0]
+    for run, scene in enumerate(scenes):
+        if functions := externals_of(scene.forces):
+            raise InputError(
+                f"simulate_many: found functions of Python in run {run}, {', '.join(functions)};"
+                " expected none, because runs are made in other processes. Run such cases one by"
+                " one with hydrosim.simulate."
+            )
+        for what, one, other in (
+            ("duration", first.duration, scene.duration),
+            ("output_step", first.output_step, scene.output_step),
+        ):
+            if one != other:
+                raise InputError(
+                    f"simulate_many: found {what} {one} in run 0 and {other} in run {run}; expected"
+                    " the same in all."
+                )
+    if first.initial is None and not start + MIN_OUTPUT_TIMES * first.output_step <= first.duration:
+        raise InputError(
+            f"simulate_many: found start {start:g} s; expected a time well before the end of the"
+            f" runs, {first.duration:g} s."
+        )
+
+
+def _has_requested(form: RunLayout | None, names: Sequence[str], patterns: Sequence[str]) -> bool:
+    """Whether some run has what is asked for, as far as it is known before the first."""
+    if form is None:
+        return not patterns
+    fits = (fnmatch.filter(form.channels, pattern) for pattern in patterns)
+    return all(fits) and all(name in form.variables for name in names)
+
+
+def _check_requested(scene: Scene, keep: Digest) -> None:
+    """Raises InputError where a few steps of a scene do not have what is asked for."""
+    short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
+    try:
+        run = simulate(short)
+    except HydrosimError:  # its own run will say it
+        return
+    keep(run, start=0.0)
+
+
+def _seeds(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+    """Seeds of the runs as coordinates; none if the runs have different numbers of wave trains.
+    ``seed`` is that of the first train. Where trains and gusts have other seeds, these follow as
+    ``seed_2`` and so on."""
+    each = [scene.environment.seeds for scene in scenes]
+    if not each[0] or len({len(seeds) for seeds in each}) > 1:
+        return {}
+    first, *others = np.array(each).T
+    found = {"seed": _seed(first, "seed of the waves")}
+    if any((other != first).any() for other in others):
+        for k, other in enumerate(others, 2):
+            found[f"seed_{k}"] = _seed(other, f"seed of wave train {k}, or of the gusts")
+    return found
+
+
+def _seed(values: np.ndarray, what: str) -> xr.Variable:
+    return xr.Variable(RUN, values, {"units": "1", "long_name": what})
+
+
+def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
+    """What is known of all runs, with its attributes if it has any."""
+    if isinstance(values, xr.Variable):
+        return values
+    text = len(values) > 0 and isinstance(values[0], str)
+    # texts as objects: each of them once, and not as long as the longest
+    array = np.array(values, dtype=object) if text else np.asarray(values)
+    return xr.Variable((RUN, *(f"{k}" for k in range(1, array.ndim))), array)
+
+
+def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+    """Where the scenes come from, as far as they differ in it."""
+    texts = {
+        name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
+    }
+    return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
+
+
+@contextmanager
+def _close_at_end(file: RunsWriter) -> Iterator[None]:
+    """Closes the file in the end; what ends it early is told, not what follows from that."""
+    try:
+        yield
+    except BaseException:
+        with suppress(RuntimeError, OSError):
+            file.close()
+        raise
+    file.close()
+
+
+def _run_all(work: _RunSet, pool: Pool, progress: Progress | None) -> None:
+    """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
+    order."""
+    done = 0
+    due = 0.0
+    pending: deque[tuple[int, Future[RunOutcome]]] = deque()
+
+    def take() -> None:
+        nonlocal done, due
+        run, first = pending[0]
+        if not first.done():
+            pool.flush()
+        while not first.done():
+            wait([future for _, future in pending if not future.done()], None, FIRST_COMPLETED)
+            work.keep(pending)
+        with delay_interrupts():
+            if not work.has_run(run):
+                work.keep(pending)
+            work.write(run, first.result())
+            pending.popleft()
+            done += 1
+        if perf_counter() > due:
+            due = _collect_garbage()
+        if progress is not None:
+            progress(done, len(work.scenes))
+
+    pool.begin(len(work.scenes))
+    try:
+        work.check_possible()
+        for run, scene in enumerate(work.scenes):
+            raise_if_interrupted()
+            pending.append((run, work.start_run(run, scene, pool)))
+            while len(pending) > pool.ahead:
+                take()
+        while pending:
+            raise_if_interrupted()
+            take()
+    except KeyboardInterrupt:
+        pool.stop()
+        progress = None
+        while pending:
+            take()
+    finally:
+        pool.close()
+
+
+def _collect_garbage() -> float:
+    """Collect garbage; when to do so again."""
+    started = perf_counter()
+    gc.collect()
+    ended = perf_counter()
+    return ended + (ended - started) / GC_TIME_FRACTION
+
+
+class _RunSet(NamedTuple):
+    """Scenes, what they share, what is taken of a run, the file, what is kept on the way, and the
+    number of the ``first`` run in the whole set."""
+
+    scenes: Sequence[Scene]
+    shared: SceneCache
+    digest: Callable[[xr.Dataset], xr.Dataset]
+    file: RunsWriter
+    journal: Journal | None
+    first: int
+
+    def check_possible(self) -> None:
+        """Raises InputError where every run is refused before its first step. Nothing is looked at
+        once a run is kept, and no more than up to the first scene that can be run."""
+        if self.journal is not None and len(self.journal):
+            return
+        refused: dict[str, None] = {}
+        for scene in self.scenes:
+            work = self.shared.compile_task(scene)
+            if not isinstance(work, HydrosimError):
+                return
+            refused[str(work)] = None
+        count = len(self.scenes)
+        overflow = (
+            [f"and {len(refused) - MAX_MESSAGES} more messages"]
+            if len(refused) > MAX_MESSAGES
+            else []
+        )
+        messages = "\n".join([*list(refused)[:MAX_MESSAGES], *overflow])
+        subject = "The run is" if count == 1 else f"All {count} runs are"
+        raise InputError(f"{messages}\n{subject} refused before the first step.")
+
+    def start_run(self, run: int, scene: Scene, pool: Pool) -> Future[RunOutcome]:
+        """A run that is done, or is being done by the pool."""
+        if self.journal is None or run not in self.journal:
+            estimates = (self.first + run) % ESTIMATE_INTERVAL == 0
+            return pool.submit(self.shared.compile_task(scene, estimates), self.digest)
+        dataset, attributes, warnings = self.journal.read(run)
+        future: Future[RunOutcome] = Future()
+        future.set_result(RunOutcome(COMPLETE, "", warnings, dataset, attributes))
+        return future
+
+    def has_run(self, run: int) -> bool:
+        """Whether a run is on the disk."""
+        return self.journal is not None and run in self.journal
+
+    def keep(self, pending: Iterable[tuple[int, Future[RunOutcome]]]) -> None:
+        """Put what is complete by now on the disk."""
+        for run, future in pending:
+            if self.journal is None or run in self.journal or not future.done():
+                continue
+            if not future.exception() and (outcome := future.result()).found is not None:
+                kept = StoredRun(outcome.found, outcome.attributes, outcome.warnings)
+                with delay_interrupts():
+                    self.journal.add(run, kept)
+
+    def write(self, run: int, outcome: RunOutcome) -> None:
+        """Put a run into the file, or why there is none."""
+        found = outcome.found
+        file = self.file
+        if found is not None and (name := file.differs(found)):
+            outcome = RunOutcome("failed", f"its {name} is not that of the runs before it")
+        if outcome.found is not None:
+            file.add(run, outcome.found, outcome.attributes, outcome.warnings)
+            return
+        file.mark(run, outcome.status, outcome.message, outcome.warnings)
+        if self.journal is not None and outcome.status == "failed":
+            self.journal.note(run, outcome.status, outcome.message)
+
+
+# `run_study`: the runs of a study into one file.
+
+
+def run_study(
+    study: ParameterStudy,
+    output: Path | Output,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    resume: bool = False,
+    pool: Pool | None = None,
+) -> xr.Dataset:
+    """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
+    runs have no such figures."""
+    file = study.inputs[0]
+    kinds = one_scene_of_each_kind(study.scenes) if study.figures else []
+    with locating_in(file), _named_as(f"{file}: output:"):
+        check_units(file, study.bounds, check_figures(file, kinds, study.figures))
+        return simulate_many(
+            study.scenes,
+            output,
+            variables=study.kept.variables,
+            channels=study.kept.channels,
+            labels=study.labels,
+            figures=study.figures,
+            attributes={DESIGN: study.design},
+            start=study.kept.start,
+            workers=workers,
+            progress=progress,
+            resume=resume,
+            pool=pool,
+            first=study.first,
+        )
+
+
+@contextmanager
+def _named_as(place: str) -> Iterator[None]:
+    """Names a ``place`` in the study file where a message names the function that is called."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(str(error).replace("simulate_many:", place)) from None
+
+
+# More and more seeds, until the mean of a figure is known as narrowly as is asked for.
+
+ROUND_NAME_PATTERN = r"\d+-[0-9a-f]{16}\.nc"
+"""Names of rounds: the number, and what the round is of."""
+Run = Callable[[ParameterStudy, Path], xr.Dataset]
+"""Makes the runs of a study into a file, those that are kept of it taken over."""
+
+
+def run_until(
+    study: ParameterStudy,
+    seeds: tuple[int, ...],
+    wanted: SeedTarget,
+    run: Run,
+    output: Output,
+    resume: bool = False,
+) -> str:
+    """Runs in rounds, each with as many seeds as all before it, into the file ``output``; says in
+    words how wide the widest interval is, and of how many seeds.
+
+    Rounds are kept until the end in the folder ``output``.rounds, under names that say what they
+    are of: as the seeds of a round follow from those before it, a study that was killed goes on
+    with ``resume``. Raises InputError where rounds would be lost, or are of another study."""
+    all_seeds = list(seeds)
+    part = study
+    folder = Path(f"{output.path}.rounds")
+    shared = SceneCache()
+    with output.hold_lock(), _remove_if_empty(folder):
+        _begin_rounds(folder, resume, output)
+        rounds: list[xr.Dataset] = []
+        while True:
+            one_round = _make_round(part, len(rounds), shared, folder, run)
+            rounds.append(one_round.drop_indexes("seed", errors="ignore"))
+            runs = xr.concat(rounds, RUN, data_vars="all", combine_attrs="override")
+            runs = runs.assign_coords({RUN: np.arange(runs.sizes[RUN])})
+            width = widest_interval(runs, wanted.figure)
+            count = len(all_seeds)
+            count_of_new = min(count, wanted.most - count)
+            if width <= wanted.wide.value or count_of_new <= 0 or wanted.figure not in runs:
+                break
+            new = [max(all_seeds) + 1 + k for k in range(count_of_new)]
+            part = replace(with_seeds(study, len(seeds), new), first=runs.sizes[RUN])
+            all_seeds = [*all_seeds, *new]
+        write_run(runs, output)
+        for each in rounds:
+            each.close()
+        _clear(folder)
+    unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
+    return _width_text(width, unit, count, wanted)
+
+
+@contextmanager
+def _remove_if_empty(folder: Path) -> Iterator[None]:
+    """Leaves no folder of rounds without a round."""
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # it holds some, or is gone
+            folder.rmdir()
+
+
+def _width_text(width: float, unit: str, count: int, wanted: SeedTarget) -> str:
+    if width == inf:
+        return f"{count} seeds: some combination has fewer than two values of {wanted.figure}"
+    wide = wanted.wide.value
+    unit = unit and f" {unit}"
+    text = f"{count} seeds: the widest 90 % interval of the mean of {wanted.figure} is"
+    text += f" {width:.3g}{unit}"
+    return text if width <= wide else f"{text}, not {wide:g}{unit} as asked for"
+
+
+def _begin_rounds(folder: Path, resume: bool, output: Output) -> None:
+    """Begins anew, unless rounds are to be taken up; refuses to lose any that nobody has said may
+    go, and to touch what is of others."""
+    check_folder(folder, _is_round)
+    if not resume and any(folder.glob("*")) and not output.overwrite:
+        raise InputError(
+            f"{folder}: holds rounds of a study that did not come to its end; --resume goes on from"
+            " them (resume=True in Python), --overwrite begins anew."
+        )
+    if not resume:
+        _clear(folder)
+    folder.mkdir(exist_ok=True)
+
+
+def _is_round(path: Path) -> bool:
+    """Whether a path is that of a round, of one on its way with all that is in it, or of the lock
+    of one that was killed."""
+    if re.fullmatch(ROUND_NAME_PATTERN, path.name):
+        return has_mark(path, "sweep")
+    if re.fullmatch(rf"{ROUND_NAME_PATTERN}\.partial", path.name):
+        return is_folder(path) and all(map(is_part, path.iterdir()))
+    return bool(re.fullmatch(rf"\.hydrosim-{ROUND_NAME_PATTERN}\.lock", path.name)) and is_lock(
+        path
+    )
+
+
+def _clear(folder: Path) -> None:
+    for path in folder.glob("*.partial"):
+        if _is_round(path):
+            remove_journal(path)
+    remove_folder(folder, _is_round)
+
+
+def _make_round(
+    part: ParameterStudy, number: int, shared: SceneCache, folder: Path, run: Run
+) -> xr.Dataset:
+    """The runs of a round: those that are there, if they are all and of this study."""
+    request = {"figures": part.figures, "kept": repr(part.kept), "design": part.design}
+    labels = {name: label.values for name, label in part.labels.items()}
+    state = digest(identity(part.scenes, shared.open_sources, labels, request))
+    path = folder / f"{number}-{state[:16]}.nc"
+    other_files = {
+        file for file in folder.glob(f"{number}-*") if not file.name.startswith(path.name)
+    }
+    if other_files and number == 0:
+        raise InputError(
+            f"--resume: these have changed since the runs in {folder} were made: the program, a"
+            " database, or the study. Restore them to go on, or begin anew with --overwrite, which"
+            " replaces the finished runs."
+        )
+    if path.exists() and is_complete(path):
+        return xr.open_dataset(path, engine="netcdf4")
+    return run(part, path)
+
+
+def widest_interval(runs: xr.Dataset, figure: str) -> float:
+    """The width of the widest interval of the mean of a figure over all combinations, infinite
+    where there are too few values."""
+    rows = [row for plan in effects.plans(runs) for row in effects.rows(plan)]
+    widths = [row.spread.high - row.spread.low for row in rows if row.figure == figure]
+    return max((inf if isnan(width) else width for width in widths), default=inf)
+
+
+def with_seeds(study: ParameterStudy, count: int, new: list[int]) -> ParameterStudy:
+    """The same combinations, of which the study has so many seeds each, with others."""
+    scenes = [sea for scene in study.scenes[::count] for sea in scenes_with_seeds(scene, new)]
+    labels = {
+        name: xr.Variable(RUN, np.repeat(label.values[::count], len(new)), label.attrs)
+        for name, label in study.labels.items()
+    }
+    return replace(study, scenes=tuple(scenes), labels=labels)

@@ -1,0 +1,551 @@
+"""Limiting significant heights of a scene over peak periods, headings and swells.
+
+The largest height at which enough seeds hold their criteria, by bisection on common seeds.
+
+Of N seeds, k fail at a height h with the probability of a binomial law of the true share q(h). The
+limit is the largest height of a grid at which no more fail than are allowed, k <= N (1 - p). The
+true limit, q(h) = 1 - p, is by 90 % where k is between the 5 % and 95 % quantiles of the law of
+N and 1 - p, which the same search finds.
+
+A seed that fails at a height is taken to fail at all greater ones, and one that holds to hold at
+all smaller ones, so that few have to be run. What is found is then run: at the limit there is no
+seed that was not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from math import inf
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from hydrosim.case.load import load_case
+from hydrosim.errors import InputError
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document_layout import text_of
+from hydrosim.files.document_nodes import Value
+from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
+from hydrosim.files.yaml_nodes import locating_in
+from hydrosim.program import program_version, versions
+from hydrosim.results.journal import Journal, StoredRun
+from hydrosim.results.runs_file import COMPLETE
+from hydrosim.simulation import prepare_scene
+from hydrosim.statistics.figures import RequestedStatistic
+from hydrosim.statistics.results import RunResults
+from hydrosim.study.executors import collected_here, outcome_of
+from hydrosim.study.outcome import RunOutcome
+from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, in_sea, wind_sea
+from hydrosim.study.shared import SceneCache
+from hydrosim.study.spectral_limits import Spectral, spectral
+from hydrosim.study.sweep import (
+    check_figures,
+    check_units,
+    fixed_settings,
+    read_study,
+    settings_with,
+)
+from hydrosim.study.unfinished import identity
+
+if TYPE_CHECKING:
+    from hydrosim.scene import Scene
+    from hydrosim.study.study_file import Operability, StudyFile
+
+CONFIDENCE = 0.9
+RUNS_PER_CHUNK = 8  # runs at a time, after which there may be enough
+
+Outcomes = Callable[[Sequence[tuple[int, int]]], np.ndarray]
+"""Whether runs (height, seed) hold each criterion: (n, criteria) of truth values."""
+
+
+class HeightLimit(NamedTuple):
+    """The limit between two heights by their numbers, -1 if the smallest fails: the last at which
+    no more fail than allowed, and the interval; how many seeds were ``inferred`` there before they
+    were run, and how many of these were ``otherwise``."""
+
+    limit: int
+    low: int
+    high: int
+    inferred: int
+    otherwise: int
+
+
+def fewest_seeds(probability: float) -> int:
+    """How many seeds bound a limit from below with this confidence."""
+    n = 1
+    while scipy.stats.binom.ppf(0.5 * (1.0 - CONFIDENCE), n, 1.0 - probability) < 1:
+        n += 1
+    return n
+
+
+def allowed_failures(count: int, probability: float) -> tuple[int, int, int]:
+    """How many of so many seeds may fail: at the limit, and at the ends of its interval."""
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low, high = scipy.stats.binom.ppf([tail, 1.0 - tail], count, 1.0 - probability)
+    if low < 1:
+        raise InputError(
+            f"seeds: found {count}; expected {fewest_seeds(probability)} or more. With fewer"
+            " seeds, even zero failures do not exclude a failure rate of"
+            f" {1.0 - probability:.3g}."
+        )
+    return int(np.floor(count * (1.0 - probability) + 1e-9)), int(low) - 1, int(high)
+
+
+@dataclass
+class LimitSearch:
+    """Runs of a sea of any of the ``heights`` (how many) and seeds, and what is known of them."""
+
+    heights: int
+    seeds: int
+    outcomes: Outcomes
+    known: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
+
+    def find_limit(self, criteria: Sequence[int], probability: float) -> HeightLimit:
+        """The limit of some of the ``criteria``, all of which must hold."""
+        criterion_numbers = list(criteria)
+        most, least, largest = allowed_failures(self.seeds, probability)
+        top = self.heights
+        inferred, otherwise = 0, 0
+        while True:
+            limit = self._last_allowed_height(criterion_numbers, most, top)
+            if limit < 0:
+                break
+            unknown_seeds = [s for s in range(self.seeds) if (limit, s) not in self.known]
+            guesses = [(s, self._infer_outcome(criterion_numbers, limit, s)) for s in unknown_seeds]
+            self._run([(limit, s) for s in unknown_seeds])
+            informed_guesses = [(s, guess) for s, guess in guesses if guess is not None]
+            wrong = [
+                guess != self._holds(criterion_numbers, (limit, s)) for s, guess in informed_guesses
+            ]
+            inferred, otherwise = inferred + len(wrong), otherwise + sum(wrong)
+            if self._failing(criterion_numbers, limit) <= most:
+                break
+            top = limit
+        low = self._last_allowed_height(criterion_numbers, least, max(limit, 0) + 1)
+        high = self._last_allowed_height(criterion_numbers, largest, self.heights, limit) + 1
+        return HeightLimit(limit, min(low, limit), max(high, limit + 1), inferred, otherwise)
+
+    def failures(self, criteria: Sequence[int], height: int) -> np.ndarray:
+        """How many seeds fail each criterion at a height, of those that were run there."""
+        outcomes = [self.known[height, s] for s in range(self.seeds) if (height, s) in self.known]
+        return np.sum(~np.array(outcomes)[:, list(criteria)], axis=0) if outcomes else np.zeros(0)
+
+    def _last_allowed_height(self, of: list[int], most: int, above: int, below: int = -1) -> int:
+        """The last height below ``above`` at which no more than ``most`` seeds fail."""
+        while above - below > 1:
+            middle = (below + above) // 2
+            if self._is_allowed(of, most, middle):
+                below = middle
+            else:
+                above = middle
+        return below
+
+    def _is_allowed(self, of: list[int], most: int, height: int) -> bool:
+        """Whether no more than so many seeds fail, with as few runs as decide it."""
+        while True:
+            state = [self._infer_outcome(of, height, s) for s in range(self.seeds)]
+            failing, unknown = state.count(False), [s for s, x in enumerate(state) if x is None]
+            if failing > most:
+                return False
+            if failing + len(unknown) <= most:
+                return True
+            self._run([(height, s) for s in unknown[:RUNS_PER_CHUNK]])
+
+    def _infer_outcome(self, of: list[int], height: int, seed: int) -> bool | None:
+        """Whether a seed holds at a height, by its run there, or by those at others."""
+        if (height, seed) in self.known:
+            return self._holds(of, (height, seed))
+        for other in range(height - 1, -1, -1):
+            if (other, seed) in self.known and not self._holds(of, (other, seed)):
+                return False
+        for other in range(height + 1, self.heights):
+            if (other, seed) in self.known and self._holds(of, (other, seed)):
+                return True
+        return None
+
+    def _failing(self, of: list[int], height: int) -> int:
+        return sum(not self._holds(of, (height, s)) for s in range(self.seeds))
+
+    def _holds(self, of: list[int], run: tuple[int, int]) -> bool:
+        return bool(self.known[run][of].all())
+
+    def _run(self, runs: list[tuple[int, int]]) -> None:
+        if runs:
+            self.known |= dict(zip(runs, self.outcomes(runs), strict=True))
+
+
+# Runs of which figures are all that is wanted, on all cores.
+
+
+class Trials:
+    """Runs scenes by so many ``workers`` for their ``figures``; counts them and those that failed,
+    of which ``message`` is the first. Runs are numbered in the order in which they are asked for:
+    those that a ``journal`` keeps are taken from there, others are added to it."""
+
+    def __init__(
+        self,
+        figures: Sequence[RequestedStatistic],
+        workers: int,
+        progress: Callable[[int], None] = lambda _: None,
+        journal: Journal | None = None,
+    ) -> None:
+        self.figures, self.workers, self.progress = tuple(figures), workers, progress
+        self.count, self.failed, self.message = 0, 0, ""
+        self._shared = SceneCache()
+        self._journal = journal
+
+    def values(self, scenes: Sequence[Scene]) -> tuple[np.ndarray, np.ndarray]:
+        """The figures (n, nf) of each scene, and whether its run came to its end (n,)."""
+        raise_if_interrupted()
+        runs = range(self.count, self.count + len(scenes))
+        stop = Event()
+        with collected_here(), ThreadPoolExecutor(self.workers) as pool:
+            try:
+                futures = [
+                    self._start_run(run, scene, pool, stop)
+                    for run, scene in zip(runs, scenes, strict=True)
+                ]
+                outcomes = [
+                    self._record_outcome(run, future.result())
+                    for run, future in zip(runs, futures, strict=True)
+                ]
+            finally:
+                stop.set()
+        if any(outcome.status == "interrupted" for outcome in outcomes):
+            raise KeyboardInterrupt
+        self.count += len(scenes)
+        figures = np.full((len(scenes), len(self.figures)), np.nan)
+        for row, outcome in zip(figures, outcomes, strict=True):
+            if outcome.found is not None:
+                row[:] = [float(outcome.found[figure.name]) for figure in self.figures]
+            else:
+                self.failed += 1
+                self.message = self.message or outcome.message
+        self.progress(self.count)
+        return figures, np.array([outcome.found is not None for outcome in outcomes])
+
+    def _start_run(
+        self, run: int, scene: Scene, pool: ThreadPoolExecutor, stop: Event
+    ) -> Future[RunOutcome]:
+        """A run that is in the journal, or is being made."""
+        if self._journal is None or run not in self._journal:
+            return pool.submit(outcome_of, self._shared.compile_task(scene), self._figures, stop)
+        future: Future[RunOutcome] = Future()
+        future.set_result(RunOutcome(COMPLETE, found=self._journal.read(run).found))
+        return future
+
+    def _record_outcome(self, run: int, outcome: RunOutcome) -> RunOutcome:
+        """The outcome of a run, which is in the journal if it is complete."""
+        journal = self._journal
+        if journal is not None and run not in journal and outcome.found is not None:
+            with delay_interrupts():
+                journal.add(run, StoredRun(outcome.found, {}, ""))
+        return outcome
+
+    def _figures(self, run: xr.Dataset) -> xr.Dataset:
+        results = RunResults(run)
+        return xr.Dataset({figure.name: figure.evaluate(results) for figure in self.figures})
+
+
+ALL_STAGES = "all"  # stages together
+DEFAULT_SEEDS = 50  # where the study says none
+Progress = Callable[[str, int, int], None]
+"""Called with the sea, the number of runs until now, and the seas that are done."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a study of limits asks: a ``scene``, the seas, the ``figures`` and their ``limits``,
+    which of these are the ``least`` that a figure may be; the ``settings`` that its result is made
+    with."""
+
+    path: Path
+    scene: Scene
+    data: StudyFile
+    wanted: Operability
+    figures: tuple[RequestedStatistic, ...]
+    limits: tuple[float, ...]
+    least: tuple[bool, ...]
+    units: dict[str, str]
+    inputs: tuple[Path, ...]
+    settings: str
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds, 1 to 50 if the study says none."""
+        return self.data.seeds or tuple(range(1, DEFAULT_SEEDS + 1))
+
+    @property
+    def swells(self) -> list[Swell | None]:
+        """The swells, of which one is none."""
+        swells = [Swell(s.significant_height, s.peak_period, s.heading) for s in self.wanted.swells]
+        return [None, *swells]
+
+    @property
+    def headings(self) -> tuple[float, ...]:
+        """Headings [rad]: those of the study, or that of the case."""
+        return self.wanted.headings or (wind_sea(self.scene).heading,)
+
+    @property
+    def seas(self) -> int:
+        """How many seas there are."""
+        return sum(1 for _ in _seas(self))
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What must be the same for the search to go on, see `unfinished.identity`."""
+        heights = self.wanted.heights.values()
+        varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
+        asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
+        return identity([self.scene], SceneCache().open_sources, varied, asked)
+
+    def stages(self) -> dict[str, list[int]]:
+        """The numbers of the criteria of all stages together and of each."""
+        numbers = {ALL_STAGES: list(range(len(self.figures)))}
+        for k, figure in enumerate(self.figures):
+            if figure.phase is not None:
+                numbers.setdefault(figure.phase, []).append(k)
+        return numbers
+
+    def limits_hold(self, values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+        """Whether figures (n, nf) of runs hold their limits: not where a run failed; where a run
+        never came to a phase there is nothing to hold. A stage that never comes is later than any
+        limit."""
+        limits = np.array(self.limits)
+        late = np.array([figure.late_if_missing for figure in self.figures])
+        values = np.where(late & np.isnan(values), np.inf, values)
+        held = np.where(self.least, ~(values < limits), ~(values > limits))
+        return np.asarray(held & complete[:, None])
+
+
+def load_limits(path: Path) -> Limits:
+    """The study of limits in a YAML file; InputError says what is not valid, and which criteria are
+    on channels that the case has not."""
+    data = read_study(path)
+    if data.operability is None or not data.criteria:
+        lacks = "operability" if data.operability is None else "criteria"
+        raise InputError(
+            f"{path}: found no key {lacks}; expected criteria and seas, as in criteria: {{crawl:"
+            " {channel: position.barge.surge, statistic: change_absolute, limit: 1 m}} and"
+            " operability: {heights: {from: 0.5 m, to: 4 m, apart: 0.25 m}, peak_periods: [6 s, 8"
+            " s]}."
+        )
+    if data.parameters or data.studies:
+        raise InputError(f"{path}: found parameters and operability; expected a file for each.")
+    case = load_case(path.parent / data.case, fixed_settings(data))
+    scene = prepare_scene(case)
+    wind_sea(scene)
+    figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
+    with locating_in(path):
+        units = check_figures(path, [scene], figures)
+        check_units(path, data.bounds(), units)
+    limits = tuple(each.limit.value for each in data.criteria.values())
+    criteria = zip(data.criteria.values(), figures, strict=True)
+    least = tuple(criterion.is_lower_limit(figure) for criterion, figure in criteria)
+    named = [data.operability.scatter, data.operability.hindcast]
+    files = (path.parent / name for name in named if name is not None)
+    inputs = (path, *case.inputs(), *files)
+    made_with = settings_with(data, case)
+    wanted = data.operability
+    return Limits(path, scene, data, wanted, figures, limits, least, units, inputs, made_with)
+
+
+def limits_of(
+    study: Limits,
+    workers: int,
+    progress: Progress = lambda *_: None,
+    journal: Journal | None = None,
+) -> xr.Dataset:
+    """Limiting heights ``limit`` [m] by stage, swell, heading and peak period, with their intervals
+    and the criterion that governs; 0 where the smallest height fails, and the largest
+    height, its interval without an upper end, where that holds. A ``journal`` keeps the runs."""
+    about = spectral(study.scene, study.figures, bool(study.wanted.swells))
+    is_spectral = isinstance(about, Spectral)
+    if not is_spectral:
+        allowed_failures(len(study.seeds), study.wanted.probability)
+    trials = Trials(study.figures, workers, journal=journal)
+    table = _LimitTable(study)
+    for done, (at, sea) in enumerate(_seas(study)):
+        progress(_sea_name(sea), trials.count, done)
+        if isinstance(about, Spectral):
+            table.add_spectral(at, sea, about)
+        else:
+            table.add_searched(at, sea, trials)
+    dataset = table.dataset()
+    if study.wanted.headings:
+        dataset = add_mirrored_limits(dataset, study.scene, study.figures, study.swells)
+    dataset.attrs.update(study.scene.source)
+    dataset.attrs |= {"program": f"hydrosim {program_version()}", "versions": versions()}
+    dataset.attrs["method"] = "by response spectra" if is_spectral else f"by runs: {about}"
+    dataset.attrs["runs"] = trials.count
+    dataset.attrs["runs_of_all"] = (
+        0 if is_spectral else study.seas * len(table.heights) * len(study.seeds)
+    )
+    if trials.failed:
+        dataset.attrs["failed"] = (
+            f"{trials.failed} runs failed and count as not held; the first: {trials.message}"
+        )
+    return dataset
+
+
+def _seas(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
+    for i, swell in enumerate(study.swells):
+        for j, heading in enumerate(study.headings):
+            for k, period in enumerate(study.wanted.peak_periods):
+                yield (i, j, k), Sea(period, heading, swell)
+
+
+def _sea_name(sea: Sea) -> str:
+    swell = f", swell {sea.swell.significant_height:g} m" if sea.swell else ""
+    return f"Tp {sea.peak_period:g} s, heading {np.degrees(sea.heading):g} deg{swell}"
+
+
+@dataclass
+class _LimitTable:
+    """Limits as they are found."""
+
+    study: Limits
+    values: dict[str, np.ndarray] = field(init=False)
+
+    def __post_init__(self) -> None:
+        study = self.study
+        self.heights = np.array(study.wanted.heights.values())
+        self.stages = study.stages()
+        shape = len(study.swells), len(study.headings), len(study.wanted.peak_periods)
+        size = (len(self.stages), *shape)
+        self.values = {name: np.full(size, np.nan) for name in ("limit", "low", "high")}
+        self.values |= {name: np.zeros(size, int) for name in ("inferred", "otherwise")}
+        self.values["governing"] = np.full(size, "", dtype=object)
+        self.values["runs"] = np.zeros(shape, int)
+
+    def add_spectral(self, at: tuple[int, ...], sea: Sea, about: Spectral) -> None:
+        study = self.study
+        each = [
+            about.limit(sea, figure, limit, study.wanted.probability)
+            for figure, limit in zip(study.figures, study.limits, strict=True)
+        ]
+        for s, criteria in enumerate(self.stages.values()):
+            least = min(criteria, key=lambda k: each[k])
+            for name, value in self._limit_among_heights(each[least]).items():
+                self.values[name][(s, *at)] = value
+            reached = each[least] <= self.heights[-1]
+            self.values["governing"][(s, *at)] = study.figures[least].name if reached else ""
+
+    def _limit_among_heights(self, limit: float) -> dict[str, float]:
+        """A limit among the heights; outside them as a search has it."""
+        lowest, highest = map(float, self.heights[[0, -1]])
+        if limit < lowest:
+            return {"limit": 0.0, "low": 0.0, "high": lowest}
+        if limit > highest:
+            return {"limit": highest, "low": highest, "high": inf}
+        return dict.fromkeys(("limit", "low", "high"), limit)
+
+    def add_searched(self, at: tuple[int, ...], sea: Sea, trials: Trials) -> None:
+        study = self.study
+        before = trials.count
+
+        def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
+            scenes = [
+                in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s]) for h, s in runs
+            ]
+            return study.limits_hold(*trials.values(scenes))
+
+        search = LimitSearch(len(self.heights), len(study.seeds), outcomes)
+        for s, criteria in enumerate(self.stages.values()):
+            height_limit = search.find_limit(criteria, study.wanted.probability)
+            place = (s, *at)
+            self.values["limit"][place] = self._height(height_limit.limit)
+            self.values["low"][place] = self._height(height_limit.low)
+            self.values["high"][place] = self._height(height_limit.high)
+            self.values["inferred"][place] = height_limit.inferred
+            self.values["otherwise"][place] = height_limit.otherwise
+            self.values["governing"][place] = self._governing(search, criteria, height_limit.limit)
+        self.values["runs"][at] = trials.count - before
+
+    def _height(self, number: int) -> float:
+        if number < 0:
+            return 0.0
+        return float(self.heights[number]) if number < len(self.heights) else inf
+
+    def _governing(self, search: LimitSearch, criteria: list[int], limit: int) -> str:
+        """Which criterion fails most at the first height beyond the limit that was run."""
+        for height in range(limit + 1, len(self.heights)):
+            failing = search.failures(criteria, height)
+            if failing.size and failing.any():
+                return self.study.figures[criteria[int(failing.argmax())]].name
+        return ""
+
+    def dataset(self) -> xr.Dataset:
+        study = self.study
+        dims = ("stage", "swell", "heading", "peak_period")
+        descriptions = {
+            "limit": ("limiting significant height: 0 below, the last above those looked at", "m"),
+            "low": (f"its lower end with {CONFIDENCE:.0%}", "m"),
+            "high": (f"its upper end with {CONFIDENCE:.0%}, infinite if above all", "m"),
+            "inferred": ("seeds at the limit that were inferred, then run", "1"),
+            "otherwise": ("of these, seeds that then failed", "1"),
+            "runs": ("runs", "1"),
+            "governing": ("the criterion that fails first", ""),
+        }
+        variables = {
+            name: (
+                dims if values.ndim == len(dims) else dims[1:],
+                _as_text(values),
+                _attributes(*descriptions[name]),
+            )
+            for name, values in self.values.items()
+        }
+        swells = [
+            "none"
+            if s is None
+            else f"{s.significant_height:g} m, {s.peak_period:g} s, {np.degrees(s.heading):g} deg"
+            for s in study.swells
+        ]
+        coordinates = {
+            "stage": [*self.stages],
+            "swell": swells,
+            "heading": (
+                "heading",
+                np.array(study.headings),
+                _attributes("where waves go to", "rad"),
+            ),
+            "peak_period": (
+                "peak_period",
+                np.array(study.wanted.peak_periods),
+                _attributes("peak period", "s"),
+            ),
+        }
+        attributes = {
+            "title": study.scene.title,
+            "probability": study.wanted.probability,
+            "confidence": CONFIDENCE,
+            "seeds": len(study.seeds),
+            "criteria": "\n".join(_criteria(study)),
+            "lowest": float(self.heights[0]),
+            "highest": float(self.heights[-1]),
+            "apart": study.wanted.heights.apart,
+        }
+        return xr.Dataset(variables, coordinates, attributes)
+
+
+def _criteria(study: Limits) -> Iterator[str]:
+    units = units_of(study.scene.source)
+    each = zip(study.figures, study.limits, study.least, strict=True)
+    for figure, limit, least in each:
+        side = "at least" if least else "at most"
+        asked = text_of(Value(limit, study.units.get(figure.name, "")), units)
+        yield f"{figure.name}: {figure} {side} {asked}"
+
+
+def _as_text(values: np.ndarray) -> np.ndarray:
+    return values.astype(str) if values.dtype == object else values
+
+
+def _attributes(what: str, unit: str) -> dict[str, str]:
+    return {"long_name": what, **({"units": unit} if unit else {})}

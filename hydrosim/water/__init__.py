@@ -1,0 +1,1 @@
+"""Waves: spectra, components, transfer functions, and first- and second-order loads in time."""
