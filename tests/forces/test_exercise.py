@@ -16,17 +16,17 @@ import hydrosim
 
 HERE = Path(__file__).parent
 DOCS = HERE.parents[1] / "docs" / "extending.md"
-NEW = "forces/rope.py"
+NEW = "elements/rope.py"
 LINES = {  # of files that are there: before which line stands what
     "elements/__init__.py": {
         "    spring,\n    stream_load,": "    rope,\n",
         "    guides: Any": "    ropes: Any\n",
         "    tanks.TANK_FLOW_KIND": "    rope.ROPE_KIND,\n",
-        "    if e.guides.pins.size > 0:\n        guide.add_force": (
+        "    if e.guides.pins.size > 0:\n        landing.add_force": (
             "    if e.ropes.lines.size > 0:\n"
             "        rope.add_force(t, y, modes, motion, bodies, e.ropes, wrench, rate, dy)\n"
         ),
-        "    if e.guides.pins.size > 0:\n        guide.add_energy": (
+        "    if e.guides.pins.size > 0:\n        landing.add_energy": (
             "    if e.ropes.lines.size > 0:\n"
             "        rope.add_energy(t, y, modes, motion, bodies, e.ropes, stored)\n"
         ),

@@ -44,8 +44,8 @@ def named(source: str) -> Iterator[str]:
             yield name
 
 
-def test_few_files_outside_forces_name_a_kind() -> None:
-    outside = (path for path in PACKAGE.rglob("*.py") if PACKAGE / "forces" not in path.parents)
+def test_few_files_outside_elements_name_a_kind() -> None:
+    outside = (path for path in PACKAGE.rglob("*.py") if PACKAGE / "elements" not in path.parents)
     naming = {
         path.relative_to(PACKAGE).as_posix() for path in outside if [*named(path.read_text())]
     }

@@ -311,8 +311,8 @@ def test_an_edit_recompiles_few_kernels_of_the_base_case(
     figure: Callable[[str, float], None],
 ) -> None:
     """Every function of a folder or file is edited at once."""
-    unused = ("decay", "forces.damping.quadratic_damping", "tanks")
-    folders = (*unused, "waves.loads", "forces.linear_mooring", "stepping")
+    unused = ("elements.roll_decay", "elements.viscous_roll", "tanks")
+    folders = (*unused, "water.loads", "elements.linear_mooring", "integrate")
     case = str(ROOT / "cases" / "reverse_float_over" / "base.yaml")
     told = printed(EDITED_FOLDERS, case, *folders, PYTHONPATH=str(ROOT)).splitlines()
     (used,), *lines = map(str.split, told)
@@ -321,7 +321,7 @@ def test_an_edit_recompiles_few_kernels_of_the_base_case(
     for folder, names in recompiled.items():
         figure(f"kernels of {used} recompiled, {folder}", float(len(names)))
     assert not any(recompiled[folder] for folder in unused)
-    assert recompiled["waves.loads"] == ["rhs", "wave_loads", "write_record"]
-    assert "rhs" in recompiled["forces.linear_mooring"]
-    assert len(recompiled["forces.linear_mooring"]) <= 0.2 * int(used)
-    assert {"advance", "rhs", "take_step"} <= set(recompiled["stepping"])
+    assert recompiled["water.loads"] == ["rhs", "wave_loads", "write_record"]
+    assert "rhs" in recompiled["elements.linear_mooring"]
+    assert len(recompiled["elements.linear_mooring"]) <= 0.2 * int(used)
+    assert {"advance", "rhs", "take_step"} <= set(recompiled["integrate"])

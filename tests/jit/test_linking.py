@@ -152,7 +152,7 @@ def test_any_edit_of_a_source_of_kernels_changes_the_digest_of_checkpoints(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(kernels, "PACKAGE", tmp_path)
-    source, other = tmp_path / "stepping" / "dynamics.py", tmp_path / "cli.py"
+    source, other = tmp_path / "integrate" / "dynamics.py", tmp_path / "cli.py"
     source.parent.mkdir()
     source.write_text("a = 1\n")
     other.write_text("")

@@ -78,7 +78,7 @@ def test_a_joint_at_the_one_door_reaches_everything(tmp_path: Path) -> None:
     package = tmp_path / "hydrosim"
     own = Path(hydrosim.__file__).parent
     shutil.copytree(own, package, ignore=shutil.ignore_patterns("__pycache__"))
-    dynamics = package / "stepping" / "dynamics.py"
+    dynamics = package / "integrate" / "dynamics.py"
     text = dynamics.read_text()
     assert text.count(COUNT) == text.count(DOOR) == 1
     dynamics.write_text(text.replace(COUNT, COUNT.rstrip() + " + 1\n").replace(DOOR, DOOR + JOINT))
