@@ -20,6 +20,7 @@ from hydrosim.errors import InputError
 from hydrosim.forces import ELEMENT_KINDS, events, kinds_of, modes_of_kind, new_modes
 from hydrosim.forces.events import set_initial_modes
 from hydrosim.forces.kind import ModeRows, ResetsOnRestart, UnitKind
+from hydrosim.forces.mirroring import LATERAL
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.radiation import VelocityHistory
 from hydrosim.results.error_figures import ACCURACY
@@ -211,6 +212,8 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     if "memory_past" in run:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
     zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
+    if zero:  # also of bodies whose coordinates are those of a joint
+        zero |= {Coordinate(dof, body.name).name for body in scene.bodies for dof in LATERAL}
     problems = {
         "that run lacks": [
             name for name, of in names.items() if name not in stored and {*of} - zero

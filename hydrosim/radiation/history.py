@@ -66,7 +66,8 @@ def velocity_history(
     in steps of ``longest`` [s] at most. There is room for steps that are `LONGEST_REMEMBERED` times
     as long, and for blocks of ``block`` points that are felt for so many ``distances``."""
     ahead = ceil(LONGEST_REMEMBERED * longest / step) + 2 if dofs else 0
-    kept = points + ahead + (block if distances else 0)
+    parts = 2 * block if distances else 0  # of the newest and the oldest block, parts are felt
+    kept = points + ahead + parts
     later = ahead // block + 2 if distances else 0
     return VelocityHistory(
         step=step,
