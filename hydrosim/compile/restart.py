@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim import radiation
+from hydrosim.dofs import LATERAL
 from hydrosim.elements import ELEMENT_KINDS, events, kinds_of, modes_of_kind, new_modes
 from hydrosim.elements.events import set_initial_modes
 from hydrosim.elements.kind import ModeRows, ResetsOnRestart, UnitKind
@@ -210,6 +211,8 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     if "memory_past" in run:
         stored += [f"memory of {name}" for name in run.memory_dof.values]
     zero = {*str(run.attrs.get("zero_by_symmetry", "")).splitlines()}
+    if zero:  # also of bodies whose coordinates are those of a joint
+        zero |= {Coordinate(dof, body.name).name for body in scene.bodies for dof in LATERAL}
     problems = {
         "that run lacks": [
             name for name, of in names.items() if name not in stored and {*of} - zero

@@ -13,17 +13,28 @@ So the integral consists of sums of b_k times Y, X and v at points of the grid. 
 same for all times within an interval, and are computed once, for steps of any length. From the
 newest node to t the velocity is a parabola that ends in the velocity at t, which may belong to a
 stage that is not accepted. The error is of order 4 in the steps.
+
+The sums over a long past are partitioned (Stockham 1966; Gardner 1995). Blocks of the grid that are
+complete are transformed once. What they add to a whole block of later points is one inverse
+transform of products with the transformed b. The newest points are summed directly.
 """
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, log2, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.radiation.dots import dot
+from hydrosim.radiation.fourier import (
+    add_products,
+    bit_reversed,
+    roots_of_unity,
+    transform,
+    untransform,
+)
 from hydrosim.radiation.history import (
     ACCELERATION,
     AFTER,
@@ -40,11 +51,17 @@ from hydrosim.radiation.history import (
 )
 from hydrosim.radiation.state_space import coupled_groups
 
+BLOCK_PER_ROOT = 4.0
+"""Square of a block's points, over the lags of the table."""
+FEWEST_BLOCKS = 4
+"""Blocks in the table of K from which on they are worth their transforms."""
+
 
 class ConvolutionKernel(NamedTuple):
     """Retardation functions on a uniform grid of lags, with the non-zero entries only.
 
     ``K[k, e]`` is the force on DOF ``row[e]`` per velocity of DOF ``column[e]`` at lag k * step.
+    ``spectrum[d]`` takes a block of points to the block d + 1 later. A short table has none.
     """
 
     step: float  # H [s]
@@ -52,6 +69,9 @@ class ConvolutionKernel(NamedTuple):
     bend: np.ndarray  # (entries, lags), b_k
     row: np.ndarray  # (entries,) int64
     column: np.ndarray  # (entries,) int64
+    dofs: np.ndarray  # int64, all rows and columns
+    spectrum: np.ndarray  # (distances, entries, 2 block) complex, in the order of `transform`
+    turns: np.ndarray  # (block,) complex, see `roots_of_unity`
 
 
 def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel:
@@ -66,20 +86,48 @@ def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel
     column, row = np.nonzero(kept.T)
     K = np.ascontiguousarray(retardation[:, row, column], dtype=np.float64)
     slopes = np.diff(K, axis=0, prepend=K[:1], append=K[-1:]) / step
+    bend = np.ascontiguousarray(np.diff(slopes, axis=0).T)
+    block = _block_size(len(K))
     return ConvolutionKernel(
         step=float(step),
         K=K,
-        bend=np.ascontiguousarray(np.diff(slopes, axis=0).T),
+        bend=bend,
         row=row.astype(np.int64),
         column=column.astype(np.int64),
+        dofs=np.unique(column).astype(np.int64),
+        spectrum=_transform_bends(bend, block),
+        turns=roots_of_unity(block),
     )
+
+
+def _block_size(lags: int) -> int:
+    """Points of a block, a power of two: about as much work for blocks as for single points."""
+    return 2 ** round(log2(sqrt(BLOCK_PER_ROOT * lags)))
+
+
+def _transform_bends(bend: np.ndarray, block: int) -> np.ndarray:
+    """Transforms (distances, entries, 2 block) of ``bend`` (entries, lags): from each block of
+    points to those that are one, two, ... blocks later. None for a short table."""
+    entries, lags = bend.shape
+    distances = (lags + block - 2) // block if lags >= FEWEST_BLOCKS * block else 0
+    spectrum = np.zeros((distances, entries, 2 * block), dtype=np.complex128)
+    padded = np.pad(bend, ((0, 0), (0, (distances + 1) * block)))
+    for d in range(distances):
+        ahead = padded[:, (d + 1) * block : (d + 2) * block]
+        behind = padded[:, d * block + 1 : (d + 1) * block]
+        around = np.hstack([ahead, np.zeros((entries, 1)), behind])
+        spectrum[d] = np.fft.fft(around)[:, bit_reversed(2 * block)]
+    return spectrum
 
 
 def history_for(kernel: ConvolutionKernel, dofs: int, longest: float) -> VelocityHistory:
     """An empty history of ``dofs`` velocities for steps of ``longest`` [s] at most. It has no room
     if the kernel is empty."""
-    entries, points = kernel.row.size, len(kernel.K) + 1
-    return velocity_history(dofs if entries else 0, kernel.step, points, longest, entries)
+    points = len(kernel.K) + 1
+    distances, block = len(kernel.spectrum), kernel.turns.size
+    return velocity_history(
+        dofs if kernel.row.size else 0, kernel.step, points, longest, distances, block
+    )
 
 
 @root
@@ -170,21 +218,22 @@ def _add_grid(upper, known, part, history, p, force):
     low = sums[_sums(upper - 1, known, history, p)]
     y0, x0, v0, y1, x1, v1 = quintic(part, p.step)
     d0, e0, f0, d1, e1, f1 = quintic_slope(part, p.step)
+    for i in p.dofs:
+        total = y1 * high[TWICE, i] + x1 * high[ONCE, i] + v1 * high[BEFORE, i]
+        total += y0 * low[TWICE, i] + x0 * low[ONCE, i] + v0 * low[AFTER, i]
+        force[i] -= total
     grid, newest = history.grid, history.place[0] + history.place[1] - known
     end = history.place[0] + history.place[1] - (upper - last)
     for e in range(p.row.size):
         j = p.column[e]
-        total = y1 * high[TWICE, e] + x1 * high[ONCE, e] + v1 * high[BEFORE, e]
-        total += y0 * low[TWICE, e] + x0 * low[ONCE, e] + v0 * low[AFTER, e]
         if near > 0:  # this one is in the lower sums, and not in the interval
             Y, X, V = grid[TWICE, j, newest], grid[ONCE, j, newest], grid[AFTER, j, newest]
-            total -= p.bend[e, near] * (y0 * Y + x0 * X + v0 * V)
+            force[p.row[e]] += p.bend[e, near] * (y0 * Y + x0 * X + v0 * V)
         if p.K[last, e] != 0.0:
             Y1, X1, V1 = grid[TWICE, j, end], grid[ONCE, j, end], grid[BEFORE, j, end]
             Y0, X0, V0 = grid[TWICE, j, end + 1], grid[ONCE, j, end + 1], grid[AFTER, j, end + 1]
             X = d0 * Y0 + e0 * X0 + f0 * V0 + d1 * Y1 + e1 * X1 + f1 * V1
-            total -= p.K[last, e] * X
-        force[p.row[e]] -= total
+            force[p.row[e]] += p.K[last, e] * X
 
 
 @kernel
@@ -197,13 +246,75 @@ def _sums(point, known, history, p):
     if memo.key[place, 0] == point and memo.key[place, 1] == known:
         return place
     memo.key[place, 0], memo.key[place, 1] = point, known
+    sums = memo.sums[place]
     k = point - known
     first = history.place[0] + history.place[1] - known
     count = p.bend.shape[1] - k
+    if p.spectrum.shape[0] == 0:
+        for i in p.dofs:
+            for m in range(4):
+                sums[m, i] = 0.0
+    else:
+        block = p.turns.size
+        complete = (known + 1) // block - 1
+        count = min(count, known + 1 - (complete + 1) * block)
+        later = memo.later[_sums_of_blocks(point // block, complete, history, p)]
+        for i in p.dofs:
+            for m in range(4):
+                sums[m, i] = later[m, i, point % block]
     for e in range(p.row.size):
-        b = p.bend[e, k:]
+        b = p.bend[e, k : k + count]
         for m in range(4):
-            memo.sums[place, m, e] = dot(b, history.grid[m, p.column[e], first : first + count])
+            sums[m, p.row[e]] += dot(b, history.grid[m, p.column[e], first : first + count])
+    return place
+
+
+@kernel
+def _sums_of_blocks(block, complete, history, p):
+    """Index in the memo of the same sums for all points of a ``block``, over the points of blocks
+    up to ``complete``."""
+    memo, distances = history.memo, p.spectrum.shape[0]
+    place = block % memo.later.shape[0]
+    if memo.later_key[place, 0] == block and memo.later_key[place, 1] == complete:
+        return place
+    memo.later_key[place, 0], memo.later_key[place, 1] = block, complete
+    total = memo.total
+    total[:] = 0.0
+    for distance in range(block - complete, distances + 1):
+        past = memo.blocks[_transformed_block(block - distance, history, p)]
+        for e in range(p.row.size):
+            for pair in range(2):
+                add_products(
+                    p.spectrum[distance - 1, e], past[pair, p.column[e]], total[pair, p.row[e]]
+                )
+    for i in p.dofs:
+        for pair in range(2):
+            untransform(total[pair, i], p.turns)
+            for n in range(p.turns.size):
+                memo.later[place, 2 * pair, i, n] = total[pair, i, n].real
+                memo.later[place, 2 * pair + 1, i, n] = total[pair, i, n].imag
+    return place
+
+
+@kernel
+def _transformed_block(block, history, p):
+    """Index in the memo of the transforms of a ``block`` of the grid: Y + i X, and v before
+    + i v after a jump."""
+    memo, size = history.memo, p.turns.size
+    place = block % memo.number.size
+    if memo.number[place] == block:
+        return place
+    memo.number[place] = block
+    first = history.place[0] + history.place[1] - block * size
+    for j in p.dofs:
+        for pair in range(2):
+            values = memo.blocks[place, pair, j]
+            values[:] = 0.0
+            for n in range(size):
+                values[n] = complex(
+                    history.grid[2 * pair, j, first - n], history.grid[2 * pair + 1, j, first - n]
+                )
+            transform(values, p.turns)
     return place
 
 

@@ -23,6 +23,8 @@ TWICE, ONCE, BEFORE, AFTER = range(4)
 """Rows of the grid: Y, X, and v before and after a jump."""
 LONGEST_REMEMBERED = 1.5
 """Longest step that a history has room for, over the step of its run."""
+NOTHING = -(2**62)
+"""No point and no block has this number."""
 VELOCITY, ACCELERATION = 2, 3  # rows of a node, after Y and X
 NOW, THEN = range(2)  # the newest node, and the newest node at an earlier time
 
@@ -48,18 +50,25 @@ class Memo(NamedTuple):
     """Sums over the grid that were computed last, see `convolution`. They only save time."""
 
     key: np.ndarray  # (places, 2) int64: the point, and the newest point known then
-    sums: np.ndarray  # (places, 4, entries)
+    sums: np.ndarray  # (places, 4, dofs)
+    later_key: np.ndarray  # (places, 2) int64: the block, and the newest complete block then
+    later: np.ndarray  # (places, 4, dofs, block): sums for all points of a block
+    number: np.ndarray  # (distances,) int64: the blocks in `blocks`
+    blocks: np.ndarray  # (distances, 2, dofs, 2 block) complex: transforms of blocks of the grid
+    total: np.ndarray  # (2, dofs, 2 block) complex, scratch
     motion: np.ndarray  # (2, dofs), scratch
 
 
 def velocity_history(
-    dofs: int, step: float, points: int, longest: float, entries: int
+    dofs: int, step: float, points: int, longest: float, distances: int = 0, block: int = 1
 ) -> VelocityHistory:
     """An empty history of ``dofs`` velocities: ``points`` of a grid, one ``step`` [s] apart, filled
-    in steps of ``longest`` [s] at most, for sums over ``entries`` entries. There is room for steps
-    that are `LONGEST_REMEMBERED` times as long."""
+    in steps of ``longest`` [s] at most. There is room for steps that are `LONGEST_REMEMBERED` times
+    as long, and for blocks of ``block`` points that are felt for so many ``distances``."""
     ahead = ceil(LONGEST_REMEMBERED * longest / step) + 2 if dofs else 0
-    kept = points + ahead
+    parts = 2 * block if distances else 0  # of the newest and the oldest block, parts are felt
+    kept = points + ahead + parts
+    later = ahead // block + 2 if distances else 0
     return VelocityHistory(
         step=step,
         begin=np.zeros(1),
@@ -68,9 +77,14 @@ def velocity_history(
         time=np.full(2, np.inf),
         node=np.zeros((2, 4, dofs)),
         memo=Memo(
-            np.full((ahead, 2), -1, dtype=np.int64),
-            np.zeros((ahead, 4, entries)),
-            np.zeros((2, dofs)),
+            key=np.full((ahead, 2), NOTHING),
+            sums=np.zeros((ahead, 4, dofs)),
+            later_key=np.full((later, 2), NOTHING),
+            later=np.zeros((later, 4, dofs, block)),
+            number=np.full(distances, NOTHING),
+            blocks=np.zeros((distances, 2, dofs, 2 * block), dtype=np.complex128),
+            total=np.zeros((2, dofs, 2 * block), dtype=np.complex128),
+            motion=np.zeros((2, dofs)),
         ),
     )
 
@@ -100,7 +114,7 @@ def push(history, t, v, a):
         for i in range(v.size):
             if after[i, place[0]] != v[i]:
                 after[i, place[0]] = v[i]
-                forget(history)
+                forget(place[1], history)
 
 
 @kernel
@@ -168,15 +182,24 @@ def count_anew(history):
         for node in range(2):
             history.node[node, TWICE, i] -= Y + X * (history.time[node] - now)
             history.node[node, ONCE, i] -= X
-    forget(history)
+    forget(NOTHING + 1, history)
 
 
 @kernel
-def forget(history):
-    """Discard the computed sums, which belong to another past."""
-    key = history.memo.key
-    for place in range(key.shape[0]):
-        key[place, 0] = -1
+def forget(first, history):
+    """Discard the computed sums and transforms that hold points of the grid from the ``first`` on:
+    they belong to another past."""
+    memo = history.memo
+    block = first // memo.later.shape[3]
+    for place in range(memo.key.shape[0]):
+        if memo.key[place, 1] >= first:
+            memo.key[place, 0] = NOTHING
+    for place in range(memo.later_key.shape[0]):
+        if memo.later_key[place, 1] >= block:
+            memo.later_key[place, 0] = NOTHING
+    for place in range(memo.number.size):
+        if memo.number[place] >= block:
+            memo.number[place] = NOTHING
 
 
 @kernel
@@ -190,7 +213,7 @@ def drop(t, history):
     time[NOW], time[THEN] = time[THEN], np.inf
     for m in range(4):
         assign(node[NOW, m], node[THEN, m])
-    forget(history)
+    forget(place[1] + 1, history)
     return True
 
 

@@ -166,11 +166,14 @@ def _lifted(
 
 
 def _least_distance(G: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """The shortest x with G x >= h, by non-negative least squares (Lawson & Hanson 1974, 23.4)."""
+    """The shortest x with G x >= h, by non-negative least squares (Lawson & Hanson 1974, 23.4).
+    Rows of zeros, which no x changes, do not count."""
     from scipy.optimize import nnls  # slow to load, and not needed where fits are in the cache
 
     size = np.linalg.norm(G, axis=1)
-    G, h = G / size[:, None], h / size
+    if not np.any(size):
+        return np.zeros(G.shape[1])
+    G, h = G[size > 0.0] / size[size > 0.0, None], h[size > 0.0] / size[size > 0.0]
     scale = np.abs(h).max()
     dual = nnls(np.vstack([G.T, h / scale]), np.append(np.zeros(G.shape[1]), 1.0), maxiter=10000)[0]
     rest = np.append(G.T @ dual, h @ dual / scale - 1.0)

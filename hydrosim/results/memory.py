@@ -34,12 +34,16 @@ def encode_history(
     scene: Scene, model: Model, history: VelocityHistory
 ) -> tuple[dict[str, tuple[tuple[str, ...], np.ndarray]], dict[str, object]]:
     """Points of the grid, oldest first, and the node, with their dimensions and coordinates. Empty
-    without a convolution."""
+    without a convolution. Before the first point integrals are zero until they are counted anew;
+    then those points are kept too."""
     if not history.time[THEN] < np.inf:
         return {}, {}
     dofs, newest = np.unique(model.convolution.column), history.place[2]
     first = history.place[0] + history.place[1] - newest
-    points = np.arange(max(newest + 1 - (history.grid.shape[2] - first), 0), newest + 1)
+    oldest = newest + 1 - (history.grid.shape[2] - first)
+    if history.place[3] == 0:
+        oldest = max(oldest, 0)
+    points = np.arange(oldest, newest + 1)
     time = history.begin[0] + points * history.step
     coords: dict[str, object] = {
         "memory_row": ("memory_row", list(HISTORY_ROWS), {"long_name": "remembered quantity"}),

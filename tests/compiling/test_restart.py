@@ -131,14 +131,14 @@ def test_the_ledger_of_a_restart_is_its_own(whole: xr.Dataset) -> None:
 
 @pytest.mark.parametrize("method", few([Method.RK4, Method.RK2], 1))
 def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
-    """Its nodes, sums and the slopes at events are the same ones; within the length of its memory
-    and beyond it."""
+    """Its nodes, sums and the slopes at events are the same ones; within the length of its memory,
+    before and after its integrals are counted anew, and beyond it."""
     memory = ConvolutionRadiation(length=40.0)
     scene = with_body(in_contact(END), radiation=memory)
     scene = replace(scene, solver=Solver(method=method, step=0.1))
     whole = hs.simulate(replace(scene, output_states=True))
     assert whole.solver_events >= 20
-    for time in (20.0, BREAK):
+    for time in (20.0, 30.0, BREAK):
         start = replace(scene, duration=time, initial=None)
         before = hs.simulate(start)
         after = replace(scene, duration=END - time, initial=Start(before))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,8 +12,15 @@ from closed_forms import kernel
 from markers import few
 from numpy.polynomial.legendre import leggauss
 
-from hydrosim.radiation import ConvolutionKernel, VelocityHistory, convolution_model, history_for
+from hydrosim.radiation import (
+    ConvolutionKernel,
+    VelocityHistory,
+    convolution,
+    convolution_model,
+    history_for,
+)
 from hydrosim.radiation.convolution import radiation_memory
+from hydrosim.radiation.fourier import bit_reversed, roots_of_unity, transform, untransform
 from hydrosim.radiation.history import count_anew, drop, push
 
 SIZES = np.array([[2.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 0.0]])  # of K between three DOFs
@@ -269,3 +277,45 @@ def test_without_radiation_nothing_is_kept_and_there_is_no_force():
     history = history_for(model, 3, 1.0)
     assert history.grid.size == 0
     assert np.array_equal(convolved(3.0, history, model), np.zeros(3))
+
+
+def test_blocks_add_what_their_points_add(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps of a tenth of an interval to two blocks at once, a jump, nodes that are taken away, and
+    integrals counted anew: sums by blocks and by points alone agree to rounding."""
+    blocks = table(0.1, 50.0)
+    assert len(blocks.spectrum) >= convolution.FEWEST_BLOCKS
+    monkeypatch.setattr(convolution, "FEWEST_BLOCKS", math.inf)
+    points = table(0.1, 50.0)
+    assert not len(points.spectrum)
+    block = blocks.turns.size
+    rng = np.random.default_rng(4)
+    lengths = np.concatenate(
+        [np.full(700, 0.1), 0.3 * rng.random(400), [9.0, 4.0], np.full(90, 0.7)]
+    )
+    assert lengths.max() > 2 * 0.1 * block
+    histories = [history_for(model, 3, 9.0) for model in (blocks, points)]
+    largest = 0.0
+    for n, t in enumerate(np.cumsum(lengths)):
+        for history in histories:
+            push(history, t, velocity(t), acceleration(t))
+            if n % 97 == 0:
+                push(history, t, velocity(t) + 0.5, acceleration(t))
+            if n % 101 == 0:
+                drop(t, history)
+            count_anew(history)
+        for ahead in (0.04, 0.1, 7.0):
+            pair = zip(histories, (blocks, points), strict=True)
+            one, other = (convolved(t + ahead, history, model) for history, model in pair)
+            largest = max(largest, np.abs(other).max())
+            assert one == pytest.approx(other, abs=1e-12 * largest)
+    assert histories[0].place[3] > 0
+
+
+def test_a_block_is_transformed_as_numpy_does() -> None:
+    values = np.random.default_rng(5).random((2, 64)).T @ [1.0, 1j]
+    turns = roots_of_unity(32)
+    changed = values.copy()
+    transform.py_func(changed, turns)
+    assert changed == pytest.approx(np.fft.fft(values)[bit_reversed(64)], abs=1e-13)
+    untransform.py_func(changed, turns)
+    assert changed == pytest.approx(values, abs=1e-15)

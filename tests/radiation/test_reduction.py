@@ -106,6 +106,14 @@ def test_what_does_not_become_better_stays(
     assert reduced(hull.full, hull.memory, hull.band, hull.floating) is hull.full
 
 
+def test_bodies_that_hardly_feel_their_memory_get_a_passive_model(hull: Hull) -> None:
+    """A mass of 1e15 kg leaves a model that cannot be lifted everywhere: it is not taken."""
+    heavy = hull.floating._replace(inertia=np.diag(np.full(len(hull.floating.inertia), 1e15)))
+    model = reduced(hull.full, hull.memory, hull.band, heavy)
+    assert model.report.passive
+    assert model.report.holds
+
+
 def test_the_gramian_of_a_weight_is_its_integral() -> None:
     """Of the weight of a filter, where that is an equation."""
     filtered = Emphasis(0.7, 4.0)
