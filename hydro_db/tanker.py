@@ -13,7 +13,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from hydrosim.documents.mesh_keys import MeshKeys
+from hydrosim.files.quantities import MeshKeys
 from numpy.typing import ArrayLike
 
 from hydrosim.database.build import mesh

@@ -73,7 +73,7 @@ def test_a_damaged_kernel_of_a_wheel_is_compiled_with_a_warning(
     installed: Path, tmp_path: Path
 ) -> None:
     damaged = copytree(installed, tmp_path / "damaged")
-    (file,) = damaged.glob("hydrosim/jit/shipped/hydrosim.stepping.dynamics.rhs-*.nbc")
+    (file,) = damaged.glob("hydrosim/jit/shipped/hydrosim.integrate.dynamics.rhs-*.nbc")
     content = bytearray(file.read_bytes())
     content[len(content) // 2] ^= 1
     file.write_bytes(content)
