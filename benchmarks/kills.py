@@ -24,7 +24,7 @@ import xarray as xr
 from benchmarks.report import ROOT, Answer, Row
 from benchmarks.scenes import base_case
 from hydrosim import simulate
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.files.outputs import Output
 from hydrosim.run.checkpoint import Checkpoint
 from hydrosim.scene import Solver

@@ -26,7 +26,7 @@ from numba import njit
 from scipy.interpolate import make_interp_spline
 
 from benchmarks.scenes import Several
-from hydrosim.elements.layout import RADIATION, WAVE_FIRST_ORDER
+from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER
 from hydrosim.integrate.dynamics import Model, find_mass, new_work
 from hydrosim.multibody import vectors
 from hydrosim.multibody.kinematics import place_bodies

@@ -31,16 +31,17 @@ from rich.console import Console
 
 from hydrosim.cli import db
 from hydrosim.cli.analysis import ballast, calibrate, converge, line, linear
-from hydrosim.cli.case import case, check, schema
-from hydrosim.cli.compare import compare
-from hydrosim.cli.export import export
-from hydrosim.cli.new import example, new
-from hydrosim.cli.options import tells_absent_variables
-from hydrosim.cli.report import plot, replay, report
+from hydrosim.cli.case import case, check, example, new, schema
+from hydrosim.cli.compare import compare, export
+from hydrosim.cli.results import explain, plot, replay, report, statistics
 from hydrosim.cli.run import run
-from hydrosim.cli.statistics import explain, statistics
 from hydrosim.cli.sweep import operability, sweep
-from hydrosim.cli.terminal import make_streams_last, print_lines, print_status
+from hydrosim.cli.terminal import (
+    make_streams_last,
+    print_lines,
+    print_status,
+    tells_absent_variables,
+)
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.document import printable
 from hydrosim.files.interrupts import install_signal_handlers

@@ -40,8 +40,7 @@ from hydrosim.run.error_estimate import estimate_error, repeat_until_accurate
 from hydrosim.run.functions import resume_functions
 from hydrosim.run.step_limits import add_step_warnings
 from hydrosim.scene import ForceElement, Scene
-from hydrosim.statistics.criteria import figure_asked
-from hydrosim.statistics.figures import figure_of
+from hydrosim.statistics.figures import figure_asked, figure_of
 
 if TYPE_CHECKING:
     from hydrosim.case.load import Case, Stage

@@ -16,7 +16,7 @@ import pytest
 import typer
 
 from hydrosim.__main__ import app, main
-from hydrosim.cli import progress
+from hydrosim.cli import terminal
 
 NEVER = 1e6
 """Time [s] after which no test runs any more."""
@@ -45,7 +45,7 @@ def command(
     """Runs the command with these first arguments and those it is called with. It says nothing of
     its progress, as that depends on the machine."""
 
-    monkeypatch.setattr(progress, "FIRST_LINE_S", NEVER)
+    monkeypatch.setattr(terminal, "FIRST_LINE_S", NEVER)
     monkeypatch.setattr("hydrosim.__main__.app", built_commands())
 
     def run(*arguments: object) -> Result:

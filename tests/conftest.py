@@ -18,7 +18,7 @@ from scenes import scene_of
 from stated_lines import WRITING, unlike
 
 import hydrosim as hs
-from hydrosim.cli.progress import announce_compiling
+from hydrosim.cli.terminal import announce_compiling
 from hydrosim.report.evidence import Feature, Kind, Line
 
 hypothesis.settings.register_profile(  # no test is about wall time

@@ -36,7 +36,7 @@ from hydrosim.compile.compiled import facts_of
 from hydrosim.compile.hydrostatics import cut_tanks
 from hydrosim.elements import without_friction
 from hydrosim.elements.hydrostatics import add_weight
-from hydrosim.elements.layout import HYDROSTATIC, WEIGHT, row_names
+from hydrosim.elements.kind import HYDROSTATIC, WEIGHT, row_names
 from hydrosim.errors import InputError
 from hydrosim.integrate.dynamics import new_work, update_contents
 from hydrosim.linear.equilibrium import WIDE, equilibrium, stiffness_of
@@ -46,10 +46,9 @@ from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.multibody.tree import NO_TREE
 from hydrosim.scene import FreeSurface
 from hydrosim.tanks.contents import Tanks, changing_tanks, flow_names, quantity, tank_names
-from hydrosim.tanks.loading import Loading, at_start, body_without, loaded_body
-from hydrosim.tanks.pieces import FIRST_MOMENT, FLUID_LEVEL, quantities_at
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces, section, triangles
-from hydrosim.tanks.timeline import integrate_tanks
+from hydrosim.tanks.surface import FIRST_MOMENT, FLUID_LEVEL, quantities_at
+from hydrosim.tanks.timeline import Loading, at_start, body_without, integrate_tanks, loaded_body
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled

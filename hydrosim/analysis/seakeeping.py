@@ -14,8 +14,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.analysis.held_contacts import contact_remarks
-from hydrosim.analysis.response import Responder, at_rest, respond, responder, rolling_remarks
+from hydrosim.analysis.response import (
+    Responder,
+    at_rest,
+    contact_remarks,
+    respond,
+    responder,
+    rolling_remarks,
+)
 from hydrosim.compile.compile import Radiation, compile_for_linear
 from hydrosim.compile.questions import describe_doubts
 from hydrosim.compile.questions.query import describe_start
@@ -28,8 +34,8 @@ from hydrosim.multibody.kinematics import are_lengths, own_coordinates
 from hydrosim.results.variables import units_of
 from hydrosim.scene import FreeSurface, Question
 from hydrosim.statistics.gaussian import find_excursions
-from hydrosim.tanks.loading import contents_at
 from hydrosim.tanks.shapes import heel_and_trim
+from hydrosim.tanks.timeline import contents_at
 from hydrosim.water.components import WaveComponents, sea
 from hydrosim.water.radiation.threads import one_thread
 from hydrosim.water.wind import REFERENCE_HEIGHT, gust_band, mean_wind, variance

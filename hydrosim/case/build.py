@@ -227,7 +227,7 @@ def _mass(
     if body.lightship is None:
         assert body.mass is not None
         return body.mass, body.centre_of_gravity or (0.0, 0.0, 0.0), _inertia(body, body.mass)
-    from hydrosim.tanks.loading import at_start, loaded_body  # slow to load
+    from hydrosim.tanks.timeline import at_start, loaded_body  # slow to load
 
     own = body.lightship
     found = loaded_body(own.mass, own.centre_of_gravity, _inertia(own, own.mass), at_start(tanks))

@@ -26,7 +26,7 @@ from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene.joint import arrange_joints
 
-# The output has forces of these names (`hydrosim.elements.layout`, which would load numba).
+# The output has forces of these names (`hydrosim.elements.kind`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")
 
 

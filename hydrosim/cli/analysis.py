@@ -8,27 +8,27 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from hydrosim.cli.options import (
+from hydrosim.cli.terminal import (
     CaseFile,
     From,
     Overwrite,
     Settings,
     To,
     Verbose,
+    announce_compiling,
     numbers,
     one_of,
     output_for,
+    print_lines,
+    progress,
+    progress_console,
     quantity,
     require_file,
-    seconds,
-)
-from hydrosim.cli.progress import (
-    announce_compiling,
-    progress,
     run_earlier_stages,
+    seconds,
+    show_document,
     simulate_with_progress,
 )
-from hydrosim.cli.terminal import print_lines, progress_console, show_document
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:

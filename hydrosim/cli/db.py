@@ -13,16 +13,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.options import (
+from hydrosim.cli.terminal import (
     GivenSettings,
     Overwrite,
     Settings,
     given_database,
     output_for,
+    print_lines,
+    print_resume_hint,
+    print_status,
+    progress,
     seconds,
+    show_document,
 )
-from hydrosim.cli.progress import print_resume_hint, progress
-from hydrosim.cli.terminal import print_lines, print_status, show_document
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output, settings_text
 
@@ -240,7 +243,7 @@ def build(
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Compute a database from a hull. After an interruption, the same command continues."""
-    from hydrosim.files.file_checks import no_file
+    from hydrosim.files.text import no_file
 
     if reason := no_file(recipe):
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")

@@ -7,10 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.options import CaseFile, Overwrite, Settings, Verbose, output_for, seconds
-from hydrosim.cli.progress import case_summary_line, run_earlier_stages, simulate_with_progress
-from hydrosim.cli.report import plot
-from hydrosim.cli.terminal import print_lines, print_status, show_document
+from hydrosim.cli.results import plot
+from hydrosim.cli.terminal import (
+    CaseFile,
+    Overwrite,
+    Settings,
+    Verbose,
+    case_summary_line,
+    output_for,
+    print_lines,
+    print_status,
+    run_earlier_stages,
+    seconds,
+    show_document,
+    simulate_with_progress,
+)
 from hydrosim.errors import InputError, SimulationError
 
 if TYPE_CHECKING:

@@ -13,10 +13,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.options import Overwrite, StudyFile, Verbose, Workers, output_for
-from hydrosim.cli.progress import announce_compiling, print_resume_hint, progress
-from hydrosim.cli.report import draw_runs, place_table, show_study
-from hydrosim.cli.terminal import print_lines, print_status, progress_console, show_document
+from hydrosim.cli.results import draw_runs, place_table, show_study
+from hydrosim.cli.terminal import (
+    Overwrite,
+    StudyFile,
+    Verbose,
+    Workers,
+    announce_compiling,
+    output_for,
+    print_lines,
+    print_resume_hint,
+    print_status,
+    progress,
+    progress_console,
+    show_document,
+)
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -167,7 +178,7 @@ def _with_progress(
     study: ParameterStudy, result: Output, workers: int | None, resume: bool, pool: Pool | None
 ) -> xr.Dataset:
     from hydrosim.study.many_runs import run_study
-    from hydrosim.study.unfinished import folder_of
+    from hydrosim.study.shared import folder_of
 
     pace = None if resume else _Pace()  # what is read again of a folder says nothing of it
     with progress("sweep", "runs") as report:
@@ -245,7 +256,7 @@ def operability(
     from hydrosim.report.sentences.limits import limits_tables
     from hydrosim.results.dataset import write_run
     from hydrosim.study.operability import limits_of, load_limits
-    from hydrosim.study.unfinished import locked_journal
+    from hydrosim.study.shared import locked_journal
     from hydrosim.study.weather import assess_weather, read_weather
 
     with announce_compiling(err):

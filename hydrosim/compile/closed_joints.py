@@ -13,7 +13,7 @@ from hydrosim.dofs import about_z
 from hydrosim.elements import driven_coordinates
 from hydrosim.elements.joint import locks
 from hydrosim.elements.joint.locks import CLOSED, NO_RATCHET
-from hydrosim.elements.layout import constraint_names
+from hydrosim.elements.kind import constraint_names
 from hydrosim.errors import InputError
 from hydrosim.integrate.constraint_projection import choose_rows
 from hydrosim.integrate.dynamics import Model, new_work

@@ -2,51 +2,286 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrosim.compile import symmetry
-from hydrosim.compile.automatic import with_method, with_tolerance
+from hydrosim import elements as forces
+from hydrosim.compile import families, symmetry
+from hydrosim.compile.clock import with_method, with_tolerance
 from hydrosim.compile.compiled import Compiled, facts_of
 from hydrosim.compile.drives import check_driven_start
 from hydrosim.compile.families import all_groups, members_of
-from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, in_states
-from hydrosim.compile.joints import with_dofs_of_joints
+from hydrosim.compile.hydrodynamic_groups import (
+    HydrodynamicGroup,
+    each_alone,
+    in_states,
+    moving,
+    resonance,
+)
+from hydrosim.compile.hydrostatics import hulls_of, liquids_of
+from hydrosim.compile.joints import bodies_of, with_dofs_of_joints
 from hydrosim.compile.line_drag import with_line_drag
-from hydrosim.compile.model import model_of
 from hydrosim.compile.questions import describe_doubts, query_messages
 from hydrosim.compile.questions.query import describe_start
-from hydrosim.compile.restart import memory_before, open_start, start_time
+from hydrosim.compile.restart import initial_headings, memory_before, open_start, start_time
+from hydrosim.compile.roll_mode import roll_mode
 from hydrosim.compile.scene_notes import notes_of_sea
 from hydrosim.compile.start import first_state, start_of, with_slow_places
+from hydrosim.compile.tanks import tanks_of, weights_of
 from hydrosim.compile.validate_scene import check_scene, check_start
-from hydrosim.dofs import DOFS
+from hydrosim.database.database import HydroDatabase, require_array
+from hydrosim.dofs import DOFS, about_z
 from hydrosim.elements import heights_of_wind, in_gusts
-from hydrosim.elements.kind import elements_of
+from hydrosim.elements.kind import (
+    BodyAtRest,
+    JoinedBodies,
+    Layout,
+    ResonanceTerms,
+    RollMode,
+    acting_joints,
+    carried_weights,
+    constraint_names,
+    elements_of,
+    row_names,
+)
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
 from hydrosim.files.yaml_nodes import source_context
+from hydrosim.integrate import draught_interpolation
+from hydrosim.integrate.dynamics import Model
+from hydrosim.multibody.heading import Headings, new_headings
+from hydrosim.multibody.kinematics import Bodies
+from hydrosim.multibody.mass import constant_inertia
+from hydrosim.results.memory import named_points, point_names
 from hydrosim.scene import Kinematics, Place, RadiationModel, Scene
 from hydrosim.scene.scene import arrangement
+from hydrosim.tanks.contents import Tanks, tank_names, triggered_pumps
+from hydrosim.water import radiation
 from hydrosim.water.body import WaveBody
 from hydrosim.water.build import wave_loads_model
 from hydrosim.water.components import WaveComponents, check_span, sea
-from hydrosim.water.displaced_loads import following_model
+from hydrosim.water.current import current_table, currents_on, draught_of
+from hydrosim.water.displaced_loads import (
+    STATES_PER_FOLLOWED_BODY,
+    following_model,
+    grid_step,
+    met_by_waves,
+    slow_bodies,
+    steps_per_block,
+)
 from hydrosim.water.loads import MISSED
 from hydrosim.water.radiation.state_space import TOLERANCE
 from hydrosim.water.radiation.threads import one_thread
-from hydrosim.water.wave_reference import grid_step, steps_per_block
-from hydrosim.water.wind import gust_table
+from hydrosim.water.wind import gust_table, mean_wind
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Facts
-    from hydrosim.database.database import HydroDatabase
     from hydrosim.elements.kind import KindConstants
     from hydrosim.scene import Solver, WaveForces
+    from hydrosim.water.radiation.state_space import StateSpace
+
+# Constants of the equation of motion, from a scene and its databases.
+
+SAME_STEP = 1e-9  # relative difference of table steps that is rounding
+
+
+def model_of(
+    scene: Scene, wet: Sequence[HydrodynamicGroup], known: KindConstants | None = None
+) -> Model:
+    """Model of a scene in calm water; its elements and tanks are compiled unless they are
+    ``known``.
+
+    Raises InputError if radiation or an element does not fit the scene.
+    """
+    bodies = bodies_of(scene)
+    alone = each_alone(wet)
+    free = moving(scene.bodies)
+    family = families.family_constants(scene, wet)
+    size = 6 * (len(scene.bodies) + family.owner.size)
+    each = list(families.family_members(wet, len(scene.bodies)))
+    groups = [fit for dofs, group in each for fit in _groups(group, dofs, free)]
+    states = radiation.state_space_model(groups)
+    radiating = 2 * bodies.active.size
+    own = radiating + states.decay.size
+    if known is None:
+        tanks = tanks_of(scene)
+        elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
+        known = forces.IndexedConstants(elements, tanks)
+    elif bodies.tree.moves.size or forces.driven_coordinates(known.elements).size:
+        # numbers of coordinates may differ
+        layout = _layout(scene, bodies, alone, known.tanks)
+        known = forces.renumber_coordinates(known, scene.forces, layout)
+    slow = own + forces.state_count(known, scene)
+    draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
+    energy = draught + draught_interpolation.DRAUGHT_STATES * family.body.size
+    parts = forces.assign_indices(known, scene, own, energy)
+    rows = row_names(scene)
+    impulse = energy + len(rows) + 1
+    blocks = [(group.dofs, group.added_mass) for group in wet]
+    added_mass = _assemble_blocks(6 * len(scene.bodies), blocks)
+    return Model(
+        bodies=bodies,
+        headings=_headings(scene, bodies, alone),
+        added_mass=added_mass,
+        inertia=constant_inertia(bodies, added_mass),
+        stiffness=_stiffness(scene, alone),
+        hulls=hulls_of(scene, bodies),
+        states=states,
+        convolution=_convolution(6 * len(scene.bodies), wet, free),
+        damping=radiation.constant_damping(
+            _assemble_blocks(size, [(dofs, group.damping) for dofs, group in each])
+        ),
+        waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
+        following=following_model((), ()),
+        family=family,
+        elements=parts.elements,
+        tanks=parts.tanks,
+        liquids=liquids_of(scene, bodies),
+        weights=weights_of(scene, alone, rows),
+        rows=len(rows),
+        radiation=radiating,
+        own=own,
+        slow=slow,
+        draught=draught,
+        energy=energy,
+        impulse=impulse,
+        size=impulse + (_impulses(len(rows), bodies, parts) if scene.output_impulses else 0),
+    )
+
+
+def _impulses(rows: int, bodies: Bodies, parts: KindConstants) -> int:
+    """Number of integrals of impulses: of forces, of their works, and of units."""
+    return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
+
+
+def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
+    """Heading axes of the bodies, and the current in these axes, at the start of the first run."""
+    current = currents_on(scene, wet)
+    stream = np.zeros((len(scene.bodies), 6))
+    for b, psi in enumerate(initial_headings(scene)):
+        stream[b, :3] = about_z(psi).T @ (*current[b], 0.0)
+    has_water = np.array([body.name in wet for body in scene.bodies])
+    return new_headings(bodies, has_water, current, stream.ravel())
+
+
+def _groups(wet: HydrodynamicGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
+    """State-space models of a database on its own ``dofs``, without DOFs that are zero by
+    symmetry."""
+    moving = [fit for fit in wet.fits if np.isin(wet.dofs[fit.dofs], free).any()]
+    return [replace(fit, dofs=dofs[fit.dofs]) for fit in moving]
+
+
+def _assemble_blocks(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Array (..., size, size) of blocks (..., m, m), each on its own DOFs (m,)."""
+    leading = next((block.shape[:-2] for _, block in blocks), ())
+    whole = np.zeros((*leading, size, size))
+    for dofs, block in blocks:
+        whole[..., dofs[:, None], dofs] = block
+    return whole
+
+
+def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
+    none = np.zeros((6, 6))
+    rows = [
+        require_array(alone[b.name], "hydrostatic_stiffness")
+        if b.name in alone and b.hydrostatics is None
+        else none
+        for b in scene.bodies
+    ]
+    return np.array(rows)
+
+
+def _convolution(
+    size: int, groups: Sequence[HydrodynamicGroup], free: np.ndarray
+) -> radiation.ConvolutionKernel:
+    chosen = [wet for wet in groups if wet.convolved]
+    if not chosen:
+        return radiation.convolution_model(1.0, np.zeros((2, 0, 0)))
+    times = [wet.memory.time for wet in chosen]
+    steps = [time[1] for time in times]
+    if max(steps) - min(steps) > SAME_STEP * min(steps):
+        names = ", ".join(name for wet in chosen for name in wet.names)
+        raise InputError(
+            f"bodies.{names}.radiation: found convolutions with tables of different steps;"
+            " expected one step for all. Some of them may be chosen by automatic because no fit"
+            " meets the tolerance."
+        )
+    rows = max(time.size for time in times)
+    kernels = _assemble_blocks(
+        size, [(wet.dofs, _pad_kernel(_kernel(wet, free), rows)) for wet in chosen]
+    )
+    return radiation.convolution_model(steps[0], kernels)
+
+
+def _pad_kernel(kernel: np.ndarray, rows: int) -> np.ndarray:
+    """Kernel padded with zeros, because a memory may be shorter than another."""
+    return np.pad(kernel, ((0, rows - len(kernel)), (0, 0), (0, 0)))
+
+
+def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
+    """Retardation functions of the convolved groups of DOFs of a database, without groups whose
+    DOFs are all locked."""
+    kernel = np.zeros_like(wet.memory.kernel)
+    for dofs, _ in wet.convolved:
+        if np.isin(wet.dofs[dofs], free).any():
+            kernel[:, dofs[:, None], dofs] = wet.memory.kernel[:, dofs[:, None], dofs]
+    return kernel
+
+
+def _layout(
+    scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
+) -> Layout:
+    def of_body(body: int, stiffness: np.ndarray) -> ResonanceTerms:
+        return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
+
+    def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
+        return roll_mode(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
+
+    rows = {*scene.forces, *acting_joints(scene)}
+    return Layout(
+        {body.name: i for i, body in enumerate(scene.bodies)},
+        {name: i for i, name in enumerate(row_names(scene)) if name in rows},
+        current_table(scene.environment),
+        mean_wind(scene.environment),
+        of_body,
+        roll_of_body,
+        tuple(body.heading for body in scene.bodies),
+        tuple(body.mass * scene.environment.gravity for body in scene.bodies),
+        0.0 if scene.solver.method.adapts else scene.solver.step,
+        scene.solver.events,
+        tanks.row,
+        tuple(tank_names(scene)),
+        tuple(triggered_pumps(scene)),
+        carried_weights(scene),
+        scene.joints,
+        _joined_bodies(scene, bodies),
+        len(row_names(scene)) - 1,
+        bodies.tree,
+        tuple(bodies.each["origin"]),
+        dict(zip(point_names(scene), named_points(scene), strict=True)),
+        scene.clearances,
+        scene.environment.water_depth,
+        scene.environment.water_density,
+        tuple(draught_of(body) for body in scene.bodies),
+        bodies.active,
+    )
+
+
+def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
+    """The bodies of all joints that are constraints."""
+    found = {
+        body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
+        for i, body in enumerate(scene.bodies)
+    }
+    return {
+        name: JoinedBodies(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
+        for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
+    }
+
 
 # Scenes in calm water, and their waves. Scenes that differ in their waves only share the rest.
 

@@ -10,13 +10,13 @@ from math import inf, nan
 from typing import TYPE_CHECKING
 
 from hydrosim.compile.hydrodynamic_groups import each_alone
-from hydrosim.compile.memory_errors import MemoryErrors, memory_errors
 from hydrosim.compile.restart import initial_headings, start_time
+from hydrosim.compile.sizes import MemoryErrors, memory_errors
 from hydrosim.integrate.methods import IntegrationMethod, method_named
 from hydrosim.integrate.names import force_names, state_layout
 from hydrosim.linear.linearise import nonlinearities
 from hydrosim.scene import LinearScenes
-from hydrosim.water.wave_reference import met_by_waves
+from hydrosim.water.displaced_loads import met_by_waves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -23,7 +23,7 @@ from hydrosim.compile.hydrostatics import with_hulls
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS
-from hydrosim.elements.layout import ResonanceTerms
+from hydrosim.elements.kind import ResonanceTerms
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import dofs_of
 from hydrosim.scene import (

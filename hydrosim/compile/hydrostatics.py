@@ -13,7 +13,7 @@ from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import Triangles, areas, immersed_triangles, integrals
 from hydrosim.dofs import SYMMETRY_RTOL
 from hydrosim.elements.hydrostatics import MeshHulls, add_displacement_energy
-from hydrosim.elements.layout import HYDROSTATIC
+from hydrosim.elements.kind import HYDROSTATIC
 from hydrosim.multibody.kinematics import Bodies, Motion, new_motion
 from hydrosim.multibody.solids import MOMENTS, Solids
 from hydrosim.scene import (
@@ -30,9 +30,8 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.tanks.contents import changing_tanks
-from hydrosim.tanks.pieces import PIECE_DTYPE
 from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
-from hydrosim.tanks.surface import LIQUID, Liquids
+from hydrosim.tanks.surface import LIQUID, PIECE_DTYPE, Liquids
 
 if TYPE_CHECKING:
     from hydrosim.database.hull import Hydrostatics

@@ -30,8 +30,8 @@ from hydrosim.results.ledger import ACCURACY
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.scene import Body, Place, Scene, Start, WaveForces
 from hydrosim.water import radiation
+from hydrosim.water.displaced_loads import slow_bodies
 from hydrosim.water.radiation import VelocityHistory
-from hydrosim.water.wave_reference import slow_bodies
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,7 +22,7 @@ from scipy.linalg import block_diag, eigh
 from hydrosim.database import database
 from hydrosim.database.database import HydroDatabase
 from hydrosim.dofs import DOFS
-from hydrosim.elements.layout import RollMode
+from hydrosim.elements.kind import RollMode
 from hydrosim.scene import Body
 
 ROLL_COORDINATE = DOFS.index("roll")

@@ -25,8 +25,8 @@ from hydrosim.linear.equilibrium import RESIDUAL_RTOL, equilibrium
 from hydrosim.modes import MODE
 from hydrosim.multibody.kinematics import Bodies, Motion, place_bodies
 from hydrosim.water import radiation
+from hydrosim.water.displaced_loads import grid_step
 from hydrosim.water.slow_path_loads import first_states
-from hydrosim.water.wave_reference import grid_step
 
 if TYPE_CHECKING:
     from hydrosim.integrate.names import StateLayout

@@ -11,7 +11,7 @@ from hydrosim.compile.hydrostatics import cut_shape, cut_tanks
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import integrals
 from hydrosim.elements.hydrostatics import Weights
-from hydrosim.elements.layout import BALLAST, HYDROSTATIC, WEIGHT, has_flow, row_names
+from hydrosim.elements.kind import BALLAST, HYDROSTATIC, WEIGHT, has_flow, row_names
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank, Weight
 from hydrosim.tanks.contents import (
@@ -25,18 +25,18 @@ from hydrosim.tanks.contents import (
     tank_names,
     unforeseen_tanks,
 )
-from hydrosim.tanks.loading import (
+from hydrosim.tanks.mirror import image_indices
+from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
+from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
+from hydrosim.tanks.surface import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
+from hydrosim.tanks.timeline import (
     at_start,
     body_without,
+    integrate_tanks,
     least_moment,
     loaded_body,
     symmetric_matrix,
 )
-from hydrosim.tanks.mirror import image_indices
-from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
-from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
-from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
-from hydrosim.tanks.timeline import integrate_tanks
 from hydrosim.water.current import currents_on
 
 DENSITY_RTOL = 1e-9  # relative difference of densities

@@ -14,7 +14,7 @@ from hydrosim.compile.sizes import check_sizes
 from hydrosim.elements import has_kind, signals_of, undefined_units
 from hydrosim.elements.contact.law import OPEN, STICK
 from hydrosim.elements.contact.laws import COULOMB
-from hydrosim.elements.layout import BODY_ROWS
+from hydrosim.elements.kind import BODY_ROWS
 from hydrosim.elements.line.points import line_shapes
 from hydrosim.elements.signal import Recorded
 from hydrosim.elements.spring import kinematics
@@ -24,7 +24,7 @@ from hydrosim.integrate.dynamics import Model, motion_at
 from hydrosim.integrate.names import spring_names
 from hydrosim.linear.linearise import find_constraint_rows
 from hydrosim.modes import MODE
-from hydrosim.results.points import check_points
+from hydrosim.results.memory import check_points
 from hydrosim.scene import Kinematics, Scene
 from hydrosim.scene.scene import ACCURACIES
 

@@ -17,8 +17,8 @@ from hydrosim.database.database import HydroDatabase
 from hydrosim.database.readers import READERS, Reader, bemio, wamit
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
 from hydrosim.errors import InputError
-from hydrosim.files.file_checks import no_file
 from hydrosim.files.outputs import Output, as_output
+from hydrosim.files.text import no_file
 from hydrosim.scene import Changes
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 

@@ -19,7 +19,7 @@ import numpy as np
 from hydrosim.database.database import HydroDatabase
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.files import file_checks
+from hydrosim.files import text
 from hydrosim.files.interrupts import delay_interrupts
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
@@ -110,7 +110,7 @@ VARIABLES = {
 def sniff(path: Path, head: bytes) -> bool:
     """Whether it is a netCDF-4 file. This reader is asked last, so a damaged hydrosim file still
     gets a message about its missing parts."""
-    return head.startswith(file_checks.MAGIC)
+    return head.startswith(text.MAGIC)
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
@@ -118,7 +118,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     ``given``. Raises `InputError` for missing variables."""
     import netCDF4  # slow to load, and dry scenes have no databases
 
-    if problem := file_checks.fault(path):
+    if problem := text.fault(path):
         raise InputError(
             f"{path}: not a netCDF-4/HDF5 file ({problem}); expected a hydrosim database."
         )

@@ -59,10 +59,11 @@ from hydrosim.elements.kind import (
     HasMirrorSymmetry,
     KindConstants,
     KindWithModeSets,
+    Layout,
+    LinearResistance,
     UnitKind,
 )
-from hydrosim.elements.layout import Layout, LinearResistance
-from hydrosim.elements.line import catenary, compensator, winch, winch_kind
+from hydrosim.elements.line import catenary, compensator, winch
 from hydrosim.elements.line import kind as lines
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.compensator import Compensator
@@ -119,7 +120,7 @@ ELEMENT_KINDS: tuple[UnitKind, ...] = (
     bushing.BUSHING_KIND,
     lines.CATENARY_KIND,
     landing.GUIDE_KIND,
-    winch_kind.WINCH_KIND,
+    winch.WINCH_KIND,
     compensator.COMPENSATOR_KIND,
     locks.LOCK_KIND,
     locks.JOINT_LOAD_KIND,

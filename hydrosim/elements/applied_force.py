@@ -16,8 +16,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS, LATERAL, mirrored_vector
-from hydrosim.elements.kind import ElementKind
-from hydrosim.elements.layout import Layout
+from hydrosim.elements.kind import ElementKind, Layout
 from hydrosim.elements.signal import SIGNAL, Signal, compile_signals, scale_signal, value
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import add_wrench, attachment, point_velocity

@@ -34,8 +34,15 @@ import numpy as np
 
 from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z, mirrored_vector
 from hydrosim.elements.contact.geometry import EARTH
-from hydrosim.elements.kind import Columns, ElementKind, ModeRows, UnitRecord, Variable
-from hydrosim.elements.layout import Layout, LinearResistance
+from hydrosim.elements.kind import (
+    Columns,
+    ElementKind,
+    Layout,
+    LinearResistance,
+    ModeRows,
+    UnitRecord,
+    Variable,
+)
 from hydrosim.elements.pair import relative_small_turn, relative_turn_rate
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import ACTING, CONTACT_MARGIN, INACTIVE, MARGINS, MODE, UNDEFINED

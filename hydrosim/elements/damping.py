@@ -42,8 +42,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.elements import linear_mooring
-from hydrosim.elements.kind import ElementKind
-from hydrosim.elements.layout import Layout, LinearResistance, axes_at_rest
+from hydrosim.elements.kind import ElementKind, Layout, LinearResistance, axes_at_rest
 from hydrosim.elements.pair import add_resistance, current_on, relative_velocity
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, root

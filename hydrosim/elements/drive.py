@@ -38,7 +38,7 @@ from hydrosim.multibody.tree import BALL, push_joint
 from hydrosim.scene import ForceElement, Turns
 
 if TYPE_CHECKING:
-    from hydrosim.elements.layout import Layout
+    from hydrosim.elements.kind import Layout
 
 POSITION, SPEED, ACCELERATION = range(3)
 DRIVE_OUTPUTS = 1

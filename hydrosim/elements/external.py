@@ -41,8 +41,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements.kind import Columns, ElementKind, StateBlocks, UnitRecord, Variable
-from hydrosim.elements.layout import Layout
+from hydrosim.elements.kind import Columns, ElementKind, Layout, StateBlocks, UnitRecord, Variable
 from hydrosim.errors import InputError
 from hydrosim.files.interrupts import catching
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving

@@ -51,7 +51,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.elements.layout import HYDROSTATIC
+from hydrosim.elements.kind import HYDROSTATIC
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.multibody.kinematics import vertical_in_body, wrench_of_coordinates
 from hydrosim.multibody.mass import spring_energy, spring_force

@@ -19,8 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements.kind import ElementKind
-from hydrosim.elements.layout import Layout, LinearResistance, axes_at_rest
+from hydrosim.elements.kind import ElementKind, Layout, LinearResistance, axes_at_rest
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.multibody.kinematics import wrench_of_coordinates

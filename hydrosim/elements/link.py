@@ -42,6 +42,8 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     Columns,
     KindWithModeSets,
+    Layout,
+    LinearResistance,
     ModeRows,
     ModeSet,
     UnitRecord,
@@ -51,7 +53,6 @@ from hydrosim.elements.kind import (
     rest_at_first,
     steepest_segment,
 )
-from hydrosim.elements.layout import Layout, LinearResistance
 from hydrosim.elements.pair import (
     TwoPointElement,
     line_between,

@@ -18,7 +18,7 @@ from hydrosim.scene import ForceElement
 from hydrosim.water.current import current_on_hull
 
 if TYPE_CHECKING:
-    from hydrosim.elements.layout import Layout
+    from hydrosim.elements.kind import Layout
 
 
 class TwoPointElement(ForceElement):

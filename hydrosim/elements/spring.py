@@ -33,6 +33,7 @@ from hydrosim.elements.kind import (
     LINEARISATION_DEPTH,
     Columns,
     KindWithModeSets,
+    Layout,
     ModeRows,
     ModeSet,
     UnitRecord,
@@ -43,7 +44,6 @@ from hydrosim.elements.kind import (
     steepest_segment,
     with_mode_of_unit,
 )
-from hydrosim.elements.layout import Layout
 from hydrosim.elements.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.elements.signal import (
     NOTHING,

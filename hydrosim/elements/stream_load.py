@@ -34,8 +34,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import mirrored_vector
-from hydrosim.elements.kind import ElementKind
-from hydrosim.elements.layout import Layout
+from hydrosim.elements.kind import ElementKind, Layout
 from hydrosim.elements.pair import current_on
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, root

@@ -26,8 +26,8 @@ from hydrosim.tanks.contents import (
     quantities,
     tank_names,
 )
-from hydrosim.tanks.pieces import FLUID_LEVEL
 from hydrosim.tanks.pumping import PUMP_RUNNING
+from hydrosim.tanks.surface import FLUID_LEVEL
 
 
 class TankFlowKind(UnitKind):

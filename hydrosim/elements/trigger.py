@@ -46,14 +46,16 @@ from hydrosim.elements.joint import locks
 from hydrosim.elements.kind import (
     Columns,
     KindWithModeSets,
+    Layout,
     ModeRows,
     ModeSet,
     StateBlocks,
     UnitRecord,
     Variable,
+    constraint_names,
     rest_at_first,
+    unit_ranges,
 )
-from hydrosim.elements.layout import Layout, constraint_names, unit_ranges
 from hydrosim.elements.line import catenary, compensator, winch
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.compensator import Compensator

@@ -54,8 +54,7 @@ from math import pi, sqrt
 import numpy as np
 
 from hydrosim.elements import linear_mooring
-from hydrosim.elements.kind import ElementKind
-from hydrosim.elements.layout import Layout, LinearResistance, RollMode, axes_at_rest
+from hydrosim.elements.kind import ElementKind, Layout, LinearResistance, RollMode, axes_at_rest
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement, Turns

@@ -24,13 +24,13 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from hydrosim.files.file_checks import fault
 from hydrosim.files.outputs import Output, as_output
 from hydrosim.files.series import columns_of, select
 from hydrosim.files.text import (
     TIME_COLUMN,
     Source,
     escape_unprintable,
+    fault,
     name_and_unit,
     parse,
     readable_unit,

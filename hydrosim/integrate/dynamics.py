@@ -42,7 +42,7 @@ from hydrosim.elements.hydrostatics import (
     add_weight_energy,
 )
 from hydrosim.elements.joint.rows import Holds, new_holds
-from hydrosim.elements.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.draught_interpolation import (
     Blend,
     DraughtFamilies,
@@ -53,7 +53,7 @@ from hydrosim.integrate.draught_interpolation import (
     new_blend,
     to_members,
 )
-from hydrosim.integrate.implicit import Filters
+from hydrosim.integrate.methods import Filters
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
 from hydrosim.multibody.constraints import (
     Constraints,

@@ -14,8 +14,7 @@ from hydrosim.elements import add_element_energies, events
 from hydrosim.elements.contact.law import SLIP
 from hydrosim.integrate.constraint_projection import apply_impacts
 from hydrosim.integrate.dynamics import apply_impulse, project_velocities
-from hydrosim.integrate.implicit import STALE
-from hydrosim.integrate.methods import hermite
+from hydrosim.integrate.methods import STALE, guard_defect, hermite, linear_value, next_trial
 from hydrosim.integrate.state import (
     AFTER_STEP,
     AT_END,
@@ -44,7 +43,6 @@ from hydrosim.integrate.state import (
     VALID,
 )
 from hydrosim.integrate.step import find_slope, is_held, keep_reactions, knows_end_slope, take_step
-from hydrosim.integrate.step_control import guard_defect, linear_value, next_trial
 from hydrosim.jit.kernels import any_negative, assign, clear, kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE
 from hydrosim.multibody.kinematics import place_bodies

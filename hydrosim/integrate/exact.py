@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.elements import add_given_forces
-from hydrosim.elements.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.dynamics import power_of
 from hydrosim.integrate.loop import check
 from hydrosim.integrate.record import write_record

@@ -18,6 +18,7 @@ from hydrosim.integrate.event_location import (
     switch_modes,
     truncate_at_event,
 )
+from hydrosim.integrate.methods import error_norm, step_factor
 from hydrosim.integrate.record import write_record
 from hydrosim.integrate.state import (
     ACCEPTED,
@@ -55,7 +56,6 @@ from hydrosim.integrate.state import (
     TIME_ROUNDING,
 )
 from hydrosim.integrate.step import find_start_slope, knows_end_slope, take_step
-from hydrosim.integrate.step_control import error_norm, step_factor
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summing
 from hydrosim.multibody.heading import accelerations_along
 from hydrosim.multibody.kinematics import LARGEST_TILT, accelerations, place_bodies

@@ -21,8 +21,7 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.elements import ELEMENT_KINDS, spring
 from hydrosim.elements.contact import kind as contact_points
-from hydrosim.elements.kind import HasImpulses
-from hydrosim.elements.layout import (
+from hydrosim.elements.kind import (
     BALLAST,
     BODY_ROWS,
     JOINTS,
@@ -30,14 +29,15 @@ from hydrosim.elements.layout import (
     WAVE_FIRST_ORDER,
     WAVE_SECOND_ORDER,
     WEIGHT,
+    HasImpulses,
     has_flow,
     row_names,
 )
 from hydrosim.integrate.dynamics import Model
 from hydrosim.scene import ForceElement, Scene, WaveForces
 from hydrosim.scene.scene import arrangement, tree_joints
+from hydrosim.water.displaced_loads import slow_bodies
 from hydrosim.water.slow_path_loads import SLOW_STATE_NAMES
-from hydrosim.water.wave_reference import slow_bodies
 
 WAVE_ROWS = (BODY_ROWS[WAVE_FIRST_ORDER], BODY_ROWS[WAVE_SECOND_ORDER])
 

@@ -26,9 +26,7 @@ from hydrosim.integrate.dynamics import (
     radiation_filters,
     rhs,
 )
-from hydrosim.integrate.implicit import Newton
-from hydrosim.integrate.methods import IntegrationMethod, Tableau
-from hydrosim.integrate.step_control import Control
+from hydrosim.integrate.methods import Control, IntegrationMethod, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.water.radiation.history import VelocityHistory
 

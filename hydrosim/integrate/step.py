@@ -7,15 +7,16 @@ again in every process.
 from __future__ import annotations
 
 from hydrosim.integrate.dynamics import jacobian, may_hold, rhs
-from hydrosim.integrate.implicit import (
+from hydrosim.integrate.methods import (
     MAX_ITERATIONS,
     READY,
     SLOW_ITERATIONS,
     STALE,
+    advance_state,
     factorise_iteration_matrix,
     newton_iteration,
+    stage_state,
 )
-from hydrosim.integrate.methods import advance_state, stage_state
 from hydrosim.integrate.state import (
     AT_START,
     END,

@@ -46,7 +46,7 @@ from numpy.typing import ArrayLike
 from scipy import linalg
 
 from hydrosim.elements import Recorded, in_gusts, joints_are_linear, signals_of
-from hydrosim.elements.layout import BODY_ROWS, constraint_names
+from hydrosim.elements.kind import BODY_ROWS, constraint_names
 from hydrosim.errors import InputError
 from hydrosim.integrate.draught_interpolation import blend_draughts
 from hydrosim.integrate.dynamics import (

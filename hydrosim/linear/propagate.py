@@ -26,7 +26,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import linalg
 
 from hydrosim.elements import given_frequencies, given_rows, resistances
-from hydrosim.elements.layout import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
 from hydrosim.integrate.dynamics import Model, new_work, rhs
 from hydrosim.integrate.exact import Resistances, add_energies, keep_states, sample_loads
 from hydrosim.integrate.exponential import (

@@ -12,8 +12,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
-from hydrosim.files.file_checks import no_file
 from hydrosim.files.outputs import as_output, content
+from hydrosim.files.text import no_file
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -46,7 +46,7 @@ from hydrosim.integrate.names import (
 )
 from hydrosim.integrate.record import states_at, unpack_channels, with_states
 from hydrosim.modes import RISING, SEGMENT
-from hydrosim.results import memory, points
+from hydrosim.results import memory
 from hydrosim.results.dataset import RECORDED, new_dataset
 from hydrosim.results.ledger import check_balance
 from hydrosim.results.phases import add_stage_results, group_phases
@@ -246,13 +246,13 @@ def _probes(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Co
 def _points(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
     """Named points and clearances."""
     found: Columns = {}
-    if not (points.point_names(scene) or scene.clearances):
+    if not (memory.point_names(scene) or scene.clearances):
         return found
-    frames = points.frames_of(model, coordinates)
-    if points.point_names(scene):
-        found["point_position"] = (("time", "point", "axis"), points.point_positions(scene, frames))
+    frames = memory.frames_of(model, coordinates)
+    if memory.point_names(scene):
+        found["point_position"] = (("time", "point", "axis"), memory.point_positions(scene, frames))
     if scene.clearances:
-        found["clearance"] = (("time", "gap"), points.clearances(scene, frames))
+        found["clearance"] = (("time", "gap"), memory.clearances(scene, frames))
     return found
 
 
@@ -293,7 +293,7 @@ def fixed_coordinates(scene: Scene) -> dict[str, object]:
         **{name: of for kind in ELEMENT_KINDS for name, of in kind.coordinates(scene).items()},
         **coordinates(scene),
         **(_probe_places(scene) if scene.wave_probes else {}),
-        **points.coordinates(scene),
+        **memory.coordinates(scene),
         **({"gap": ("gap", list(scene.clearances))} if scene.clearances else {}),
     }
 

@@ -19,7 +19,7 @@ from hydrosim.compile.closed_joints import driven_joints, singular_joints
 from hydrosim.compile.drives import drives_of, is_turn
 from hydrosim.dofs import DOFS
 from hydrosim.elements import function_errors, losses, mode_row_names, undefined_units
-from hydrosim.elements.layout import RADIATION
+from hydrosim.elements.kind import RADIATION
 from hydrosim.integrate import state
 from hydrosim.integrate.dynamics import motion_at
 from hydrosim.integrate.loop import PITCH_DOF

@@ -21,7 +21,7 @@ from hydrosim.elements.contact.fender import Contact
 from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.contact.law import OPEN
 from hydrosim.elements.joint.locks import CLOSED, WAITING
-from hydrosim.results.points import frames_of
+from hydrosim.results.memory import frames_of
 from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question, Scene
 from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at

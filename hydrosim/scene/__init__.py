@@ -1,6 +1,6 @@
 """The scene: what is simulated, as frozen dataclasses in SI units and radians.
 
-A scene comes from a case file (`hydrosim.case`) or is written in Python; `hydrosim.compile.model`
+A scene comes from a case file (`hydrosim.case`) or is written in Python; `hydrosim.compile.compile`
 compiles it to arrays. Nothing here computes.
 """
 

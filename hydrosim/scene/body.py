@@ -114,7 +114,7 @@ class SecondOrder(StrEnum):
 class Place(StrEnum):
     """Position of a body in the waves: at rest, at its slowly drifting position, or at its
     momentary position. `AUTOMATIC` selects one of the first two, see
-    `hydrosim.water.wave_reference.reference_positions`."""
+    `hydrosim.water.displaced_loads.reference_positions`."""
 
     AUTOMATIC = "automatic"
     MEAN = "mean"

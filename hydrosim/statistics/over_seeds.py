@@ -24,9 +24,8 @@ from hydrosim.results.runs_file import RUN
 from hydrosim.results.validation import DESIGN
 from hydrosim.results.variables import LABELS
 from hydrosim.statistics import effects
-from hydrosim.statistics.criteria import JudgedCriterion, judge_plan
 from hydrosim.statistics.effects import EffectRow, PlanRuns, combinations, plans
-from hydrosim.statistics.figures import SIDE_ATTRIBUTE
+from hydrosim.statistics.figures import SIDE_ATTRIBUTE, JudgedCriterion, judge_plan
 from hydrosim.statistics.gumbel import (
     INTERVAL_PROBABILITY,
     Gumbel,

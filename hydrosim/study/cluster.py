@@ -28,8 +28,7 @@ from typing import TYPE_CHECKING, Any
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.run.checkpoint import program_identity
-from hydrosim.study.executors import outcome_of
-from hydrosim.study.outcome import RunOutcome
+from hydrosim.study.executors import RunOutcome, outcome_of
 from hydrosim.study.shared import PackedTask, RunTask, pack, unpack
 
 if TYPE_CHECKING:

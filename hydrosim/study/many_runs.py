@@ -42,12 +42,17 @@ from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene, simulate
 from hydrosim.statistics import effects
-from hydrosim.study.executors import Pool, Threads, collected_here
-from hydrosim.study.outcome import RunOutcome, pad_to_layout, reduce_run
+from hydrosim.study.executors import (
+    Pool,
+    RunOutcome,
+    Threads,
+    collected_here,
+    pad_to_layout,
+    reduce_run,
+)
 from hydrosim.study.run_layout import TRIAL_STEPS, RunLayout, merge_layouts, one_scene_of_each_kind
-from hydrosim.study.shared import SceneCache
+from hydrosim.study.shared import SceneCache, folder_of, identity, is_complete, locked_journal
 from hydrosim.study.sweep import ParameterStudy, check_figures, check_units, scenes_with_seeds
-from hydrosim.study.unfinished import folder_of, identity, is_complete, locked_journal
 
 if TYPE_CHECKING:
     from hydrosim.case import Case

@@ -39,10 +39,9 @@ from hydrosim.results.runs_file import COMPLETE
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
-from hydrosim.study.executors import collected_here, outcome_of
-from hydrosim.study.outcome import RunOutcome
+from hydrosim.study.executors import RunOutcome, collected_here, outcome_of
 from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, in_sea, wind_sea
-from hydrosim.study.shared import SceneCache
+from hydrosim.study.shared import SceneCache, identity
 from hydrosim.study.spectral_limits import Spectral, spectral
 from hydrosim.study.sweep import (
     check_figures,
@@ -51,7 +50,6 @@ from hydrosim.study.sweep import (
     read_study,
     settings_with,
 )
-from hydrosim.study.unfinished import identity
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene

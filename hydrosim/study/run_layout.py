@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.elements.layout import carried_weights
+from hydrosim.elements.kind import carried_weights
 from hydrosim.errors import HydrosimError
 from hydrosim.integrate.names import force_names
 from hydrosim.results.output import fixed_coordinates

@@ -185,7 +185,7 @@ def describe_study(data: StudyFile) -> dict[str, Any]:
 
 
 def _criterion_record(name: str, criterion: Criterion) -> dict[str, Any]:
-    """What `hydrosim.statistics.criteria` judges a criterion by."""
+    """What `hydrosim.statistics.figures` judges a criterion by."""
     figure = criterion.figure(name, 0.0)
     return {
         "limit": criterion.limit.value,

@@ -19,7 +19,8 @@ import numpy as np
 from hydrosim.jit.kernels import kernel, piece_of, root
 from hydrosim.modes import MODE
 from hydrosim.scene import Active, Body, LevelReached, Pump, Scene, Tank, When
-from hydrosim.tanks.pieces import (
+from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE
+from hydrosim.tanks.surface import (
     FIRST_MOMENT,
     FLUID_LEVEL,
     PIECE_DTYPE,
@@ -28,7 +29,6 @@ from hydrosim.tanks.pieces import (
     value,
     values_at,
 )
-from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE
 
 EQUAL_VOLUME_RTOL = 1e-9  # of a capacity: volumes this close are equal
 TANK = np.dtype(

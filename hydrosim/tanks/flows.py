@@ -30,8 +30,8 @@ from __future__ import annotations
 from hydrosim.jit.kernels import kernel, piece_of, root
 from hydrosim.multibody.kinematics import vertical_in_body
 from hydrosim.multibody.vectors import add, cross, dot, matvec, scale, sub, vector
-from hydrosim.tanks.pieces import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, bend, slope
 from hydrosim.tanks.pumping import SEA_INDEX, rate_of
+from hydrosim.tanks.surface import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, bend, slope
 
 
 @kernel

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.modes import MARGINS, MODE, SEGMENT
-from hydrosim.tanks.pieces import SHALLOW
+from hydrosim.tanks.surface import SHALLOW
 
 SEA_INDEX = -1
 MIN_STEP_FRACTION = 1e-3  # of a step

@@ -23,7 +23,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.scene import Box, TankMesh, TankShape, TankTable
-from hydrosim.tanks.pieces import (
+from hydrosim.tanks.surface import (
     FLUID_LEVEL,
     PAIRS,
     PIECE_DTYPE,

@@ -30,7 +30,15 @@ import scipy
 
 from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder
-from hydrosim.water.frequency_nodes import (
+from hydrosim.water.loads import STENCIL_POINTS, lagrange, rise
+from hydrosim.water.quadratic_loads import (
+    DIFFERENCE,
+    DRIFT_STENCIL_POINTS,
+    MEAN,
+    cells_of,
+    moves_second_order,
+)
+from hydrosim.water.transfer import (
     MAX_NODES,
     NARROWEST,
     NodeSet,
@@ -40,24 +48,16 @@ from hydrosim.water.frequency_nodes import (
     fill_envelopes,
     gather_waves,
     has_nodes,
+    interpolate_spline,
     lagrange_weights,
     new_node_sums,
 )
-from hydrosim.water.loads import STENCIL_POINTS, lagrange, rise
-from hydrosim.water.quadratic_loads import (
-    DIFFERENCE,
-    DRIFT_STENCIL_POINTS,
-    MEAN,
-    cells_of,
-    moves_second_order,
-)
-from hydrosim.water.transfer import interpolate_spline
 
 if TYPE_CHECKING:
     from hydrosim.water.body import WaveBody
     from hydrosim.water.components import WaveComponents
-    from hydrosim.water.frequency_nodes import FrequencyNodes
     from hydrosim.water.quadratic_loads import BodyForms, Waves
+    from hydrosim.water.transfer import FrequencyNodes
 
 PHASE = 0.09
 """Largest turn of a wave's phase [rad] about the middle of its band between two stored times."""

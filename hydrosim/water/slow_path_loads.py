@@ -39,7 +39,6 @@ from hydrosim.water.displaced_loads import (
     loads_at_heading,
     turn_to_earth,
 )
-from hydrosim.water.frequency_nodes import has_nodes
 from hydrosim.water.loads import STENCIL_POINTS, lagrange, rise, rows_at
 from hydrosim.water.narrow_bands import (
     BandSums,
@@ -60,6 +59,7 @@ from hydrosim.water.quadratic_loads import (
     has_forms,
     new_filtered,
 )
+from hydrosim.water.transfer import has_nodes
 
 TRACKED = (0, 1, 5)
 """The filtered coordinates: surge, sway, yaw."""

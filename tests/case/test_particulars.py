@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrosim.case.particulars import DAMPING_RATIOS, Particulars
+from hydrosim.case.load import DAMPING_RATIOS, Particulars
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import load
 from hydrosim.dofs import DOFS

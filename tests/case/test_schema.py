@@ -15,7 +15,7 @@ from hydrosim import elements, scene
 from hydrosim.case import Case
 from hydrosim.case.checks import RESERVED
 from hydrosim.dofs import DOFS
-from hydrosim.elements.layout import BODY_ROWS, WEIGHT
+from hydrosim.elements.kind import BODY_ROWS, WEIGHT
 
 Load = Callable[..., Case]
 Refusal = Callable[..., str]

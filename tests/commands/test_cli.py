@@ -18,7 +18,7 @@ from command_line import Command, command, files
 from scenes import CASES, ROOT, hull
 
 import hydrosim as hs
-from hydrosim.cli.progress import ProgressLines
+from hydrosim.cli.terminal import ProgressLines
 from hydrosim.database.netcdf import write as write_database
 
 SHORT = ("--set", "duration=20 s")

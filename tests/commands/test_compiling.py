@@ -10,7 +10,7 @@ TESTS = Path(__file__).parents[1]
 PROGRAM = """
 import sys
 from rich.console import Console
-from hydrosim.cli.progress import announce_compiling
+from hydrosim.cli.terminal import announce_compiling
 import linked_kernels, test_linking as here
 with announce_compiling(Console(file=sys.stdout)):
     print("begin")

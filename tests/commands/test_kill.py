@@ -19,7 +19,7 @@ from command_line import heed_signals
 from scenes import SWINGING_BLOCK
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.study.many_runs import run_study
 from hydrosim.study.sweep import load_study
 

@@ -10,7 +10,7 @@ from command_line import Command, command, files
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.case.particulars import Particulars
+from hydrosim.case.load import Particulars
 from hydrosim.database.build.drift import MIN_TESTED_KH
 from hydrosim.database.build.recipe import load_recipe
 

@@ -7,7 +7,7 @@ from itertools import islice, pairwise
 
 import pytest
 
-from hydrosim.cli.progress import FIRST_LINE_S, MAX_PAUSE_S, ProgressLines, pauses, progress
+from hydrosim.cli.terminal import FIRST_LINE_S, MAX_PAUSE_S, ProgressLines, pauses, progress
 
 
 def ends_after(count: int) -> Callable[[float], bool]:

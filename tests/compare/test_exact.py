@@ -11,7 +11,7 @@ import xarray as xr
 from command_line import command, files
 from recorded_runs import made_run
 
-from hydrosim.compare.exact import differences, read_result
+from hydrosim.compare.dataset import differences, read_result
 from hydrosim.errors import InputError
 
 

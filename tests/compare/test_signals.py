@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from recorded_runs import sea
 
-from hydrosim.compare.figures import best_lag, correlation, fit, rms, split_bands
+from hydrosim.compare.comparison import best_lag, correlation, fit, rms, split_bands
 
 STEP = 0.2
 TIME = STEP * np.arange(3001)

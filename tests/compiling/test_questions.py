@@ -17,7 +17,7 @@ from hydrosim.case import load_case
 from hydrosim.compile.compile import compile_scene
 from hydrosim.compile.questions import QUESTIONS
 from hydrosim.compile.questions.query import extents, text_beyond
-from hydrosim.compile.questions.sloshing import mode_period, width
+from hydrosim.compile.questions.waters import mode_period, width
 from hydrosim.database import HydroDatabase, load
 from hydrosim.elements import (
     AppliedForce,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 
 ROOT = Path(__file__).parents[2]
 SHORT = 15.0  # s, of the 1200 s of the case

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hydrosim.compare.exact import read_result
+from hydrosim.compare.dataset import read_result
 from hydrosim.errors import InputError
 from hydrosim.files.recordings import read_recording
 from hydrosim.files.series import read_series

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrosim.files import file_checks as hdf5
+from hydrosim.files import text as hdf5
 
 
 @pytest.fixture

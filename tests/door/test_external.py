@@ -14,13 +14,13 @@ from command_line import printed
 from scenes import CASES, block, moving, observed_orders, on_floor, scene, steady
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.elements import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.elements.external import BodyState
 from hydrosim.files.document_nodes import Table
 from hydrosim.report.sentences.run import summary
 from hydrosim.results.dataset import write_run
-from hydrosim.run.provenance import case_of
+from hydrosim.run.checkpoint import case_of
 from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
 from hydrosim.scene.joint import Resistance
 

@@ -15,7 +15,7 @@ import pytest
 from scenes import block, in_contact, moving, scene, scene_of, with_body
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.elements import LinearMooring
 from hydrosim.elements.external import BodyState
 from hydrosim.scene import ConvolutionRadiation, LinearScenes, Method, Scene, Solver

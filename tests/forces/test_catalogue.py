@@ -15,8 +15,7 @@ from hydrosim.elements import ELEMENT_KINDS as KINDS_OF_UNITS
 from hydrosim.elements import External, ForceElement
 from hydrosim.elements.contact import landing
 from hydrosim.elements.contact.laws import LAWS as ALL_LAWS
-from hydrosim.elements.kind import ElementKind
-from hydrosim.elements.layout import Layout, ResonanceTerms, RollMode
+from hydrosim.elements.kind import ElementKind, Layout, ResonanceTerms, RollMode
 from hydrosim.report.evidence import features_of
 from hydrosim.scene import Environment
 from hydrosim.water.current import current_table

@@ -20,7 +20,7 @@ from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck, hull_of_recipe
 from hydrosim.dofs import DOFS
 from hydrosim.elements.hydrostatics import add_displacement, add_displacement_energy
-from hydrosim.elements.layout import HYDROSTATIC
+from hydrosim.elements.kind import HYDROSTATIC
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.integrate.dynamics import Model
 from hydrosim.linear.linearise import linearise

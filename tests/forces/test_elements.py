@@ -40,7 +40,7 @@ from hydrosim.elements import (
 )
 from hydrosim.elements.contact.fender import CONTACT_STATES, DISSIPATED
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
-from hydrosim.elements.layout import BODY_ROWS, HYDROSTATIC
+from hydrosim.elements.kind import BODY_ROWS, HYDROSTATIC
 from hydrosim.integrate.dynamics import Model, new_work, rhs, stored_energies
 from hydrosim.integrate.state import State
 from hydrosim.multibody.kinematics import Motion

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrosim.integrate.step_control import guard_defect, linear_value, next_trial
+from hydrosim.integrate.methods import guard_defect, linear_value, next_trial
 from hydrosim.jit.kernels import any_negative
 
 BEFORE = np.array([4.0, 1.0, -0.5, 2.0])

@@ -10,18 +10,20 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from test_runge_kutta import order_fulfilled
 
-from hydrosim.integrate.implicit import (
+from hydrosim.integrate.methods import (
+    ESDIRK4,
     MAX_ITERATIONS,
     NO_FILTERS,
+    Control,
     Filters,
+    advance_state,
     factorise,
     factorise_iteration_matrix,
     new_newton,
     newton_iteration,
     solve,
+    stage_state,
 )
-from hydrosim.integrate.methods import ESDIRK4, advance_state, stage_state
-from hydrosim.integrate.step_control import Control
 
 Figure = Callable[[str, float], None]
 PAIR = ESDIRK4.tableau

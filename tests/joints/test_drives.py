@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from solutions import solved
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
 from hydrosim.elements import (

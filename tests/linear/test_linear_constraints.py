@@ -50,8 +50,8 @@ from hydrosim.errors import InputError, SimulationError
 from hydrosim.integrate.exponential import extend_nodes
 from hydrosim.linear import equilibrium as places
 from hydrosim.linear.equilibrium import Contacts, equilibrium
-from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear, nullspace_of
+from hydrosim.linear.modes import find_admittances
 from hydrosim.linear.propagate import linear_equation, loads_at_rest, motions
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight

@@ -13,8 +13,8 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.elements import LinearMooring, Spring
 from hydrosim.linear import linearise as module
-from hydrosim.linear.impedance import find_admittances
 from hydrosim.linear.linearise import Linear, find_components, linearise
+from hydrosim.linear.modes import find_admittances
 from hydrosim.run.step_limits import add_step_warnings
 from hydrosim.scene import Scene
 

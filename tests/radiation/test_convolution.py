@@ -19,8 +19,13 @@ from hydrosim.water.radiation import (
     convolution_model,
     history_for,
 )
-from hydrosim.water.radiation.convolution import radiation_memory
-from hydrosim.water.radiation.fourier import bit_reversed, roots_of_unity, transform, untransform
+from hydrosim.water.radiation.convolution import (
+    bit_reversed,
+    radiation_memory,
+    roots_of_unity,
+    transform,
+    untransform,
+)
 from hydrosim.water.radiation.history import count_anew, drop, push
 
 SIZES = np.array([[2.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 0.0]])  # of K between three DOFs

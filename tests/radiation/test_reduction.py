@@ -11,10 +11,10 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.compile.hydrodynamic_groups import floating_of
-from hydrosim.water.radiation import FitReport, Floating, Retardation, StateSpace, fits, reduction
+from hydrosim.water.radiation import FitReport, Floating, Retardation, StateSpace, fits
+from hydrosim.water.radiation.fits import PART, Felt, reduced
 from hydrosim.water.radiation.passivity import Reciprocal
 from hydrosim.water.radiation.rational import Emphasis
-from hydrosim.water.radiation.reduction import PART, Felt, reduced
 from hydrosim.water.radiation.retardation import SLOWEST, transfer_function
 from hydrosim.water.radiation.state_space import TOLERANCE, Target
 
@@ -101,7 +101,7 @@ def test_what_does_not_become_better_stays(
         margin = -2e-7 if fault == "passivity" else 0.0
         return simple, FitReport(tolerance, error, 0.0, 0.0, margin)
 
-    monkeypatch.setattr(reduction, "fit_once", found)
+    monkeypatch.setattr(fits, "fit_once", found)
     assert reduced(hull.full, hull.memory, hull.band, hull.floating) is hull.full
 
 

@@ -14,7 +14,7 @@ import xarray as xr
 from scenes import block, scene
 
 import hydrosim as hs
-from hydrosim.cli.options import tells_absent_variables
+from hydrosim.cli.terminal import tells_absent_variables
 from hydrosim.errors import InputError
 from hydrosim.report.document import replay_of, report_of
 from hydrosim.results import dataset

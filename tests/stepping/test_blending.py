@@ -18,7 +18,7 @@ from numpy.testing import assert_allclose
 from scenes import moving
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
 from hydrosim.compile.compiled import Compiled

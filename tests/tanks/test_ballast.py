@@ -33,9 +33,9 @@ from hydrosim.scene import (
     TankTable,
     Weight,
 )
-from hydrosim.tanks.pieces import SURFACE_MOMENT
-from hydrosim.tanks.pieces import quantities_at as held_at
 from hydrosim.tanks.shapes import pieces
+from hydrosim.tanks.surface import SURFACE_MOMENT
+from hydrosim.tanks.surface import quantities_at as held_at
 
 MASS, DENSITY = 2e4, 1000.0
 LEFT = Tank("left", Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9), 2.0, DENSITY)

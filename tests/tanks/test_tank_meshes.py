@@ -15,8 +15,8 @@ from hydrosim.elements import LinearMooring
 from hydrosim.errors import InputError
 from hydrosim.scene import Box, Pump, Tank, TankMesh, Weight, When
 from hydrosim.tanks.mirror import image_indices
-from hydrosim.tanks.pieces import SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.shapes import capacity, height, pieces, pieces_of_mesh, volume_at
+from hydrosim.tanks.surface import SURFACE_MOMENT, quantities_at
 
 ORIGIN = np.array([0.3, -0.2, 0.7])
 BOX = Box((-3.0, -1.5, -0.5), (-1.0, 1.0, 2.0), 0.9)

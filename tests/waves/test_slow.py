@@ -30,7 +30,13 @@ from hydrosim.scene import (
 )
 from hydrosim.water.body import WaveBody
 from hydrosim.water.components import sea
-from hydrosim.water.displaced_loads import following_loads, following_model, new_sums
+from hydrosim.water.displaced_loads import (
+    chosen_places,
+    following_loads,
+    following_model,
+    new_sums,
+    slow_bodies,
+)
 from hydrosim.water.slow_path_loads import (
     BLOCK_BEGIN,
     BLOCK_POSITION,
@@ -40,7 +46,6 @@ from hydrosim.water.slow_path_loads import (
     new_block,
     slow_loads,
 )
-from hydrosim.water.wave_reference import chosen_places, slow_bodies
 
 SWELL = WaveTrain(Jonswap(2.0, 16.0, 3.3), heading=radians(30), ramp=30.0, repeat_period=900.0)
 TONE = WaveTrain(RegularWave(0.8, 14.0, phase=0.4), heading=radians(-70))

@@ -16,7 +16,7 @@ from hydrosim.files.document_nodes import Outcome, Table, Value, Verdict
 from hydrosim.report.sentences.run import criteria_nodes, run_document
 from hydrosim.results.channels import channel_names, channel_series
 from hydrosim.simulation import blank_run
-from hydrosim.statistics.criteria import criteria_of
+from hydrosim.statistics.figures import criteria_of
 from hydrosim.study.many_runs import run_study
 from hydrosim.study.sweep import load_study
 

@@ -16,7 +16,7 @@ from hydrosim.files.document_nodes import Outcome, Table, Value, Verdict
 from hydrosim.report.page import html
 from hydrosim.report.sentences.study import study_document, study_tables
 from hydrosim.statistics import effects
-from hydrosim.statistics.criteria import judge_plan, judge_study
+from hydrosim.statistics.figures import judge_plan, judge_study
 from hydrosim.statistics.over_seeds import as_csv
 from hydrosim.study.many_runs import run_study
 from hydrosim.study.sweep import load_study

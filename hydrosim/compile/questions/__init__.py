@@ -12,15 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from hydrosim.compile.questions import (
-    attachments,
-    bodies,
-    elements,
-    loads,
-    sloshing,
-    starts,
-    waters,
-)
+from hydrosim.compile.questions import attachments, bodies, elements, loads, starts, waters
 from hydrosim.errors import InputError
 from hydrosim.scene import Question
 
@@ -47,7 +39,7 @@ QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
     Question.WATER: waters.water,
     Question.STREAMS: lambda about: chain(waters.streams(about), loads.coefficients(about)),
     Question.SHIELDING: bodies.shielding,
-    Question.SLOSHING: sloshing.sloshing,
+    Question.SLOSHING: waters.sloshing,
     Question.WAVES: waters.waves,
     Question.STEEPNESS: waters.steepness,
     Question.RAMP: waters.ramp,

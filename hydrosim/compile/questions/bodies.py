@@ -25,7 +25,7 @@ from hydrosim.elements.damping import QuadraticDamping
 from hydrosim.elements.signal import Harmonic, Signal
 from hydrosim.scene import Body, Question, Weight
 from hydrosim.scene.body import Box
-from hydrosim.tanks.loading import at_start, body_without, least_moment
+from hydrosim.tanks.timeline import at_start, body_without, least_moment
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question
 HOPELESS = 10.0  # ratio of mass to displaced mass, or its inverse, that no mooring can hold

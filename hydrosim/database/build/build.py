@@ -1,4 +1,12 @@
-"""`build`: computes a database from a recipe."""
+"""`build`: computes a database from a recipe.
+
+How long a database takes, from samples of its panels.
+
+Each pair of panels takes the same time in the matrices of influence, and each panel the same in
+far fields and pressures. So a frequency of n panels takes a n^2 + b n + c n^3. Two samples of
+panels give a and b; a matrix that is factorised gives c. Samples are solved near one of the
+frequencies; their results have no meaning.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +15,11 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from itertools import combinations, count
+from time import perf_counter, process_time
 
 import capytaine
 import numpy as np
+from scipy.linalg import lu_factor
 
 from hydrosim.database import HydroDatabase
 from hydrosim.database.build.afloat import FloatingHulls, floating, hulls_afloat
@@ -22,9 +32,17 @@ from hydrosim.database.build.assemble import (
     by_far_field,
     extrapolate_radiation,
 )
-from hydrosim.database.build.bem import Hull, Progress, Solution, limit_added_mass, solve_all
+from hydrosim.database.build.bem import (
+    Hull,
+    Progress,
+    Solution,
+    entry_name,
+    limit_added_mass,
+    solution_key,
+    solve,
+    solve_all,
+)
 from hydrosim.database.build.drift import MIN_TESTED_KH, Drifting, Real, Water
-from hydrosim.database.build.estimate import estimated_seconds
 from hydrosim.database.build.mesh import narrowest_gap
 from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
 from hydrosim.database.build.recipe import (
@@ -39,6 +57,81 @@ from hydrosim.database.build.recipe import (
 from hydrosim.database.build.second_order import difference_qtf, drift_of_each
 from hydrosim.database.database import PANELS_ATTRIBUTE
 from hydrosim.errors import InputError
+from hydrosim.files.cache import stored
+
+SAMPLE_PANELS = (150, 600)  # panels
+SAMPLE_MATRIX_SIZE = 700  # size of the sample of a matrix
+FACTORISATION_TRIALS = 3  # factorisations that are timed
+SHORTEST_S = 1e-3  # of a sample, by the resolution of clocks
+
+
+def estimated_seconds(hull: Hull, water: Water, frequencies: Real, headings: Real) -> float:
+    """Time [s] that one process takes for all ``frequencies`` [rad/s] that are not stored."""
+    missing = [w for w in frequencies if not _is_stored(hull, water, float(w), headings)]
+    if not missing:
+        return 0.0
+    each = _seconds_of_one(hull, water, float(missing[len(missing) // 2]), headings)
+    return each * (len(missing) + _missing_limits(hull, water))
+
+
+def _is_stored(hull: Hull, water: Water, frequency: float, headings: Real) -> bool:
+    return stored(entry_name(solution_key(hull, water, frequency, headings))) is not None
+
+
+def _missing_limits(hull: Hull, water: Water) -> int:
+    """Number of the limits of added mass that are not stored; each takes about a frequency."""
+    limits = [0.0, np.inf] if water.is_deep else [np.inf]
+    return sum(not _is_stored(hull, water, w, np.empty(0)) for w in limits)
+
+
+def _seconds_of_one(hull: Hull, water: Water, frequency: float, headings: Real) -> float:
+    """Time [s] of one frequency near ``frequency`` [rad/s], in this process."""
+    begin = perf_counter(), process_time()
+    samples = [
+        _sample_seconds(hull, water, frequency, headings, wanted) for wanted in SAMPLE_PANELS
+    ]
+    factorisations = _factorisation_seconds()
+    # other programs delay short samples by chance, so that all share one delay
+    delay = (perf_counter() - begin[0]) / max(process_time() - begin[1], SHORTEST_S)
+    size = len(hull.panels) + len(hull.lid)
+    if samples[0][0] == samples[1][0]:  # a hull of few panels
+        return delay * samples[1][1]
+    powers = np.array([[count**2, count] for count, _ in samples], dtype=float)
+    quadratic, linear = np.linalg.solve(powers, [seconds for _, seconds in samples])
+    matrices = (2 if hull.symmetric else 1) * (2 if hull.direct else 1)
+    factorised = matrices * factorisations * (size / SAMPLE_MATRIX_SIZE) ** 3
+    return delay * float(max(quadratic, 0.0) * size**2 + max(linear, 0.0) * size + factorised)
+
+
+def _factorisation_seconds() -> float:
+    """CPU time [s] of the factorisation of a matrix of the size `SAMPLE_MATRIX_SIZE`."""
+    matrix = np.eye(SAMPLE_MATRIX_SIZE) + 1j / (1.0 + np.arange(SAMPLE_MATRIX_SIZE))
+    begin = process_time()
+    for _ in range(FACTORISATION_TRIALS):
+        lu_factor(matrix)
+    return max(process_time() - begin, SHORTEST_S) / FACTORISATION_TRIALS
+
+
+def _sample_seconds(
+    hull: Hull, water: Water, frequency: float, headings: Real, wanted: int
+) -> tuple[int, float]:
+    """Number of panels of a sample with about as many as ``wanted``, and its CPU time [s]."""
+    size = len(hull.panels) + len(hull.lid)
+    stride = max(size // wanted, 1)
+    owner = np.array(hull.owner, dtype=int)
+    sides = owner.reshape(2 if hull.symmetric else 1, -1)[:, ::stride]
+    sample = replace(
+        hull,
+        panels=hull.panels[::stride],
+        lid=hull.lid[::stride],
+        owner=tuple(sides.ravel().tolist()),
+    )
+    # the first loads tables and makes the mesh, the second shows what all others take
+    for share in (1.0, 1.01):
+        begin = process_time()
+        solve(sample, water, share * frequency, headings)
+    return len(sample.panels) + len(sample.lid), max(process_time() - begin, SHORTEST_S)
+
 
 QTF = "near field, with Pinkster's second-order potential; surge, sway and yaw scaled to mean_drift"
 

@@ -20,10 +20,9 @@ from hydrosim.database.checks.finding import (
     Use,
     accepted_findings,
 )
-from hydrosim.database.checks.hydrostatics import HYDROSTATICS
 from hydrosim.database.checks.long_waves import LONG_WAVES
 from hydrosim.database.checks.radiation import HASKIND, RADIATION
-from hydrosim.database.checks.ranges import ORDER_CHECKS, RANGES
+from hydrosim.database.checks.ranges import HYDROSTATICS, ORDER_CHECKS, RANGES
 from hydrosim.database.checks.second_order import SECOND_ORDER
 from hydrosim.database.database import HydroDatabase
 from hydrosim.errors import InputError

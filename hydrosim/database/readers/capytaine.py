@@ -34,7 +34,7 @@ from hydrosim.database.readers.assembly import (
 )
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.files import file_checks
+from hydrosim.files import text
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
 NAME = "Capytaine netCDF"
@@ -71,7 +71,7 @@ _TO_OMEGA: dict[str, Callable[[Real, float, float], Real]] = {
 
 def sniff(path: Path, head: bytes) -> bool:
     """A netCDF file with Capytaine's dimensions."""
-    if not head.startswith((file_checks.MAGIC, _CLASSIC)):
+    if not head.startswith((text.MAGIC, _CLASSIC)):
         return False
     try:
         with _open(path) as file:
@@ -103,7 +103,7 @@ def _open(path: Path) -> Any:
             from scipy.io import netcdf_file  # slow to load, and few files are of that format
 
             return netcdf_file(path, mmap=False, maskandscale=True)
-    if problem := file_checks.fault(path):
+    if problem := text.fault(path):
         raise OSError(problem)
     return netCDF4.Dataset(path)
 

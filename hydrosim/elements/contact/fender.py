@@ -50,7 +50,7 @@ from hydrosim.scene import ForceElement
 
 if TYPE_CHECKING:
     from hydrosim.elements.contact.geometry import Plane
-    from hydrosim.elements.layout import Layout
+    from hydrosim.elements.kind import Layout
 
 CONTACT_STATE_NAMES = (  # of each point
     *("stretch 1", "stretch 2", "slip distance"),

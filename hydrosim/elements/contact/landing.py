@@ -36,13 +36,14 @@ from hydrosim.elements.kind import LINEARISATION_DEPTH as COMPRESSED
 from hydrosim.elements.kind import (
     Columns,
     KindWithModeSets,
+    Layout,
     ModeRows,
     ModeSet,
     UnitRecord,
     Variable,
     rest_at_first,
+    unit_ranges,
 )
-from hydrosim.elements.layout import Layout, unit_ranges
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.multibody.vectors import length

@@ -36,8 +36,8 @@ from hydrosim.elements.kind import (
     UnitKind,
     UnitRecord,
     Variable,
+    constraint_names,
 )
-from hydrosim.elements.layout import constraint_names
 from hydrosim.jit.kernels import assign, clear, kernel, root
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -54,7 +54,7 @@ from hydrosim.scene import Scene
 from hydrosim.scene.joint import JointType, MotionKind
 
 if TYPE_CHECKING:
-    from hydrosim.elements.layout import BodyAtRest, Layout
+    from hydrosim.elements.kind import BodyAtRest, Layout
     from hydrosim.scene import ForceElement, Joint
 
 OPEN, WAITING, RATCHETING, CLOSED = range(4)

@@ -25,13 +25,13 @@ import numpy as np
 from hydrosim.elements.kind import (
     Columns,
     KindWithModeSets,
+    LinearResistance,
     ModeRows,
     ModeSet,
     UnitRecord,
     Variable,
     rest_at_first,
 )
-from hydrosim.elements.layout import LinearResistance
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
 from hydrosim.modes import (
     CONTACT_MARGIN,
@@ -48,7 +48,7 @@ from hydrosim.scene import JointResistance, Scene
 from hydrosim.scene.scene import tree_joints
 
 if TYPE_CHECKING:
-    from hydrosim.elements.layout import Layout
+    from hydrosim.elements.kind import Layout
     from hydrosim.scene import ForceElement
 
 NO_FRICTION, STUCK, UP, DOWN = range(4)

@@ -36,7 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.elements.contact.geometry import EARTH
-from hydrosim.elements.layout import Layout
+from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
 from hydrosim.elements.pair import TwoPointElement
 from hydrosim.elements.signal import SIGNAL, Signal, compile_signals, constant, value

@@ -33,6 +33,7 @@ from hydrosim.elements.kind import (
     LINEARISATION_DEPTH,
     Columns,
     KindWithModeSets,
+    Layout,
     ModeRows,
     ModeSet,
     UnitRecord,
@@ -42,7 +43,6 @@ from hydrosim.elements.kind import (
     rest_at_first,
     with_mode_of_unit,
 )
-from hydrosim.elements.layout import Layout
 from hydrosim.elements.pair import TwoPointElement, apply_tension, line_between
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, SEGMENT, SEGMENT_MARGIN

@@ -41,7 +41,7 @@ from hydrosim.results.ledger import (
     reported_beyond,
 )
 from hydrosim.results.phases import FIGURES, STAGE_TIME
-from hydrosim.statistics.criteria import Criterion, criteria_of
+from hydrosim.statistics.figures import Criterion, criteria_of
 
 if TYPE_CHECKING:
     from hydrosim.study.converge import ConvergenceStudy, ConvergenceTrial

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,11 +10,51 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import DOFS
-from hydrosim.files.document_nodes import Chart, Node, Table, Value
+from hydrosim.files.display_units import units_of
+from hydrosim.files.document import Document
+from hydrosim.files.document_layout import text_of, value_text
+from hydrosim.files.document_nodes import (
+    Between,
+    Cell,
+    Chart,
+    Heading,
+    Node,
+    Sentence,
+    Table,
+    Value,
+)
 from hydrosim.files.series import unit_of
+from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, title_of
 from hydrosim.results.channels import channel_names, group_by_size
 from hydrosim.results.channels import channel_series as channel
-from hydrosim.results.phases import CONTACT_WEIGHT, GROUP_IMPULSE, transferred_fraction
+from hydrosim.results.phases import (
+    CONTACT_WEIGHT,
+    FIGURES,
+    GROUP_IMPULSE,
+    STAGE_TIME,
+    is_operation,
+    transferred_fraction,
+)
+from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
+from hydrosim.statistics.explain import (
+    DIRECTION_AXES,
+    EXPLAINED_PHASES,
+    FRICTION_PARTS,
+    OTHER,
+    significant_entries,
+    stages_with_values,
+)
+from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY, VALUES_FOR_INTERVAL
+from hydrosim.statistics.over_seeds import (
+    GUMBEL_METHOD,
+    MIN_RUNS,
+    SeedExtremes,
+    SmallestAndLargest,
+    ends_of_channels,
+    ends_of_figures,
+    ends_of_motions,
+    find_extremes,
+)
 from hydrosim.statistics.results import crawl
 
 CHART_ROUNDING_FRACTION = 1e-9
@@ -221,3 +261,299 @@ def _series_by_label(run: xr.Dataset, name: str, dim: str) -> dict[str, np.ndarr
 
 def _over_time(values: xr.DataArray) -> np.ndarray:
     return np.asarray(values.values)
+
+
+# Why a body moved: a column for each span of time, a row for each figure; of many runs means, each
+# with its 90 % interval.
+
+SLIP_ROWS = {
+    "mean N in slip": ("slip_mean_load", "N"),
+    "mean direction d": ("slip_mean_direction", ""),
+    "Cov(N, d)": ("slip_covariance", "N"),
+    "mean N, slip towards +": ("load_ahead", "N"),
+    "mean N, slip towards -": ("load_astern", "N"),
+    "slip towards +": ("slip_ahead", "m"),
+    "slip towards -": ("slip_astern", "m"),
+}
+"""What is said of the slip of a point: the variable and its SI unit."""
+CONTACT_MODE_ROWS = {
+    "share of time": ("mode_share", "share"),
+    "moved": ("mode_moved", "m"),
+    "work of friction": ("mode_work", "J"),
+}
+
+
+class ExplainedFigure(NamedTuple):
+    """A figure by its name: ``values`` (span,) or (run, span) in an SI ``unit``."""
+
+    name: str
+    values: xr.DataArray
+    unit: str = ""
+
+
+def explanation_document(
+    run: xr.Dataset, parts: Mapping[str, xr.Dataset], body: str, direction: str
+) -> Document:
+    """The explanation of a run, or of each combination of parameters of many runs by its name."""
+    nodes: list[Node] = []
+    for title, found in parts.items():
+        nodes += [Heading(title)] if title else []
+        nodes += explanation(found, body, direction)
+    return Document(title_of(run), nodes, units=units_of(run.attrs))
+
+
+def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
+    """The balance of mean forces on a body in a direction; what the friction of each group of
+    contacts comes from; how its points slip, and what they do in each mode."""
+    found = found.sel(span=reported_spans(found))
+    yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
+    if "friction_part" in found:
+        for group in dict.fromkeys(found.fender_group.values.ravel()):
+            own = found.sel(fender=found.fender_group == group, direction=DIRECTION_AXES[direction])
+            own = own.sel(span=_of_group(found, str(group)))
+            if own.friction_part.fillna(0.0).any():
+                yield _table(f"mean friction of {group} in {direction}", _friction(own))
+                yield _table(f"mean of the points of {group} in {direction}", _points(own))
+    yield _closing(found)
+
+
+def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
+    each = list(rows)
+    spans = stages_with_values(each[0].values)
+    table = [
+        [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each
+    ]
+    return Table((title, *spans), table)
+
+
+def mean_cell(values: xr.DataArray, unit: str) -> Cell:
+    """A number, or of many ``run`` their mean and its interval; nothing where there is none."""
+    x = np.atleast_1d(values.values)
+    x = x[np.isfinite(x)]
+    if x.size == 0:
+        return ""
+    of = seed_spread(x)
+    if "run" in values.dims and x.size > 1:
+        return Sentence("{} ({})", [Value(of.mean, unit), Between(of.low, of.high, unit)])
+    return Value(of.mean + 0.0, unit)
+
+
+def _of_group(found: xr.Dataset, group: str) -> list[str]:
+    """The spans that are not those of other groups."""
+    return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
+
+
+def reported_spans(found: xr.Dataset) -> list[str]:
+    """All spans but the phases of groups of contacts that go through no operation."""
+    there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
+    names = [str(s) for s in found.span.values]
+    return [s for s in names if _phase(s) is None or is_operation(_phases_beside(s, there))]
+
+
+def _phase(span: str) -> int | None:
+    """The phase that a span is; none if it is no phase."""
+    name = span.rpartition(": ")[2]
+    return EXPLAINED_PHASES.index(name) if name in EXPLAINED_PHASES else None
+
+
+def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
+    """The phases of the same group of contacts, among the spans that are ``there``."""
+    prefix = span.removesuffix(span.rpartition(": ")[2])
+    yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
+
+
+def _balance(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+    """Times, displacements, mean forces by what exerts them."""
+    yield ExplainedFigure("duration", found.span_end - found.span_begin, "s")
+    yield ExplainedFigure("displacement", found.displacement, "m")
+    for name in significant_entries(found.mean_force, "force"):
+        yield ExplainedFigure(
+            f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N"
+        )
+    yield ExplainedFigure("change of momentum", found.momentum_rate, "N")
+
+
+def _friction(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+    """Mean friction of a group, by what it comes from."""
+    part = found.friction_part.sum("fender").where(found.span_end.notnull())
+    for name in FRICTION_PARTS:
+        if name != OTHER or name in significant_entries(part, "part"):
+            yield ExplainedFigure(name, part.sel(part=name), "N")
+    yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
+
+
+def _points(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+    """How a point of the group slips, on average, and what it does in each mode."""
+    for mode in map(str, found.contact_mode.values):
+        of = found.sel(contact_mode=mode)
+        for name, (variable, unit) in CONTACT_MODE_ROWS.items():
+            yield ExplainedFigure(f"{mode}: {name}", of[variable].mean("fender"), unit)
+    for name, (variable, unit) in SLIP_ROWS.items():
+        yield ExplainedFigure(name, found[variable].mean("fender"), unit)
+
+
+def _closing(found: xr.Dataset) -> Sentence:
+    """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
+    missed = float(np.abs(found.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
+    done = float(np.abs(found.force_work).sum(["body", "dof", "force"]).max())
+    missing = float(np.abs(found.work_missing).max())
+    return Sentence(
+        "Impulses of all forces add up to the change of momentum, but for a mean force of {}. Works"
+        " add up to the change of kinetic energy, but for {} of {}.",
+        [Value(missed, "N", 1), Value(missing, "J", 2), Value(done, "J", 2)],
+        detail=True,
+    )
+
+
+# Runs that differ in their seeds alone: where each motion lies, and extremes over seeds of every
+# channel.
+
+MAX_COMBINATIONS = 5
+"""Combinations of parameters that are shown."""
+CLEARANCE_FIGURE = FIGURES["end_clearance"][0]
+"""The only result of stages that may be negative."""
+VARIED_COORDINATE = "varied"
+"""Coordinate of runs: the parameter that is varied, one at a time."""
+EXTREMES_METHOD_NOTE = (
+    f"Intervals hold 90 %, over {MIN_RUNS} seeds or more. Where maxima follow Gumbel's law they are"
+    " by it; else by the order of the runs, without a law."
+)
+
+
+def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
+    """Extremes over the seeds of each combination of the parameters of a plan without figures."""
+    yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
+    each = list(combinations(plan))
+    for values, at in each[:MAX_COMBINATIONS]:
+        of = plan.runs.isel(run=at)
+        title = named_values(plan, values)
+        yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
+    if len(each) > MAX_COMBINATIONS:
+        more = str(len(each) - MAX_COMBINATIONS)
+        yield Sentence("{} more combinations are in motion, in the file.", [more])
+
+
+def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
+    """Extremes over the seeds of figures, and of every other channel of the file."""
+    each = list(combinations(plan))
+    if max((at.size for _, at in each), default=0) < MIN_RUNS:
+        text = "Most probable extremes and P90 over seeds take {} seeds or more."
+        yield Sentence(text, [str(MIN_RUNS)], detail=True)
+        return
+    figures: list[list[Cell]] = []
+    channels: list[list[Cell]] = []
+    for k, (values, at) in enumerate(each):
+        of = plan.runs.isel(run=at)
+        name = named_values(plan, values) or "all"
+        figures += [[name, *row] for row in _rows(ends_of_figures(of, plan.figures))]
+        if k < MAX_COMBINATIONS:
+            channels += [
+                [name, *row] for row in _rows([*ends_of_motions(of), *ends_of_channels(of)])
+            ]
+    yield from _tables("figure", figures, of=True)
+    yield from _tables("channel", channels, of=True, detail=True)
+    if figures or channels:
+        yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
+
+
+def _tables(
+    what: str, rows: list[list[Cell]], of: bool = False, detail: bool = False
+) -> Iterator[Node]:
+    """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
+    they are of before these."""
+    if not rows:
+        return
+    begin = (*(("of",) if of else ()), what, "side")
+    n = len(begin)
+    title = "The most probable extreme of a run, and where the extreme of another run lies"
+    head = (*begin, "most probable", "interval", "another run")
+    yield Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
+    title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
+    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
+    yield Table((*begin, "P90", "interval", "by"), each, title, detail)
+
+
+def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
+    """Between which values each motion is, extremes of another run, stages over runs."""
+    head = ("motion", "smallest", "largest")
+    moving = list(ends_of_motions(runs))
+    ends: list[list[Cell]] = [
+        [each.name, Value(np.min(each.low), each.unit), Value(np.max(each.high), each.unit)]
+        for each in moving
+        if each.low is not None and each.high is not None
+    ]
+    yield Table(head, ends, title)
+    yield from _tables("channel", _rows([*moving, *ends_of_channels(runs)]))
+    if stages := list(_stages(runs)):
+        yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
+
+
+def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
+    """The values of the parameters of runs, in the units that they are read in; of one parameter at
+    a time, the one that is varied."""
+    varied = str(values.get(VARIED_COORDINATE, ""))
+    if VARIED_COORDINATE in values and not varied:
+        return "the case"
+    names = [plan.axis(varied)] if varied else [*values]
+    units = units_of(plan.runs.attrs)
+    read = {name: text_of(value_of(values[name], plan.unit(name)), units) for name in names}
+    return ", ".join(f"{short_key(name)} {value}" for name, value in read.items())
+
+
+def short_key(name: str) -> str:
+    """The last two words of a key."""
+    return " ".join(name.split(".")[-2:]).replace("_", " ")
+
+
+def value_of(value: object, unit: str) -> Value | str:
+    """A value of a parameter: a number in its unit, or words."""
+    return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
+
+
+def _rows(each: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
+    """Extremes of channels that enough runs have values of."""
+    return [row for ends in each for row in _extremes(ends)]
+
+
+def _extremes(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
+    """Of the smallest and of the largest value of each run."""
+    for side, found in find_extremes(ends):
+        yield [ends.name, side, *_cells(found, ends.unit)]
+
+
+def _cells(found: SeedExtremes, unit: str) -> list[Cell]:
+    return [
+        Value(found.probable, unit),
+        Between(*found.interval, unit),
+        Between(*found.another, unit),
+        Value(found.p90, unit),
+        Between(*found.p90_interval, unit),
+        _method(found),
+    ]
+
+
+def _method(found: SeedExtremes) -> str:
+    """The law, or the order of the runs and what their interval of another run holds."""
+    if found.method == GUMBEL_METHOD:
+        return GUMBEL_METHOD
+    held = f"interval of another run holds {100.0 * found.probability:.0f} %"
+    more = (
+        ""
+        if found.probability >= INTERVAL_PROBABILITY
+        else f"; with {VALUES_FOR_INTERVAL} runs it would hold 90 %"
+    )
+    return f"{found.method} ({held}{more})"
+
+
+def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
+    """Stages and figures of each group over runs: mean with its interval, and their range."""
+    for name in runs.contact_group.values if STAGE_TIME in runs else ():
+        of = runs.sel(contact_group=name)
+        stages = {str(s): of[STAGE_TIME].sel(stage=s) for s in of.stage.values}
+        for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
+            known = each.values[np.isfinite(each.values)]
+            if known.size and np.ptp(known) > 0.0:
+                at = seed_spread(known, -np.inf if what == CLEARANCE_FIGURE else 0.0)
+                unit = str(each.attrs["units"])
+                ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
+                yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]

@@ -42,7 +42,7 @@ from hydrosim.report.sentences.sections import (
     title_block,
     title_of,
 )
-from hydrosim.report.sentences.seeds import (
+from hydrosim.report.sentences.series import (
     extreme_nodes,
     named_values,
     seed_nodes,
@@ -54,8 +54,8 @@ from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, RELATIVE, reported_be
 from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
-from hydrosim.statistics.criteria import Criterion, JudgedCriterion, judge_plan, judge_study
 from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
+from hydrosim.statistics.figures import Criterion, JudgedCriterion, judge_plan, judge_study
 
 # Several figures of all plans of a study in one table: a row for each value, a column for each
 # figure.

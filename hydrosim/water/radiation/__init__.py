@@ -2,6 +2,7 @@
 
 from hydrosim.water.radiation.convolution import ConvolutionKernel, convolution_model, history_for
 from hydrosim.water.radiation.fits import (
+    Floating,
     check,
     fit,
     free_groups,
@@ -17,7 +18,6 @@ from hydrosim.water.radiation.memory import (
     input_rates,
     state_space_model,
 )
-from hydrosim.water.radiation.reduction import Floating
 from hydrosim.water.radiation.retardation import (
     KernelReport,
     Retardation,

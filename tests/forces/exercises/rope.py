@@ -20,6 +20,7 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     Columns,
     KindWithModeSets,
+    Layout,
     ModeRows,
     ModeSet,
     StateBlocks,
@@ -27,7 +28,6 @@ from hydrosim.elements.kind import (
     Variable,
     rest_at_first,
 )
-from hydrosim.elements.layout import Layout
 from hydrosim.elements.pair import apply_tension
 from hydrosim.elements.signal import NOTHING, SIGNAL_PIECE
 from hydrosim.jit.kernels import kernel, root

@@ -20,11 +20,11 @@ import pytest
 from command_line import Command
 from scenes import CASES, SEA, in_contact, in_waves
 
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.study.cluster import Cluster, run_batch
-from hydrosim.study.outcome import RunOutcome
+from hydrosim.study.executors import RunOutcome
 from hydrosim.study.shared import RunTask
 
 pytest.importorskip("distributed")

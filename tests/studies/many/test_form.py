@@ -13,7 +13,7 @@ from scenes import block, on_floor, steady
 from scenes import scene as dry
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.elements import Frictionless, StickSlip
 from hydrosim.results.journal import read_unfinished
 from hydrosim.scene import Scene, Weight

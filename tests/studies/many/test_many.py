@@ -15,7 +15,7 @@ import xarray as xr
 from scenes import CASES, SEA, in_contact, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.results.journal import read_unfinished
 from hydrosim.results.runs_file import LARGE
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain

@@ -17,7 +17,7 @@ import xarray as xr
 from command_line import Command
 from scenes import CASES, SEA, in_contact, in_waves
 
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.errors import InputError
 from hydrosim.scene import WaveTrain
 from hydrosim.study.executors import Processes

@@ -16,14 +16,14 @@ from damaged import message
 from scenes import SEA, in_contact, in_waves, with_body
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.errors import WritingError
 from hydrosim.files.outputs import Output
 from hydrosim.results import journal
 from hydrosim.results.runs_file import RunsWriter
 from hydrosim.scene import Scene, WaveTrain
 from hydrosim.study import executors, shared
-from hydrosim.study.unfinished import folder_of, locked_folder, open_journal
+from hydrosim.study.shared import folder_of, locked_folder, open_journal
 
 
 def seeds(count: int, duration: float = 20.0) -> list[Scene]:

@@ -14,12 +14,12 @@ from command_line import command
 from scenes import CASES
 
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
 from hydrosim.study import executors
+from hydrosim.study.executors import RunOutcome
 from hydrosim.study.operability import Trials, limits_of, load_limits
-from hydrosim.study.outcome import RunOutcome
 
 SPHERE = CASES.parent / "sphere" / "irregular.yaml"
 HEAVE = "{channel: position.sphere.heave, statistic: largest_absolute, limit: 1 m}"

@@ -14,7 +14,7 @@ from markers import few
 from scenes import SEA, in_contact, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.elements import LinearMooring
 from hydrosim.files.outputs import Output
 from hydrosim.jit.waiting import Torn

@@ -12,8 +12,8 @@ from command_line import command
 from markers import few
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
-from hydrosim.run.provenance import case_of
+from hydrosim.compare.dataset import differences
+from hydrosim.run.checkpoint import case_of
 from hydrosim.study.many_runs import run_study
 from hydrosim.study.sweep import load_study
 

@@ -24,7 +24,7 @@ from markers import few
 from scenes import in_contact
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.files.interrupts import ENDING_SIGNALS, install_signal_handlers
 from hydrosim.files.outputs import Output
 from hydrosim.jit import linking, outside

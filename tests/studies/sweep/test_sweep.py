@@ -13,7 +13,7 @@ from command_line import Command, command
 from scenes import CASES
 
 import hydrosim as hs
-from hydrosim.compare.exact import differences
+from hydrosim.compare.dataset import differences
 from hydrosim.files.display_units import Units
 from hydrosim.files.interrupts import ENDING_SIGNALS
 from hydrosim.statistics.effects import PlanRuns
