@@ -34,7 +34,7 @@ from hydrosim.integrate.record import new_record
 from hydrosim.linear.propagate import propagate
 from hydrosim.results.dataset import RUN_FILE_HINT, read_run, write_run
 from hydrosim.results.output import to_dataset
-from hydrosim.run.checkpoint import Checkpoint
+from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
 from hydrosim.run.course import RunInProgress
 from hydrosim.run.error_estimate import estimate_error, repeat_until_accurate
 from hydrosim.run.functions import resume_functions
@@ -134,7 +134,6 @@ def complete_stages(
     Raises InputError if cases need each other, and KeyboardInterrupt if a run is interrupted; only
     complete runs are written.
     """
-    from hydrosim.run.checkpoint import checkpoint_of  # slow to load
 
     chain = (*above, case.path.resolve())
     made = False

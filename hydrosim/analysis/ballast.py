@@ -32,29 +32,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.compile.compiled import facts_of
+from hydrosim.compile.compiled import Compiled, facts_of
 from hydrosim.compile.hydrostatics import cut_tanks
 from hydrosim.elements import without_friction
 from hydrosim.elements.hydrostatics import add_weight
 from hydrosim.elements.kind import HYDROSTATIC, WEIGHT, row_names
 from hydrosim.errors import InputError
-from hydrosim.integrate.dynamics import new_work, update_contents
+from hydrosim.integrate.dynamics import Model, new_work, update_contents
 from hydrosim.linear.equilibrium import WIDE, equilibrium, stiffness_of
 from hydrosim.linear.linearise import STEP, linearise, without_waves
 from hydrosim.linear.modes import STATIC
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.multibody.tree import NO_TREE
-from hydrosim.scene import FreeSurface
+from hydrosim.scene import Body, FreeSurface, Pump, Scene, Tank
 from hydrosim.tanks.contents import Tanks, changing_tanks, flow_names, quantity, tank_names
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces, section, triangles
 from hydrosim.tanks.surface import FIRST_MOMENT, FLUID_LEVEL, quantities_at
 from hydrosim.tanks.timeline import Loading, at_start, body_without, integrate_tanks, loaded_body
 
 if TYPE_CHECKING:
-    from hydrosim.compile.compiled import Compiled
-    from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
-    from hydrosim.scene import Body, Pump, Scene, Tank
 
 # Loss of stability of bodies by free surfaces: at rest, and at a heel.
 

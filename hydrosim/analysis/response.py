@@ -49,7 +49,7 @@ from hydrosim.elements.contact.law import STICK
 from hydrosim.elements.contact.laws import COULOMB, FRICTIONLESS, friction
 from hydrosim.elements.viscous_roll import VISCOUS_ROLL_KIND
 from hydrosim.errors import InputError
-from hydrosim.integrate.dynamics import new_work, rhs
+from hydrosim.integrate.dynamics import Model, new_work, rhs
 from hydrosim.integrate.names import contact_names
 from hydrosim.linear.equilibrium import (
     RESIDUAL_RTOL,
@@ -72,7 +72,6 @@ from hydrosim.water.wind import NO_GUSTS, GustTable, gust_components, mean_wind
 
 if TYPE_CHECKING:
     from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
-    from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
     from hydrosim.water.body import WaveBody
 

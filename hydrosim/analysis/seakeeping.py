@@ -32,7 +32,7 @@ from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.multibody.kinematics import are_lengths, own_coordinates
 from hydrosim.results.variables import units_of
-from hydrosim.scene import FreeSurface, Question
+from hydrosim.scene import FreeSurface, Question, Scene
 from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.tanks.shapes import heel_and_trim
 from hydrosim.tanks.timeline import contents_at
@@ -42,7 +42,6 @@ from hydrosim.water.wind import REFERENCE_HEIGHT, gust_band, mean_wind, variance
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
-    from hydrosim.scene import Scene
 
 SPECTRUM_BINS = 200  # of a response spectrum
 DEFAULT_EXPOSURE_S = 10800.0  # s

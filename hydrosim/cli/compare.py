@@ -312,7 +312,6 @@ def export(
     recordings are in SI.
     """
     from hydrosim.compare.export import table_of
-    from hydrosim.files.display_units import units_of
     from hydrosim.results.dataset import read_run
     from hydrosim.results.runs_file import open_runs
 
@@ -367,7 +366,6 @@ def _record(
 ) -> None:
     """Write channels as a recording. Without names, it has the channels of motions, waves, forces,
     fenders and springs that are not zero."""
-    from hydrosim.files.display_units import units_of
     from hydrosim.files.recordings import write_recording
     from hydrosim.files.series import columns_of
     from hydrosim.results.channels import default_channels, match_channels

@@ -250,7 +250,6 @@ def statistics(
 ) -> None:
     """Print means, periods, extremes with two kinds of intervals, and crawl in each contact
     phase."""
-    from hydrosim.errors import InputError
     from hydrosim.report.sentences.statistics import statistics_document
     from hydrosim.results.channels import channel_names, match_channels
     from hydrosim.results.dataset import read_run, write_run

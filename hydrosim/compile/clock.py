@@ -69,10 +69,10 @@ from hydrosim.elements.line import drum, winch
 from hydrosim.elements.signal import corners, signal_rate
 from hydrosim.integrate.methods import DOPRI5, Control
 from hydrosim.integrate.state import Clock
-from hydrosim.linear.stability import all_open, combinations, smallest_step
+from hydrosim.linear.stability import Combination, all_open, combinations, smallest_step
 from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import are_lengths, coordinate_owners
-from hydrosim.scene import Method, Tolerance
+from hydrosim.scene import Environment, Method, Scene, Tolerance
 from hydrosim.scene.scene import ACCURACY
 from hydrosim.water.displaced_loads import STATES_PER_FOLLOWED_BODY, grid_step, steps_per_block
 from hydrosim.water.radiation.threads import one_thread
@@ -83,8 +83,6 @@ if TYPE_CHECKING:
 
     from hydrosim.compile.compiled import Compiled
     from hydrosim.integrate.dynamics import Model
-    from hydrosim.linear.stability import Combination
-    from hydrosim.scene import Environment, Scene
 
 MAX_PHASE_RAD = 0.5
 """Phase of the fastest rate of loads in a step."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hydrosim import elements as forces
 from hydrosim.compile import families, symmetry
 from hydrosim.compile.clock import with_method, with_tolerance
-from hydrosim.compile.compiled import Compiled, facts_of
+from hydrosim.compile.compiled import Compiled, Facts, facts_of
 from hydrosim.compile.drives import check_driven_start
 from hydrosim.compile.families import all_groups, members_of
 from hydrosim.compile.hydrodynamic_groups import (
@@ -39,6 +39,7 @@ from hydrosim.elements import heights_of_wind, in_gusts
 from hydrosim.elements.kind import (
     BodyAtRest,
     JoinedBodies,
+    KindConstants,
     Layout,
     ResonanceTerms,
     RollMode,
@@ -57,7 +58,7 @@ from hydrosim.multibody.heading import Headings, new_headings
 from hydrosim.multibody.kinematics import Bodies
 from hydrosim.multibody.mass import constant_inertia
 from hydrosim.results.memory import named_points, point_names
-from hydrosim.scene import Kinematics, Place, RadiationModel, Scene
+from hydrosim.scene import Kinematics, Place, RadiationModel, Scene, Solver, WaveForces
 from hydrosim.scene.scene import arrangement
 from hydrosim.tanks.contents import Tanks, tank_names, triggered_pumps
 from hydrosim.water import radiation
@@ -74,15 +75,9 @@ from hydrosim.water.displaced_loads import (
     steps_per_block,
 )
 from hydrosim.water.loads import MISSED
-from hydrosim.water.radiation.state_space import TOLERANCE
+from hydrosim.water.radiation.state_space import TOLERANCE, StateSpace
 from hydrosim.water.radiation.threads import one_thread
 from hydrosim.water.wind import gust_table, mean_wind
-
-if TYPE_CHECKING:
-    from hydrosim.compile.compiled import Facts
-    from hydrosim.elements.kind import KindConstants
-    from hydrosim.scene import Solver, WaveForces
-    from hydrosim.water.radiation.state_space import StateSpace
 
 # Constants of the equation of motion, from a scene and its databases.
 

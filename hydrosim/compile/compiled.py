@@ -9,25 +9,22 @@ from functools import cached_property
 from math import inf, nan
 from typing import TYPE_CHECKING
 
-from hydrosim.compile.hydrodynamic_groups import each_alone
+from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_alone
 from hydrosim.compile.restart import initial_headings, start_time
 from hydrosim.compile.sizes import MemoryErrors, memory_errors
 from hydrosim.integrate.methods import IntegrationMethod, method_named
-from hydrosim.integrate.names import force_names, state_layout
+from hydrosim.integrate.names import StateLayout, force_names, state_layout
 from hydrosim.linear.linearise import nonlinearities
-from hydrosim.scene import LinearScenes
+from hydrosim.scene import LinearScenes, Scene, WaveForces
 from hydrosim.water.displaced_loads import met_by_waves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
     from hydrosim.database.database import HydroDatabase
     from hydrosim.integrate.dynamics import Model
-    from hydrosim.integrate.names import StateLayout
     from hydrosim.integrate.state import State
     from hydrosim.linear.stability import Vibration
-    from hydrosim.scene import Scene, WaveForces
     from hydrosim.water.components import WaveComponents
 
 # `Notes`: messages and data from compiling a scene.

@@ -22,13 +22,12 @@ from hydrosim.elements.signal import (
     find_piece,
 )
 from hydrosim.errors import InputError
-from hydrosim.integrate.dynamics import new_work
+from hydrosim.integrate.dynamics import Model, new_work
 from hydrosim.multibody.kinematics import LARGEST_TILT
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.scene import Kinematics, arrangement, tree_joints
 
 if TYPE_CHECKING:
-    from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
     from hydrosim.scene import Body, Joint, Scene
 

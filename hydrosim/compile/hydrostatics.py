@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.database.database import HydroDatabase, require_array
-from hydrosim.database.hull import Triangles, areas, immersed_triangles, integrals
+from hydrosim.database.hull import Hydrostatics, Triangles, areas, immersed_triangles, integrals
 from hydrosim.dofs import SYMMETRY_RTOL
 from hydrosim.elements.hydrostatics import MeshHulls, add_displacement_energy
 from hydrosim.elements.kind import HYDROSTATIC
@@ -32,9 +32,6 @@ from hydrosim.scene import (
 from hydrosim.tanks.contents import changing_tanks
 from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, PIECE_DTYPE, Liquids
-
-if TYPE_CHECKING:
-    from hydrosim.database.hull import Hydrostatics
 
 # Closed meshes as `Solids`: groups of neighbouring triangles.
 

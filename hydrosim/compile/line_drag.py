@@ -25,7 +25,7 @@ from hydrosim.elements.line.kind import (
     linearise_regular,
 )
 from hydrosim.elements.line.points import LineShape, line_shapes
-from hydrosim.integrate.dynamics import new_work
+from hydrosim.integrate.dynamics import Model, new_work
 from hydrosim.linear.linearise import linearise
 from hydrosim.multibody.kinematics import place_bodies, positions_at, slopes_at
 from hydrosim.water.build import first_order
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
     from hydrosim.scene import Scene
     from hydrosim.water.body import WaveBody

@@ -21,7 +21,7 @@ from hydrosim.elements.events import set_initial_modes
 from hydrosim.elements.kind import ModeRows, ResetsOnRestart, UnitKind
 from hydrosim.errors import InputError
 from hydrosim.integrate.dynamics import Model, motion_at
-from hydrosim.integrate.names import MOVING, Coordinate, StateKind, memory_names
+from hydrosim.integrate.names import MOVING, Coordinate, StateKind, StateLayout, memory_names
 from hydrosim.integrate.state import State
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.multibody.kinematics import Motion
@@ -36,7 +36,6 @@ from hydrosim.water.radiation import VelocityHistory
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrosim.integrate.names import StateLayout
 
 MODE_OVERRUN_ATOL = (
     1e-6  # m or s: a stored mode may exceed its end by this; it then ends as the run begins

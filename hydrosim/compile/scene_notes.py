@@ -25,6 +25,7 @@ from hydrosim.scene import (
     Body,
     DirectionalTable,
     GivenComponents,
+    Gusts,
     Jonswap,
     OchiHubble,
     Place,
@@ -66,7 +67,6 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
-    from hydrosim.scene import Gusts
 
 HEADING_LOSS_WARNING = (
     0.05  # relative loss of loads between headings of a database that is worth a warning

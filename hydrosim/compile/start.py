@@ -19,7 +19,7 @@ from hydrosim.elements.events import set_initial_modes
 from hydrosim.errors import InputError
 from hydrosim.integrate.draught_interpolation import steady_filters
 from hydrosim.integrate.dynamics import Model, motion_at, new_work
-from hydrosim.integrate.names import contact_names, coordinates
+from hydrosim.integrate.names import StateLayout, contact_names, coordinates
 from hydrosim.integrate.state import State
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, equilibrium
 from hydrosim.modes import MODE
@@ -29,7 +29,6 @@ from hydrosim.water.displaced_loads import grid_step
 from hydrosim.water.slow_path_loads import first_states
 
 if TYPE_CHECKING:
-    from hydrosim.integrate.names import StateLayout
     from hydrosim.scene import Scene, WaveForces
 
 # A start at rest under the loads at the start: contacts, lines and buoyancy carry all loads.

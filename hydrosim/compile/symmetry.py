@@ -40,7 +40,17 @@ from hydrosim.dofs import DOFS, LATERAL, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.elements import is_mirrored
 from hydrosim.integrate.names import Coordinate, coordinates
 from hydrosim.linear.linearise import find_components, linearise
-from hydrosim.scene import Body, Joint, Scene, SecondOrder, Symmetry, WaveForces
+from hydrosim.scene import (
+    Active,
+    Body,
+    ForceElement,
+    Joint,
+    Scene,
+    SecondOrder,
+    Symmetry,
+    WaveForces,
+    Window,
+)
 from hydrosim.scene.joint import JointMotion, JointType, MotionKind
 from hydrosim.scene.scene import tree_joints
 from hydrosim.tanks.mirror import without_image as without_image_in
@@ -54,7 +64,6 @@ if TYPE_CHECKING:
     from hydrosim.database import HydroDatabase
     from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
-    from hydrosim.scene import Active, ForceElement, Window
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
 AXES = {JointType.FIXED: 0, JointType.BALL: 0, JointType.UNIVERSAL: 2, JointType.ROD: 0}

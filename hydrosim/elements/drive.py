@@ -16,12 +16,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import DOFS, LATERAL
-from hydrosim.elements.kind import Columns, ElementKind, UnitRecord, Variable
+from hydrosim.elements.kind import Columns, ElementKind, Layout, UnitRecord, Variable
 from hydrosim.elements.signal import (
     SIGNAL,
     Signal,
@@ -36,9 +36,6 @@ from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import wrench_of_coordinates
 from hydrosim.multibody.tree import BALL, push_joint
 from hydrosim.scene import ForceElement, Turns
-
-if TYPE_CHECKING:
-    from hydrosim.elements.kind import Layout
 
 POSITION, SPEED, ACCELERATION = range(3)
 DRIVE_OUTPUTS = 1

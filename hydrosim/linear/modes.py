@@ -25,17 +25,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.linear.linearise import expand_to_active
-
-if TYPE_CHECKING:
-    from hydrosim.linear.linearise import Freedom, Linear
+from hydrosim.linear.linearise import Freedom, Linear, expand_to_active
 
 
 class Change(NamedTuple):

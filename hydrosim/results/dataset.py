@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
-from hydrosim.files.outputs import as_output, content
+from hydrosim.files.outputs import Output, as_output, content
 from hydrosim.files.text import no_file
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from hydrosim.files.outputs import Output
 
 MAX_CACHED_INDEXES = 16  # sets of indexes
 

@@ -16,14 +16,13 @@ from hydrosim.errors import InputError
 from hydrosim.integrate.names import memory_names
 from hydrosim.multibody.kinematics import new_motion, place_bodies
 from hydrosim.multibody.tree import NO_TREE
-from hydrosim.water.radiation.history import NOW, THEN, push
+from hydrosim.water.radiation.history import NOW, THEN, VelocityHistory, push
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.integrate.dynamics import Model
     from hydrosim.scene import Clearance, Scene
-    from hydrosim.water.radiation.history import VelocityHistory
 
 # Named points of bodies over time, and clearances between them, from the motions of a run.
 

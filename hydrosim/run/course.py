@@ -10,7 +10,7 @@ from time import thread_time
 from typing import TYPE_CHECKING
 
 from hydrosim.compile.clock import compile_clock
-from hydrosim.compile.compiled import solution
+from hydrosim.compile.compiled import Compiled, solution
 from hydrosim.elements import function_errors
 from hydrosim.errors import SimulationError
 from hydrosim.integrate.loop import advance_until, count_evaluations
@@ -43,7 +43,6 @@ from hydrosim.run.step_limits import unresolved_vibration_warnings
 if TYPE_CHECKING:
     import xarray as xr
 
-    from hydrosim.compile.compiled import Compiled
 
 CHUNK_CPU_TIME_S = 0.1  # s of processor time between reports of progress
 

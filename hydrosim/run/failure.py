@@ -21,7 +21,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.elements import function_errors, losses, mode_row_names, undefined_units
 from hydrosim.elements.kind import RADIATION
 from hydrosim.integrate import state
-from hydrosim.integrate.dynamics import motion_at
+from hydrosim.integrate.dynamics import Model, motion_at
 from hydrosim.integrate.loop import PITCH_DOF
 from hydrosim.integrate.names import StateKind, element_of, force_names, is_work_row
 from hydrosim.integrate.record import unpack_channels
@@ -37,17 +37,15 @@ from hydrosim.integrate.state import (
     SINGULAR,
     STATUS,
     STEP_TOO_SMALL,
+    Record,
     Run,
     State,
 )
-from hydrosim.scene import Method
+from hydrosim.scene import Method, Scene
 from hydrosim.scene.scene import joined_with
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
-    from hydrosim.integrate.dynamics import Model
-    from hydrosim.integrate.state import Record
-    from hydrosim.scene import Scene
 
 MAX_ENERGY_RATIO = 10.0  # times the possible energy
 MIN_TESTED_ENERGY = 1e-3  # J/kg of all bodies, as at 0.04 m/s: less energy is not tested

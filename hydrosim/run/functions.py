@@ -21,13 +21,12 @@ from hydrosim.errors import InputError
 from hydrosim.integrate.dynamics import new_work
 from hydrosim.integrate.names import force_names
 from hydrosim.integrate.record import unpack_channels
-from hydrosim.integrate.state import RECORDS
+from hydrosim.integrate.state import RECORDS, Run
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.results.validation import FUNCTION_STATES
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
-    from hydrosim.integrate.state import Run
     from hydrosim.scene import Scene
 
 EXTERNAL_FORCES = "external_forces"

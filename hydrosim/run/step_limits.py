@@ -15,6 +15,7 @@ from hydrosim.integrate.record import unpack_channels
 from hydrosim.linear.stability import (
     WRONG,
     Combination,
+    StepLimit,
     Vibration,
     Watch,
     combinations,
@@ -24,15 +25,13 @@ from hydrosim.linear.stability import (
     without_progress,
 )
 from hydrosim.multibody.kinematics import coordinate_groups
-from hydrosim.scene import Unstable
+from hydrosim.scene import Scene, Unstable
 from hydrosim.scene.scene import fitting_step
 from hydrosim.water.radiation.threads import one_thread
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.integrate.state import Record
-    from hydrosim.linear.stability import StepLimit
-    from hydrosim.scene import Scene
 
 # Accuracy of the step of a scene: modes that a run excites and that its method does not
 # resolve.

@@ -28,12 +28,11 @@ from typing import TYPE_CHECKING, Any
 from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.run.checkpoint import program_identity
-from hydrosim.study.executors import RunOutcome, outcome_of
+from hydrosim.study.executors import Digest, RunOutcome, outcome_of
 from hydrosim.study.shared import PackedTask, RunTask, pack, unpack
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
-    from hydrosim.study.executors import Digest
 
 CONNECT_TIMEOUT_S = 4  # s, to be answered by a scheduler, and again by a worker
 # s without a worker, after which none is waited for; between looks

@@ -32,7 +32,14 @@ from hydrosim.elements import externals_of
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.locks import is_lock
-from hydrosim.files.outputs import as_output, check_folder, has_mark, is_folder, remove_folder
+from hydrosim.files.outputs import (
+    Output,
+    as_output,
+    check_folder,
+    has_mark,
+    is_folder,
+    remove_folder,
+)
 from hydrosim.files.yaml_nodes import locating_in
 from hydrosim.results.dataset import write_run
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
@@ -56,7 +63,6 @@ from hydrosim.study.sweep import ParameterStudy, check_figures, check_units, sce
 
 if TYPE_CHECKING:
     from hydrosim.case import Case
-    from hydrosim.files.outputs import Output
     from hydrosim.statistics.figures import ScalarResult
     from hydrosim.statistics.results import MotionCauseResult, StageResult
     from hydrosim.study.study_file import SeedTarget

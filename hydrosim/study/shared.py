@@ -22,7 +22,7 @@ from hydrosim.compile.symmetry import wave_asymmetries
 from hydrosim.compile.validate_scene import check_scene
 from hydrosim.database.database import HydroDatabase, all_headings
 from hydrosim.errors import HydrosimError, InputError, unwritable
-from hydrosim.files.outputs import check_folder
+from hydrosim.files.outputs import Output, check_folder
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.results.journal import (
     Journal,
@@ -43,7 +43,6 @@ from hydrosim.water.database_limits import shares_outside
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
-    from hydrosim.files.outputs import Output
 
 # `RunTask`: what it takes to make one run of many, here or in another process.
 

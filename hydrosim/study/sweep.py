@@ -33,8 +33,8 @@ from hydrosim.files.yaml_nodes import SETTING, locating_in
 from hydrosim.results.runs_file import KEY, LETTERS, RUN, TEXTS
 from hydrosim.simulation import NotAskable, prepare_scene, simulate
 from hydrosim.statistics.effects import CYCLIC
-from hydrosim.statistics.figures import RequestedStatistic
-from hydrosim.statistics.results import RunResults
+from hydrosim.statistics.figures import RequestedStatistic, ScalarResult
+from hydrosim.statistics.results import MotionCauseResult, RunResults, StageResult
 from hydrosim.study import designs
 from hydrosim.study.designs import CaseValue, label_values, value_at_key
 from hydrosim.study.study_file import (
@@ -50,8 +50,6 @@ from hydrosim.study.study_file import (
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
-    from hydrosim.statistics.figures import ScalarResult
-    from hydrosim.statistics.results import MotionCauseResult, StageResult
 
 # coordinates of runs: the plan, and what of it is varied
 STUDY_LABEL = "study"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.scene import SecondOrder
-from hydrosim.water.body import turned_bodies
+from hydrosim.water.body import WaveBody, turned_bodies
 from hydrosim.water.displaced_loads import waves_follow
 from hydrosim.water.loads import SpectralLines, WaveLoads, add_sum, time_grid
 from hydrosim.water.quadratic_loads import moves_second_order
@@ -30,7 +30,6 @@ from hydrosim.water.second_order import (
 from hydrosim.water.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
-    from hydrosim.water.body import WaveBody
     from hydrosim.water.components import WaveComponents
 
 

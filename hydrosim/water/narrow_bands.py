@@ -35,12 +35,15 @@ from hydrosim.water.quadratic_loads import (
     DIFFERENCE,
     DRIFT_STENCIL_POINTS,
     MEAN,
+    BodyForms,
+    Waves,
     cells_of,
     moves_second_order,
 )
 from hydrosim.water.transfer import (
     MAX_NODES,
     NARROWEST,
+    FrequencyNodes,
     NodeSet,
     NodeSpan,
     NodeSums,
@@ -56,8 +59,6 @@ from hydrosim.water.transfer import (
 if TYPE_CHECKING:
     from hydrosim.water.body import WaveBody
     from hydrosim.water.components import WaveComponents
-    from hydrosim.water.quadratic_loads import BodyForms, Waves
-    from hydrosim.water.transfer import FrequencyNodes
 
 PHASE = 0.09
 """Largest turn of a wave's phase [rad] about the middle of its band between two stored times."""

@@ -26,14 +26,19 @@ import numpy as np
 from hydrosim.jit.kernels import clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder, WaveForces
 from hydrosim.water.loads import lagrange, rise
-from hydrosim.water.second_order import newman, newman_square_root, qtf_all_round, turned_qtf
+from hydrosim.water.second_order import (
+    QuadraticFunctions,
+    newman,
+    newman_square_root,
+    qtf_all_round,
+    turned_qtf,
+)
 from hydrosim.water.transfer import drift_above, drift_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from hydrosim.water.body import WaveBody
-    from hydrosim.water.second_order import QuadraticFunctions
 
 DIFFERENCE, SUM, MEAN = range(3)
 """Kinds of forms: pairs of waves at their difference or sum frequencies, or each wave with

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.signals import Harmonic, Recorded, only_forms
+from hydrosim.case.signals import Harmonic, Recorded, only_forms, read_record
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
@@ -140,7 +140,6 @@ class Drive(Element):
         return Built(body, dof=motion, position=signal, joint=self.joint, quantity=key)
 
     def _signal(self, where: BuildContext) -> Signal:
-        from hydrosim.case.signals import read_record
         from hydrosim.elements import signal
 
         key, form = ("offset", self.offset) if self.offset is not None else ("angle", self.angle)

@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from hydrosim import scene
-from hydrosim.case.signals import Harmonic, Recorded, Table
+from hydrosim.case.signals import Harmonic, Recorded, Table, signal_of
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
@@ -325,7 +325,6 @@ def length_signal(
 ) -> tuple[Signal, float]:
     """The signal of a length [m], and its value at time 0. Raises as `records.signal_of` does, and
     a problem for a length that is not always above 0."""
-    from hydrosim.case.signals import signal_of
     from hydrosim.elements.signal import first_value, smallest_value
     from hydrosim.errors import InputError
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
 from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
-from hydrosim.case.signals import Harmonic, Recorded
+from hydrosim.case.signals import Harmonic, Recorded, signal_of
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
@@ -295,7 +295,6 @@ class Winch(Breaking):
 
 def speed_signal(form: Any, key: str, path: Path) -> Signal:
     """The signal of a speed [m/s]. Raises as `records.signal_of` does."""
-    from hydrosim.case.signals import signal_of
     from hydrosim.elements import signal
 
     if isinstance(form, float):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.database.database import require_array
+from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.integrate.dynamics import Model, motion_at
 from hydrosim.multibody.kinematics import Motion
@@ -26,7 +26,6 @@ from hydrosim.scene.scene import arrangement
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Facts
-    from hydrosim.database.database import HydroDatabase
     from hydrosim.elements.line.catenary import Catenary
     from hydrosim.integrate.state import State
     from hydrosim.scene import Body, Environment, Scene

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -47,10 +47,7 @@ from hydrosim.elements.kind import (
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.multibody.vectors import length
-from hydrosim.scene import ForceElement
-
-if TYPE_CHECKING:
-    from hydrosim.scene import Scene
+from hydrosim.scene import ForceElement, Scene
 
 AWAY, FREE, PIN_PRESSED, PIN_BESIDE, INACTIVE = range(5)
 GUIDE_MODES = ("away", "free", "pressed", "beside", "inactive")

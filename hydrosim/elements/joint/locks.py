@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from math import inf, sqrt
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,11 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.joint import rows
 from hydrosim.elements.joint.rows import REFERENCE_SIZE
 from hydrosim.elements.kind import (
+    BodyAtRest,
     Columns,
     ElementKind,
     KindConstants,
+    Layout,
     ModeRows,
     StateBlocks,
     UnitKind,
@@ -50,12 +52,8 @@ from hydrosim.modes import (
 )
 from hydrosim.multibody.kinematics import generalised_force
 from hydrosim.multibody.vectors import dot, vector
-from hydrosim.scene import Scene
+from hydrosim.scene import ForceElement, Joint, Scene
 from hydrosim.scene.joint import JointType, MotionKind
-
-if TYPE_CHECKING:
-    from hydrosim.elements.kind import BodyAtRest, Layout
-    from hydrosim.scene import ForceElement, Joint
 
 OPEN, WAITING, RATCHETING, CLOSED = range(4)
 LOCK_MODES = ("open", "waiting", "running", "closed")

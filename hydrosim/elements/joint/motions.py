@@ -18,13 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from hydrosim.elements.kind import (
     Columns,
     KindWithModeSets,
+    Layout,
     LinearResistance,
     ModeRows,
     ModeSet,
@@ -44,12 +45,8 @@ from hydrosim.modes import (
 )
 from hydrosim.multibody.tree import BALL, push_joint
 from hydrosim.multibody.vectors import dot, quaternion_of_parameters, rotation_vector
-from hydrosim.scene import JointResistance, Scene
+from hydrosim.scene import ForceElement, JointResistance, Scene
 from hydrosim.scene.scene import tree_joints
-
-if TYPE_CHECKING:
-    from hydrosim.elements.kind import Layout
-    from hydrosim.scene import ForceElement
 
 NO_FRICTION, STUCK, UP, DOWN = range(4)
 AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)

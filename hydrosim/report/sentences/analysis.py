@@ -28,11 +28,10 @@ from hydrosim.files.document_nodes import (
     warnings,
 )
 from hydrosim.report.sentences.sections import lines_of, title_of
-from hydrosim.scene import TankTable
+from hydrosim.scene import Scene, TankTable
 
 if TYPE_CHECKING:
     from hydrosim.analysis.ballast import Condition, PumpPlan, TankState
-    from hydrosim.scene import Scene
 
 MAX_SHARES = 3
 """Coordinates that a mode is described by."""

@@ -6,21 +6,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import atan2, ceil, cos, hypot, isfinite, pi, radians, sin
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrosim.analysis.ballast import with_contents_at
-from hydrosim.case import load_case
+from hydrosim.case import Case, load_case
 from hydrosim.compile import sizes
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import add_waves, compile_calm, compile_scene
-from hydrosim.compile.compiled import Notes, solution
+from hydrosim.compile.compiled import Compiled, Notes, solution
 from hydrosim.compile.drives import drives_of, is_turn, motion_at, sample_times
 from hydrosim.compile.hydrodynamic_groups import in_states
-from hydrosim.compile.questions.query import describe_start, extents
+from hydrosim.compile.questions.query import SceneContext, describe_start, extents
 from hydrosim.compile.restart import resumed_state, started_from
-from hydrosim.database.database import require_array
+from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.pair import TwoPointElement
@@ -46,7 +45,7 @@ from hydrosim.integrate.names import coordinate_at
 from hydrosim.integrate.state import start_loads
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import ModeKind, NaturalMode, natural_modes
-from hydrosim.linear.stability import Watch, without_progress
+from hydrosim.linear.stability import StepLimit, Watch, without_progress
 from hydrosim.report.sentences.run import radiation_verdict
 from hydrosim.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Joint, Scene, Weight
@@ -54,13 +53,6 @@ from hydrosim.scene.joint import JointType
 from hydrosim.scene.scene import arrangement, floating_roots
 from hydrosim.simulation import check_criteria
 from hydrosim.water.components import sea_state
-
-if TYPE_CHECKING:
-    from hydrosim.case import Case
-    from hydrosim.compile.compiled import Compiled
-    from hydrosim.compile.questions.query import SceneContext
-    from hydrosim.database.database import HydroDatabase
-    from hydrosim.linear.stability import StepLimit
 
 # The joints of a scene, and its prescribed motions, in words.
 
