@@ -48,7 +48,7 @@ def lost_names(text: str) -> list[str]:
     """Names in the ``text`` of a page that the code does not have."""
     lost = []
     for file, name in IN_FILE.findall(text):
-        if "NAME" in file or not name and "/" not in file:
+        if "NAME" in file or (not name and "/" not in file):
             continue
         path = next((path for path in (PACKAGE / file, ROOT / file) if path.is_file()), None)
         if path is None or (name and not has_name(parse(path), name)):
