@@ -20,8 +20,8 @@ hundredth of sums at each stage.
 
 Second-order loads (`quadratic_loads`) are taken along the same path, linearly from the block's
 first heading to its last. If the waves have few headings, `narrow_bands` gives the same sums at a
-fraction of the cost. In bands, yaws that differ by less than `FollowingLoads.steady` have the same loads, so that a body
-that keeps its heading and its place needs each row once.
+fraction of the cost. In bands, yaws that differ by less than `FollowingLoads.steady` have
+the same loads, so that a body that keeps its heading and its place needs each row once.
 """
 
 from __future__ import annotations
