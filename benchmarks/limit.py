@@ -31,9 +31,9 @@ from hydrosim.integrate.dynamics import Model, find_mass, new_work
 from hydrosim.multibody import vectors
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.multibody.mass import Inertia
-from hydrosim.radiation import StateSpace
-from hydrosim.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
-from hydrosim.radiation.history import push
+from hydrosim.water.radiation import StateSpace
+from hydrosim.water.radiation.convolution import ConvolutionKernel, history_for, radiation_memory
+from hydrosim.water.radiation.history import push
 
 bare = njit(error_model="numpy", nogil=True, fastmath=True, forceinline=True)
 """One loop with all that it calls inside, sums in any order: three times as fast as with calls."""

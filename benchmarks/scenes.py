@@ -17,7 +17,6 @@ from hydrosim.compile.compiled import Compiled
 from hydrosim.elements import Fender, IndexedConstants, NormalCurve, StickSlip, assign_indices
 from hydrosim.integrate.dynamics import Model
 from hydrosim.integrate.names import state_layout
-from hydrosim.radiation import StateSpace, state_space_model
 from hydrosim.scene import (
     Kinematics,
     LinearScenes,
@@ -27,6 +26,7 @@ from hydrosim.scene import (
     StateSpaceRadiation,
     Unstable,
 )
+from hydrosim.water.radiation import StateSpace, state_space_model
 
 SHORT = 700.0  # s: the first contact, at 534 s, and a few dozen events after it
 RECORDED = 0.4  # s

@@ -13,10 +13,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from hydrosim.files.quantities import MeshKeys
 from numpy.typing import ArrayLike
 
 from hydrosim.database.build import mesh
+from hydrosim.files.quantities import MeshKeys
 
 HERE = Path(__file__).parent
 HALF_LENGTH = 120.0  # m

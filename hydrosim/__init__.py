@@ -69,7 +69,7 @@ def __getattr__(name: str) -> Any:
     """Load public names when they are first used, so that a command loads only the modules it
     needs."""
     if name == "__version__":
-        return import_module("hydrosim.program").program_version()
+        return import_module("hydrosim.files.cache").program_version()
     name = _OLD_NAMES.get(name, name)
     if name not in _HOME:
         raise AttributeError(f"module 'hydrosim' has no attribute {name!r}")

@@ -72,7 +72,7 @@ err = Console(stderr=True)
 
 def _version(asked: bool) -> None:
     if asked:
-        from hydrosim.program import program_version
+        from hydrosim.files.cache import program_version
 
         print_lines(f"hydrosim {program_version()}", *_shipped_kernels(), *_shipped_fits())
         raise typer.Exit
@@ -95,7 +95,7 @@ def _shipped_fits() -> list[str]:
     """Line on the fits of radiation that came with the package; empty if they cannot be read."""
     from zipfile import BadZipFile, ZipFile
 
-    from hydrosim.program import SHIPPED_FITS
+    from hydrosim.files.cache import SHIPPED_FITS
 
     try:
         with ZipFile(SHIPPED_FITS) as archive:

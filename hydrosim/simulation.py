@@ -26,12 +26,12 @@ from hydrosim.compile.compile import compile_scene
 from hydrosim.compile.compiled import Compiled
 from hydrosim.elements import externals_of, function_errors, with_own_functions
 from hydrosim.errors import InputError
+from hydrosim.files.cache import program_version
 from hydrosim.files.outputs import Output
 from hydrosim.files.units import factor
 from hydrosim.files.yaml_nodes import source_context
 from hydrosim.integrate.record import new_record
 from hydrosim.linear.propagate import propagate
-from hydrosim.program import program_version
 from hydrosim.results.dataset import RUN_FILE_HINT, read_run, write_run
 from hydrosim.results.output import to_dataset
 from hydrosim.run.checkpoint import Checkpoint

@@ -3,8 +3,8 @@
     HYDROSIM_CACHE_DIR=NEW python -m pytest -n logical --dist worksteal -m "not slow"
     python tests/kept_fits.py NEW
 
-makes them anew, after a change of `hydrosim/radiation` or of tests. Without that, tests fit again,
-which takes minutes. Fits that come with the package are left out.
+makes them anew, after a change of `hydrosim/water/radiation` or of tests. Without that, tests fit
+again, which takes minutes. Fits that come with the package are left out.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ import sys
 from pathlib import Path
 from zipfile import ZipFile
 
-from hydrosim.cache import store, stored
-from hydrosim.program import SHIPPED_FITS
-from hydrosim.radiation.ship import pack
+from hydrosim.files.cache import SHIPPED_FITS, store, stored
+from hydrosim.water.radiation.ship import pack
 
 ARCHIVE = Path(__file__).parent / "data" / "fits.zip"
 

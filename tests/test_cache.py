@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command_line import printed
 
-from hydrosim.cache import _usable, cache_root, limit_size, store, stored
+from hydrosim.files.cache import _usable, cache_root, limit_size, store, stored
 from tests.generators.cache_damage import KINDS, damage
 
 CONTENTS = {"units-1.json": b'{"km in m": 1000.0}', "fits/a.npz": b"numbers" * 40, "k/b.nbc": b""}

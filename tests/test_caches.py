@@ -64,7 +64,8 @@ def test_each_form_of_a_cache_counts(form: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "form", ["from hydrosim import cache\ncache.store('a', b'')", "cache = {}\ncache['a'] = 1"]
+    "form",
+    ["from hydrosim.files import cache\ncache.store('a', b'')", "cache = {}\ncache['a'] = 1"],
 )
 def test_what_is_no_cache_of_a_function_does_not_count(form: str) -> None:
     assert not list(caches(form))

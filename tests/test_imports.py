@@ -16,10 +16,10 @@ import hydrosim
 
 PACKAGE = Path(hydrosim.__file__).parent
 ROOMS = """
-errors cache dofs modes program
+errors dofs modes
 files scene
 jit
-multibody radiation water
+multibody water
 database tanks
 elements
 case integrate

@@ -33,8 +33,8 @@ NOUNS_AND_VERBS = {"speed", "seed", "need", "feed", "embed"}
 STORED = "its sources are part of the names of stored results: a rename makes all of them anew"
 VAGUE_FUNCTIONS = {
     "database/build": STORED,
-    "radiation": STORED,
-    "cache.py stored": "called there",
+    "water/radiation": STORED,
+    "files/cache.py stored": "called there",
     "elements/external.py delayed": "public",
     "coupling/simulation.py ended": "public",
 }

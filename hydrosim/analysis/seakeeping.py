@@ -25,13 +25,13 @@ from hydrosim.integrate.names import coordinate_at, coordinate_names, coordinate
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, Contacts, Rest
 from hydrosim.linear.modes import ModeKind, NaturalMode
 from hydrosim.multibody.kinematics import are_lengths, own_coordinates
-from hydrosim.radiation.threads import one_thread
 from hydrosim.results.variables import units_of
 from hydrosim.scene import FreeSurface, Question
 from hydrosim.statistics.gaussian import find_excursions
 from hydrosim.tanks.loading import contents_at
 from hydrosim.tanks.shapes import heel_and_trim
 from hydrosim.water.components import WaveComponents, sea
+from hydrosim.water.radiation.threads import one_thread
 from hydrosim.water.wind import REFERENCE_HEIGHT, gust_band, mean_wind, variance
 
 if TYPE_CHECKING:

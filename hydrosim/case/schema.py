@@ -46,7 +46,7 @@ from hydrosim.scene import (
     Unstable,
     Weight,
 )
-from hydrosim.scene.radiation import LENGTH
+from hydrosim.scene.hydrodynamics import LENGTH
 from hydrosim.scene.scene import ACCURACIES, ACCURACY
 
 ROTATION_DOFS = frozenset(DOFS[3:])

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @contextmanager
 def announce_compiling(err: Console) -> Iterator[None]:
     """Print a message when the first kernel is compiled within this context."""
-    from hydrosim.cache import cache_folder
+    from hydrosim.files.cache import cache_folder
     from hydrosim.jit.kernels import kernel_folder  # loads numba
     from hydrosim.jit.waiting import at_first_compile
 

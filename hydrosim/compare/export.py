@@ -22,10 +22,10 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
+from hydrosim.files.cache import program_version
 from hydrosim.files.display_units import Units
 from hydrosim.files.series import columns_of, select
 from hydrosim.files.text import Source, escape_unprintable, require_finite, require_rising
-from hydrosim.program import program_version
 from hydrosim.results.channels import RUN, channel_names, channel_series, match_channels
 
 # Channels of a run as columns over one time, each with one unit: the content of every format.

@@ -43,9 +43,9 @@ from hydrosim.elements.layout import carried_weights
 from hydrosim.integrate.methods import DOPRI5
 from hydrosim.linear.stability import all_open, combinations, smallest_step
 from hydrosim.multibody.kinematics import coordinate_owners
-from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.scene import ACCURACY
+from hydrosim.water.radiation.threads import one_thread
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

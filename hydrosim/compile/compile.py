@@ -30,8 +30,6 @@ from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
 from hydrosim.files.yaml_nodes import source_context
-from hydrosim.radiation.state_space import TOLERANCE
-from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Kinematics, Place, RadiationModel, Scene
 from hydrosim.scene.scene import arrangement
 from hydrosim.water.body import WaveBody
@@ -39,6 +37,8 @@ from hydrosim.water.build import wave_loads_model
 from hydrosim.water.components import WaveComponents, check_span, sea
 from hydrosim.water.displaced_loads import following_model
 from hydrosim.water.loads import MISSED
+from hydrosim.water.radiation.state_space import TOLERANCE
+from hydrosim.water.radiation.threads import one_thread
 from hydrosim.water.wave_reference import grid_step, steps_per_block
 from hydrosim.water.wind import gust_table
 

@@ -22,7 +22,6 @@ from hydrosim.database.checks import (
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import overruled_values, read
 from hydrosim.errors import InputError
-from hydrosim.radiation.retardation import KernelReport, Retardation
 from hydrosim.scene import (
     Body,
     ChangedDatabase,
@@ -42,6 +41,7 @@ from hydrosim.scene.hydrodynamics import (
     Given,
     key_of,
 )
+from hydrosim.water.radiation.retardation import KernelReport, Retardation
 
 if TYPE_CHECKING:
     from hydrosim.water.components import WaveComponents

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim import radiation
 from hydrosim.compile.databases import database_groups
 from hydrosim.compile.hydrodynamic_groups import (
     HydrodynamicGroup,
@@ -24,6 +23,7 @@ from hydrosim.database.hull import immersed_triangles, integrals
 from hydrosim.errors import InputError
 from hydrosim.integrate import draught_interpolation
 from hydrosim.scene import AutomaticRadiation, Body, ConvolutionRadiation, Family, Scene
+from hydrosim.water import radiation
 from hydrosim.water.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:

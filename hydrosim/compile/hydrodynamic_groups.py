@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from hydrosim import database, radiation
+from hydrosim import database
 from hydrosim.compile.databases import (
     SOURCE,
     DatabaseGroup,
@@ -37,13 +37,14 @@ from hydrosim.scene import (
     Scene,
     StateSpaceRadiation,
 )
+from hydrosim.water import radiation
 
 if TYPE_CHECKING:
     from hydrosim.compile.restart import MemoryBefore
     from hydrosim.database.database import HydroDatabase
-    from hydrosim.radiation.retardation import Retardation
-    from hydrosim.radiation.state_space import StateSpace
     from hydrosim.water.components import WaveComponents
+    from hydrosim.water.radiation.retardation import Retardation
+    from hydrosim.water.radiation.state_space import StateSpace
 
 Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
 

@@ -15,11 +15,10 @@ from hydrosim.integrate.names import coordinate_names
 from hydrosim.linear.impedance import Admittance, Change, at_frequencies, find_admittances
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.multibody.kinematics import moving_dofs, slopes_at_rest
-from hydrosim.radiation.convolution import convolution_model
-from hydrosim.radiation.retardation import resolved_length
-from hydrosim.radiation.spectra import LONGER, Spectra, spectra
-from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import ConstantRadiation, Scene
+from hydrosim.water.radiation.convolution import convolution_model
+from hydrosim.water.radiation.retardation import LONGER, Spectra, resolved_length, spectra
+from hydrosim.water.radiation.threads import one_thread
 
 if TYPE_CHECKING:
     from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim import elements as forces
-from hydrosim import radiation
 from hydrosim.compile import families
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_alone, moving, resonance
 from hydrosim.compile.hydrostatics import hulls_of, liquids_of
@@ -39,6 +38,7 @@ from hydrosim.multibody.mass import constant_inertia
 from hydrosim.results.points import named_points, point_names
 from hydrosim.scene import Scene
 from hydrosim.tanks.contents import Tanks, tank_names, triggered_pumps
+from hydrosim.water import radiation
 from hydrosim.water.build import wave_loads_model
 from hydrosim.water.current import current_table, currents_on, draught_of
 from hydrosim.water.displaced_loads import STATES_PER_FOLLOWED_BODY, following_model
@@ -47,7 +47,7 @@ from hydrosim.water.wind import mean_wind
 
 if TYPE_CHECKING:
     from hydrosim.elements.kind import KindConstants
-    from hydrosim.radiation.state_space import StateSpace
+    from hydrosim.water.radiation.state_space import StateSpace
 
 SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 

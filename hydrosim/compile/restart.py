@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim import radiation
 from hydrosim.dofs import LATERAL
 from hydrosim.elements import ELEMENT_KINDS, events, kinds_of, modes_of_kind, new_modes
 from hydrosim.elements.events import set_initial_modes
@@ -26,11 +25,12 @@ from hydrosim.integrate.names import MOVING, Coordinate, StateKind, memory_names
 from hydrosim.integrate.state import State
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING, SEGMENT, SEGMENT_MARGIN
 from hydrosim.multibody.kinematics import Motion
-from hydrosim.radiation import VelocityHistory
 from hydrosim.results.dataset import read_run
 from hydrosim.results.ledger import ACCURACY
 from hydrosim.results.memory import push_again, take_over
 from hydrosim.scene import Body, Place, Scene, Start, WaveForces
+from hydrosim.water import radiation
+from hydrosim.water.radiation import VelocityHistory
 from hydrosim.water.wave_reference import slow_bodies
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hydrosim.errors import InputError
-from hydrosim.radiation.retardation import FINER
 from hydrosim.scene import (
     AutomaticRadiation,
     Body,
@@ -20,7 +19,8 @@ from hydrosim.scene import (
     Scene,
     StateSpaceRadiation,
 )
-from hydrosim.scene.radiation import LENGTH
+from hydrosim.scene.hydrodynamics import LENGTH
+from hydrosim.water.radiation.retardation import FINER
 from hydrosim.water.spectra import cut_off
 
 NUMBER = 8  # bytes

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim import radiation
 from hydrosim.compile import restart
 from hydrosim.compile.closed_joints import keep_independent_rows, start_followers
 from hydrosim.compile.drives import follow_at
@@ -25,6 +24,7 @@ from hydrosim.integrate.state import State
 from hydrosim.linear.equilibrium import RESIDUAL_RTOL, equilibrium
 from hydrosim.modes import MODE
 from hydrosim.multibody.kinematics import Bodies, Motion, place_bodies
+from hydrosim.water import radiation
 from hydrosim.water.slow_path_loads import first_states
 from hydrosim.water.wave_reference import grid_step
 

@@ -40,12 +40,12 @@ from hydrosim.dofs import DOFS, LATERAL, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.elements import is_mirrored
 from hydrosim.integrate.names import Coordinate, coordinates
 from hydrosim.linear.linearise import find_components, linearise
-from hydrosim.radiation.history import AFTER, VELOCITY
 from hydrosim.scene import Body, Joint, Scene, SecondOrder, Symmetry, WaveForces
 from hydrosim.scene.joint import JointMotion, JointType, MotionKind
 from hydrosim.scene.scene import tree_joints
 from hydrosim.tanks.mirror import without_image as without_image_in
 from hydrosim.water.components import WaveComponents
+from hydrosim.water.radiation.history import AFTER, VELOCITY
 from hydrosim.water.second_order import difference_factors, sum_factors
 from hydrosim.water.transfer import excitation_at, mean_drift_at
 

@@ -9,7 +9,7 @@ import numpy as np
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.database.netcdf import dof_names
 from hydrosim.files.outputs import Output
-from hydrosim.radiation.retardation import (
+from hydrosim.water.radiation.retardation import (
     diagonal_scale,
     resolved_length,
     retardation,

@@ -29,9 +29,9 @@ from urllib.parse import quote
 from zlib import crc32
 
 from hydrosim.errors import InputError, unwritable
+from hydrosim.files.cache import program_version
 from hydrosim.files.interrupts import delay_interrupts
 from hydrosim.files.locks import file_lock, is_dead_process, this_process
-from hydrosim.program import program_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

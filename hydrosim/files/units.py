@@ -23,8 +23,7 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from hydrosim.cache import store, stored
-from hydrosim.program import digest_of_sources, version_of
+from hydrosim.files.cache import digest_of_sources, store, stored, version_of
 
 # Factors between units, stored on disk: pint and its units take half a second to load, and people
 # write few different units.

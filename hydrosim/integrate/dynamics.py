@@ -98,19 +98,19 @@ from hydrosim.multibody.mass import (
 )
 from hydrosim.multibody.tree import fill_rates
 from hydrosim.multibody.vectors import cross, matvec, vector
-from hydrosim.radiation.convolution import ConvolutionKernel, radiation_memory
-from hydrosim.radiation.memory import (
-    ConstantDamping,
-    RadiationStates,
-    radiation_damping,
-    radiation_states,
-)
 from hydrosim.tanks import contents, flows
 from hydrosim.tanks.contents import Tanks
 from hydrosim.tanks.surface import Liquids, level_surfaces
 from hydrosim.water.body import turn_moments
 from hydrosim.water.displaced_loads import FollowingLoads, Sums, following_loads, new_sums
 from hydrosim.water.loads import WaveLoads, any_waves, wave_loads
+from hydrosim.water.radiation.convolution import ConvolutionKernel, radiation_memory
+from hydrosim.water.radiation.memory import (
+    ConstantDamping,
+    RadiationStates,
+    radiation_damping,
+    radiation_states,
+)
 from hydrosim.water.slow_path_loads import SlowBlock, find_yaws, new_block, slow_loads, slow_rates
 
 

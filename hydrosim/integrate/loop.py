@@ -60,9 +60,9 @@ from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summi
 from hydrosim.multibody.heading import accelerations_along
 from hydrosim.multibody.kinematics import LARGEST_TILT, accelerations, place_bodies
 from hydrosim.multibody.tree import switch_rotation_chart
-from hydrosim.radiation.history import count_anew, drop, push
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
+from hydrosim.water.radiation.history import count_anew, drop, push
 from hydrosim.water.slow_path_loads import BLOCK_BEGIN, begin_block
 
 PITCH_DOF = 4  # among a body's six coordinates

@@ -30,7 +30,7 @@ from hydrosim.integrate.implicit import Newton
 from hydrosim.integrate.methods import IntegrationMethod, Tableau
 from hydrosim.integrate.step_control import Control
 from hydrosim.modes import MARGINS
-from hydrosim.radiation.history import VelocityHistory
+from hydrosim.water.radiation.history import VelocityHistory
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

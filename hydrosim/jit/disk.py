@@ -6,7 +6,7 @@ time.
 
 Here the name of a file holds a hash of all that its code is made of (`hydrosim.jit.ingredients`).
 So an edit gives new names to the kernels that it changes, and to no others. A damaged file is
-compiled again (`hydrosim.cache`).
+compiled again (`hydrosim.files.cache`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
-from hydrosim.cache import limit_size, store, stored
+from hydrosim.files.cache import limit_size, store, stored
 from hydrosim.jit.ingredients import describe_type, digest_of_kernel
 from hydrosim.jit.shipped import NO_MORE_FEATURES, PROCESSOR, read_shipped, shipped_files
 

@@ -27,7 +27,7 @@ from numba.core import types
 from numba.core.extending import _Intrinsic
 from numba.core.typing.templates import builtin_registry
 
-from hydrosim.program import digest_of_sources
+from hydrosim.files.cache import digest_of_sources
 
 LIBRARIES = {"numpy", "numba", "llvmlite"} | sys.stdlib_module_names
 """Packages whose functions are known by name: numba compiles its own version of them."""

@@ -23,7 +23,7 @@ import llvmlite
 import numba
 
 from hydrosim.errors import InputError
-from hydrosim.program import PACKAGE, digest_of_sources
+from hydrosim.files.cache import PACKAGE, digest_of_sources
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -36,7 +36,6 @@ SOURCES = {
     "tanks",
     "elements",
     "water",
-    "radiation",
 }
 
 WAYS = {

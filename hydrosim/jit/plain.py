@@ -14,7 +14,7 @@ import numba
 from numba.core import config, types
 from numba.extending import typeof_impl
 
-from hydrosim.cache import cache_folder
+from hydrosim.files.cache import cache_folder
 from hydrosim.files.interrupts import raise_waiting
 from hydrosim.jit.refs import struct_reference
 

@@ -17,10 +17,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hydrosim.cache import DIGEST
+from hydrosim.files.cache import DIGEST, versions
 from hydrosim.jit.kernels import kernel_folder
 from hydrosim.jit.shipped import MANIFEST, NO_MORE_FEATURES, PROCESSOR
-from hydrosim.program import versions
 
 AUTOMATIC = ("--set", "solver.method=automatic", "--set", "solver.tolerance=1e-6")
 REFUSED = 2  # exit code of the commands for input that they refuse

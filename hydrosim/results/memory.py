@@ -1,4 +1,5 @@
-"""Velocity history of a convolution in the dataset of a run, see `hydrosim.radiation.history`.
+"""Velocity history of a convolution in the dataset of a run, see
+`hydrosim.water.radiation.history`.
 
 The stored history ends at the last step but one. A continued run computes the node at its start
 anew.
@@ -11,14 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.integrate.names import memory_names
-from hydrosim.radiation.history import NOW, THEN, push
+from hydrosim.water.radiation.history import NOW, THEN, push
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.integrate.dynamics import Model
-    from hydrosim.radiation.history import VelocityHistory
     from hydrosim.scene import Scene
+    from hydrosim.water.radiation.history import VelocityHistory
 
 HISTORY_ROWS = ("double integral", "integral", "velocity before", "velocity")
 NODE = ("double integral", "integral", "velocity", "acceleration")

@@ -46,7 +46,6 @@ from hydrosim.integrate.names import (
 )
 from hydrosim.integrate.record import states_at, unpack_channels, with_states
 from hydrosim.modes import RISING, SEGMENT
-from hydrosim.radiation import VelocityHistory, input_rates
 from hydrosim.results import memory, points
 from hydrosim.results.dataset import RECORDED, new_dataset
 from hydrosim.results.ledger import check_balance
@@ -54,6 +53,7 @@ from hydrosim.results.phases import add_stage_results, group_phases
 from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
 from hydrosim.water.components import WaveComponents
 from hydrosim.water.loads import elevations
+from hydrosim.water.radiation import VelocityHistory, input_rates
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,11 +20,11 @@ import numpy as np
 
 from hydrosim.elements import without_numbers
 from hydrosim.errors import InputError, WritingError
+from hydrosim.files.cache import program_version, versions
 from hydrosim.files.outputs import Output, has_mark
 from hydrosim.integrate.state import GRID_POINT, IN_PROGRESS, RECORDS, STATUS, Run
 from hydrosim.jit.kernels import sources_digest
 from hydrosim.jit.waiting import running_time
-from hydrosim.program import program_version, versions
 from hydrosim.results.validation import FUNCTION_STATES
 from hydrosim.run.functions import describe_functions, restore_functions, states_of
 

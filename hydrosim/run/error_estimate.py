@@ -67,11 +67,11 @@ from hydrosim.integrate.state import (
 from hydrosim.jit.refs import StructReference
 from hydrosim.modes import MODE
 from hydrosim.multibody.vectors import rotation_vectors
-from hydrosim.radiation.history import LONGEST_REMEMBERED
-from hydrosim.radiation.threads import one_thread
 from hydrosim.results.ledger import REPORTED, ErrorEstimate
 from hydrosim.scene import Kinematics, Scene, Tolerance
 from hydrosim.scene.scene import fitting_step
+from hydrosim.water.radiation.history import LONGEST_REMEMBERED
+from hydrosim.water.radiation.threads import one_thread
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled

@@ -12,9 +12,9 @@ import xarray as xr
 
 from hydrosim.compile.restart import HEADINGS, MET, started_from
 from hydrosim.errors import InputError
+from hydrosim.files.cache import program_version, versions
 from hydrosim.files.layers import apply_setting, settings_of, yaml_text
 from hydrosim.files.yaml_nodes import compose_nodes, plain_values
-from hydrosim.program import program_version, versions
 from hydrosim.results.dataset import FORMAT, LATEST
 from hydrosim.results.ledger import ACCURACY
 from hydrosim.run.functions import EXTERNAL_FORCES

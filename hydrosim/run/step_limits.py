@@ -24,9 +24,9 @@ from hydrosim.linear.stability import (
     without_progress,
 )
 from hydrosim.multibody.kinematics import coordinate_groups
-from hydrosim.radiation.threads import one_thread
 from hydrosim.scene import Unstable
 from hydrosim.scene.scene import fitting_step
+from hydrosim.water.radiation.threads import one_thread
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled

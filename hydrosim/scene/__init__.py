@@ -52,15 +52,22 @@ from hydrosim.scene.force import (
     When,
 )
 from hydrosim.scene.hydrodynamics import (
+    BY_NAME,
     AtDraught,
+    AutomaticRadiation,
     ChangedDatabase,
     Changes,
     Coefficients,
+    ConstantRadiation,
+    ConvolutionRadiation,
     Family,
     FrequencyColumn,
     Given,
     Hull,
     Hydrodynamics,
+    Radiation,
+    RadiationModel,
+    StateSpaceRadiation,
     Without,
 )
 from hydrosim.scene.joint import (
@@ -72,15 +79,6 @@ from hydrosim.scene.joint import (
     Window,
 )
 from hydrosim.scene.joint import Resistance as JointResistance
-from hydrosim.scene.radiation import (
-    BY_NAME,
-    AutomaticRadiation,
-    ConstantRadiation,
-    ConvolutionRadiation,
-    Radiation,
-    RadiationModel,
-    StateSpaceRadiation,
-)
 from hydrosim.scene.scene import (
     Kinematics,
     LinearScenes,

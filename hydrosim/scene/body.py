@@ -11,8 +11,15 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.scene.force import LevelReached, When
-from hydrosim.scene.hydrodynamics import ChangedDatabase, Coefficients, Family, Hull, Hydrodynamics
-from hydrosim.scene.radiation import Radiation, RadiationModel
+from hydrosim.scene.hydrodynamics import (
+    ChangedDatabase,
+    Coefficients,
+    Family,
+    Hull,
+    Hydrodynamics,
+    Radiation,
+    RadiationModel,
+)
 
 # Tanks, plans of their levels, and pumps.
 

@@ -28,12 +28,12 @@ import xarray as xr
 
 from hydrosim.case.load import load_case
 from hydrosim.errors import InputError
+from hydrosim.files.cache import program_version, versions
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document_layout import text_of
 from hydrosim.files.document_nodes import Value
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.yaml_nodes import locating_in
-from hydrosim.program import program_version, versions
 from hydrosim.results.journal import Journal, StoredRun
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.simulation import prepare_scene

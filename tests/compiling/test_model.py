@@ -20,7 +20,6 @@ from hydrosim.dofs import DOFS
 from hydrosim.elements import LinearMooring
 from hydrosim.elements.contact.law import SLIP, STICK
 from hydrosim.errors import InputError
-from hydrosim.radiation import Retardation, StateSpace, fits, kept
 from hydrosim.scene import (
     Body,
     ConvolutionRadiation,
@@ -31,6 +30,7 @@ from hydrosim.scene import (
     Solver,
     WaveTrain,
 )
+from hydrosim.water.radiation import Retardation, StateSpace, fits, kept
 
 Figure = Callable[[str, float], None]
 FAR = (300.0, 120.0)  # m

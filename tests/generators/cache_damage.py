@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrosim.cache import DIGEST
+from hydrosim.files.cache import DIGEST
 
 Damage = Callable[[bytes, bytes, np.random.Generator], bytes]
 HEAD = DIGEST().digest_size

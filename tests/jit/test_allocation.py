@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 from numba.core.errors import NumbaError
 
-from hydrosim.cache import cache_root
+from hydrosim.files.cache import cache_root
 from hydrosim.jit.kernels import kernel_folder
 from hydrosim.jit.linking import OPTIONS
 

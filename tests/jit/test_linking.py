@@ -16,9 +16,9 @@ from command_line import printed
 from numba.core.codegen import JITCodeLibrary
 from numba.core.errors import NumbaError
 
+from hydrosim.files.cache import digest_of_sources
 from hydrosim.jit import kernels
 from hydrosim.jit.waiting import Torn, running_time
-from hydrosim.program import digest_of_sources
 
 pytestmark = pytest.mark.kernels
 VALUES, SCALE = np.arange(4.0), linked_kernels.Scale(2.0, np.array([1.0]))

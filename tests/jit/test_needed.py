@@ -21,7 +21,7 @@ for one in gc.get_objects():
 WATER = {"hydrosim.elements.linear_mooring.add_energy", "hydrosim.water.loads.wave_loads"}
 EVERY_STAGE = {
     "hydrosim.elements.linear_mooring.add_force",
-    "hydrosim.radiation.memory.radiation_states",
+    "hydrosim.water.radiation.memory.radiation_states",
     "hydrosim.multibody.mass.accelerate_freely",
     "hydrosim.multibody.kinematics.acceleration_map",
     "hydrosim.integrate.dynamics.add_constraints",

@@ -15,8 +15,6 @@ from test_runs import HEAVE, decay, heaving
 import hydrosim as hs
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.database import HydroDatabase
-from hydrosim.radiation.retardation import tabulated, transfer_function
-from hydrosim.radiation.spectra import LONGER
 from hydrosim.scene import (
     AutomaticRadiation,
     ConvolutionRadiation,
@@ -26,6 +24,7 @@ from hydrosim.scene import (
     Start,
     StateSpaceRadiation,
 )
+from hydrosim.water.radiation.retardation import LONGER, tabulated, transfer_function
 
 SURGE, LENGTH, STEP = 0, 40.0, 0.05
 AUTOMATIC = AutomaticRadiation(3e-4, LENGTH, STEP)

@@ -12,16 +12,16 @@ from closed_forms import kernel
 from markers import few
 from numpy.polynomial.legendre import leggauss
 
-from hydrosim.radiation import (
+from hydrosim.water.radiation import (
     ConvolutionKernel,
     VelocityHistory,
     convolution,
     convolution_model,
     history_for,
 )
-from hydrosim.radiation.convolution import radiation_memory
-from hydrosim.radiation.fourier import bit_reversed, roots_of_unity, transform, untransform
-from hydrosim.radiation.history import count_anew, drop, push
+from hydrosim.water.radiation.convolution import radiation_memory
+from hydrosim.water.radiation.fourier import bit_reversed, roots_of_unity, transform, untransform
+from hydrosim.water.radiation.history import count_anew, drop, push
 
 SIZES = np.array([[2.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 0.0]])  # of K between three DOFs
 W = np.array([0.7, 1.1, 0.9])  # the velocities are sin(W t)

@@ -10,7 +10,7 @@ from closed_forms import added_mass, kernel, transfer
 from markers import few
 
 from hydrosim.errors import InputError
-from hydrosim.radiation import TOLERANCE, KernelReport, Retardation, fits, kept, retardation
+from hydrosim.water.radiation import TOLERANCE, KernelReport, Retardation, fits, kept, retardation
 
 TIME = np.linspace(0.0, 40.0, 801)
 BAND = np.array([0.5, 3.0])

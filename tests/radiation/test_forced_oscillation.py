@@ -28,7 +28,6 @@ from hydrosim.compile.compiled import Compiled
 from hydrosim.compile.hydrodynamic_groups import each_alone
 from hydrosim.dofs import DOFS
 from hydrosim.elements import Drive, Harmonic
-from hydrosim.radiation.retardation import transfer_function
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     Body,
@@ -41,6 +40,7 @@ from hydrosim.scene import (
     Solver,
     StateSpaceRadiation,
 )
+from hydrosim.water.radiation.retardation import transfer_function
 
 Validated = Callable[..., None]
 DATABASES = Path(__file__).parents[2] / "hydro_db"

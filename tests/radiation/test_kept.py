@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrosim.cache import DIGEST
-from hydrosim.radiation.kept import kept
+from hydrosim.files.cache import DIGEST
+from hydrosim.water.radiation.kept import kept
 
 NUMBERS = {"one": np.array([0.1, -0.0, np.inf]), "two": np.arange(6).reshape(2, 3)}
 

@@ -7,8 +7,8 @@ import pytest
 from closed_forms import DECAY, FREQUENCY, kernel
 from scipy.integrate import quad, solve_ivp
 
-from hydrosim.radiation import FitReport, StateSpace, constant_damping, state_space_model
-from hydrosim.radiation.memory import radiation_damping, radiation_states
+from hydrosim.water.radiation import FitReport, StateSpace, constant_damping, state_space_model
+from hydrosim.water.radiation.memory import radiation_damping, radiation_states
 
 SIZES = np.array([[2.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 0.0]])  # of K between three DOFs
 W = np.array([0.7, 1.1, 0.9])  # the velocities are sin(W t)

@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 from scipy.special import roots_legendre
 
-from hydrosim.radiation.emphasis import Emphasis
-from hydrosim.radiation.rational import (
+from hydrosim.water.radiation.rational import (
+    Emphasis,
     balanced,
     modes,
     partial_fractions,

@@ -11,13 +11,12 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.compile.hydrodynamic_groups import floating_of
-from hydrosim.radiation import FitReport, Floating, Retardation, StateSpace, fits, reduction
-from hydrosim.radiation.emphasis import Emphasis
-from hydrosim.radiation.passivity import Reciprocal
-from hydrosim.radiation.reduction import PART, Felt, reduced
-from hydrosim.radiation.retardation import transfer_function
-from hydrosim.radiation.spectra import SLOWEST
-from hydrosim.radiation.state_space import TOLERANCE, Target
+from hydrosim.water.radiation import FitReport, Floating, Retardation, StateSpace, fits, reduction
+from hydrosim.water.radiation.passivity import Reciprocal
+from hydrosim.water.radiation.rational import Emphasis
+from hydrosim.water.radiation.reduction import PART, Felt, reduced
+from hydrosim.water.radiation.retardation import SLOWEST, transfer_function
+from hydrosim.water.radiation.state_space import TOLERANCE, Target
 
 CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"
 

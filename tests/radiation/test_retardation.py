@@ -14,7 +14,8 @@ from scipy.integrate import quad
 from validation_data import unpacked
 
 from hydrosim.errors import InputError
-from hydrosim.radiation.retardation import (
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.water.radiation.retardation import (
     fourier_integral,
     infinite_added_mass,
     memory_length,
@@ -26,10 +27,9 @@ from hydrosim.radiation.retardation import (
     tail_exponent,
     transfer_function,
 )
-from hydrosim.report.evidence import Feature, Kind
 
 # the package has a function of this name
-module = sys.modules["hydrosim.radiation.retardation"]
+module = sys.modules["hydrosim.water.radiation.retardation"]
 
 
 def band(step: float, end: float) -> np.ndarray:

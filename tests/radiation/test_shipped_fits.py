@@ -11,11 +11,11 @@ import pytest
 from scenes import scene_of
 
 import hydrosim as hs
+from hydrosim.files.cache import SHIPPED_FITS
 from hydrosim.integrate.dynamics import Model
-from hydrosim.program import SHIPPED_FITS
-from hydrosim.radiation import StateSpace, fits
-from hydrosim.radiation.kept import shipped
-from hydrosim.radiation.ship import pack
+from hydrosim.water.radiation import StateSpace, fits
+from hydrosim.water.radiation.kept import shipped
+from hydrosim.water.radiation.ship import pack
 
 SAME = 1e-6  # of the largest entry: fits of one database agree to this rounding
 
@@ -23,7 +23,7 @@ SAME = 1e-6  # of the largest entry: fits of one database agree to this rounding
 @pytest.fixture
 def fits_made(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
     """The degrees of freedom of each fit that is made, where the cache has none."""
-    monkeypatch.setattr("hydrosim.radiation.kept.stored", lambda name: None)
+    monkeypatch.setattr("hydrosim.water.radiation.kept.stored", lambda name: None)
     made = []
     fit_group = fits.fit_group
 
@@ -40,8 +40,8 @@ def radiation_of_base() -> Model:
 
 
 def test_no_fit_of_a_shipped_case_is_made(fits_made: list[np.ndarray]) -> None:
-    """If this fails after a change of the radiation's sources: `python -m hydrosim.radiation.ship
-    cases/*/*.yaml`."""
+    """After a change of the radiation's sources:
+    `python -m hydrosim.water.radiation.ship cases/*/*.yaml`."""
     radiation_of_base()
     assert not fits_made
 
@@ -51,7 +51,7 @@ def test_fits_made_anew_are_those_that_were_shipped(
     fits_made: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = radiation_of_base().states
-    monkeypatch.setattr("hydrosim.radiation.kept.shipped", lambda name: None)
+    monkeypatch.setattr("hydrosim.water.radiation.kept.shipped", lambda name: None)
     anew = radiation_of_base().states
     assert fits_made
     for name in found._fields:

@@ -10,12 +10,11 @@ from closed_forms import DECAY, FREQUENCY, kernel, transfer
 from scipy.linalg import expm
 from validation_data import unpacked
 
-from hydrosim.radiation import FitReport, KernelReport, Retardation, StateSpace, retardation
-from hydrosim.radiation.emphasis import Emphasis
-from hydrosim.radiation.passivity import passive
-from hydrosim.radiation.rational import modes
-from hydrosim.radiation.retardation import relative_size, transfer_function
-from hydrosim.radiation.state_space import coupled_groups, fit_group, reciprocal, target_of
+from hydrosim.water.radiation import FitReport, KernelReport, Retardation, StateSpace, retardation
+from hydrosim.water.radiation.passivity import passive
+from hydrosim.water.radiation.rational import Emphasis, modes
+from hydrosim.water.radiation.retardation import relative_size, transfer_function
+from hydrosim.water.radiation.state_space import coupled_groups, fit_group, reciprocal, target_of
 
 NO_REPORT = KernelReport(0.0, 0.0, 0.0, 0.0, np.zeros((0, 0)))
 

@@ -10,9 +10,9 @@ from command_line import printed
 PRINTED = """
 import hashlib, sys
 import numpy as np
-from hydrosim import radiation
+from hydrosim.water import radiation
 from hydrosim.database.load import read
-from hydrosim.radiation.state_space import fit_group
+from hydrosim.water.radiation.state_space import fit_group
 
 def told(name, *arrays):
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays))

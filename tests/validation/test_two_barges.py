@@ -19,16 +19,16 @@ import hydrosim as hs
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.database import HydroDatabase, load, require_array
 from hydrosim.files.document_nodes import List
-from hydrosim.radiation import Retardation, retardation
-from hydrosim.radiation.retardation import (
+from hydrosim.report.evidence import Feature, Kind
+from hydrosim.report.sentences.check import check_document
+from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
+from hydrosim.water.radiation import Retardation, retardation
+from hydrosim.water.radiation.retardation import (
     diagonal_scale,
     infinite_added_mass,
     retardation_function,
     transfer_function,
 )
-from hydrosim.report.evidence import Feature, Kind
-from hydrosim.report.sentences.check import check_document
-from hydrosim.scene import RegularWave, Scene, Start, WaveTrain
 
 Validated = Callable[..., None]
 Figure = Callable[[str, float], None]

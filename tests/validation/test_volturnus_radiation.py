@@ -11,9 +11,9 @@ from validation_data import unpacked
 
 from hydrosim.database.load import read
 from hydrosim.errors import InputError
-from hydrosim.radiation import fits, retardation
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene.hydrodynamics import Given
+from hydrosim.water.radiation import fits, retardation
 
 DATA = unpacked("volturnus")
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")

@@ -23,7 +23,7 @@ from typing import Any
 
 from benchmarks.report import RESULTS, ROOT
 from hydrosim.errors import SimulationError
-from hydrosim.program import digest_of_sources, versions
+from hydrosim.files.cache import digest_of_sources, versions
 
 KEPT = RESULTS / "thesis"
 MEASURED = Path(__file__).parent / "measured"

@@ -32,11 +32,10 @@ from capytaine.bem.airy_waves import froude_krylov_force
 from capytaine.post_pro import compute_kochin
 
 import hydrosim
-from hydrosim.cache import store, stored
 from hydrosim.database.build import green
 from hydrosim.database.build.drift import DIRECTIONS, Complex, Real, Water
 from hydrosim.dofs import DOFS
-from hydrosim.program import digest_of_sources
+from hydrosim.files.cache import digest_of_sources, store, stored
 
 # Results of long computations, stored on the disk under a hash of all their inputs.
 

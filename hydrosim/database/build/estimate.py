@@ -14,9 +14,9 @@ from time import perf_counter, process_time
 import numpy as np
 from scipy.linalg import lu_factor
 
-from hydrosim.cache import stored
 from hydrosim.database.build.bem import Hull, entry_name, solution_key, solve
 from hydrosim.database.build.drift import Real, Water
+from hydrosim.files.cache import stored
 
 SAMPLE_PANELS = (150, 600)  # panels
 SAMPLE_MATRIX_SIZE = 700  # size of the sample of a matrix

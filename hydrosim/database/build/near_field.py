@@ -28,7 +28,7 @@ from hydrosim.database.build.bem import (
     solver,
 )
 from hydrosim.database.build.drift import Complex, Real, Water
-from hydrosim.program import digest_of_sources
+from hydrosim.files.cache import digest_of_sources
 
 ROWS = 400  # points at a time, with 64 bytes for each panel of hull and lid
 

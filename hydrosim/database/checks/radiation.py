@@ -37,7 +37,11 @@ from hydrosim.database.database import (
     require_array,
 )
 from hydrosim.dofs import MIRROR_SIGN
-from hydrosim.radiation.retardation import OGILVIE_BAND, infinite_added_mass, retardation_function
+from hydrosim.water.radiation.retardation import (
+    OGILVIE_BAND,
+    infinite_added_mass,
+    retardation_function,
+)
 from hydrosim.water.spectra import wavenumber
 
 _MAX_RETARDATION_STEPS = 400  # of a retardation function, at most

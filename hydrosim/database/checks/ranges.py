@@ -17,7 +17,7 @@ from hydrosim.database.checks.finding import (
     single_error,
 )
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.radiation.retardation import (
+from hydrosim.water.radiation.retardation import (
     TAIL_EXPONENTS,
     diagonal_scale,
     radiating,

@@ -10,7 +10,7 @@ from hydrosim.database.checks import Finding
 from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import Cell, List, Node, Outcome, Sentence, Table, Verdict
-from hydrosim.radiation import retardation
+from hydrosim.water.radiation import retardation
 
 _OPTIONAL = (
     "hydrostatic_stiffness",

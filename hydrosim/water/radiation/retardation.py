@@ -3,19 +3,26 @@
 K(t) = 2/pi int_0^inf B(w) cos(w t) dw. With K^(w) = int_0^inf K(t) exp(-i w t) dt, K^(w) = B(w) + i
 w (A(w) - A_inf) (Cummins 1962; Ogilvie 1964). Matrices are (n, n), the row is the DOF of the force;
 SI, rad/s, s.
+
+Spectra of radiation with the memory cut at its end, and cut later. They give estimates of the
+effect of a fit and of the cut on motions, without a run.
+
+A run of T s does not distinguish frequencies closer than 1/T, and does not depend on later times.
+So its motions are multiplied by exp(-t/T), with spectra at s = 1/T + i w.
 """
 
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from hydrosim.errors import InputError
-from hydrosim.radiation.kept import Arrays, kept
-from hydrosim.radiation.threads import one_thread
-from hydrosim.scene.radiation import LENGTH
+from hydrosim.scene.hydrodynamics import LENGTH
+from hydrosim.water.radiation.kept import Arrays, kept
+from hydrosim.water.radiation.threads import one_thread
 
 TAIL_BAND = 0.15  # part of the band, at its end, on which the decay of B is fitted
 TAIL_EXPONENTS = (1.2, 12.0)  # range of q in the tail B ~ w^-q
@@ -330,3 +337,55 @@ def _check(frequency: np.ndarray, matrices: np.ndarray) -> None:
             f"radiation: entry ({i}, {j}) at {frequency[k]:g} rad/s is {matrices[k, i, j]},"
             " expected a finite number. Solve that frequency again or leave it out of the database."
         )
+
+
+LONGER = 1.5  # times the memory: the change by this extension is as large as the cut, if K decays
+SLOWEST, COUNT = 0.01, 400  # rad/s, number of frequencies
+
+
+class Spectra(NamedTuple):
+    """``K`` (nw, n, n), K^(s) of a memory at s = 1/T + i ``w`` (nw,). ``cut`` (nw, n, n) is the
+    change of K^ + s A_inf by a memory `LONGER` times as long."""
+
+    w: np.ndarray
+    K: np.ndarray
+    cut: np.ndarray
+
+
+def spectra(
+    memory: Retardation,
+    frequency: np.ndarray,
+    added_mass: np.ndarray,
+    damping: np.ndarray,
+    checksum: str,
+    duration: float,
+) -> Spectra:
+    """Spectra of ``memory`` for runs of a ``duration`` T [s], up to the highest of the database's
+    ``frequency`` (nw,). For the coefficients see `retardation`. The result is stored in the cache
+    folder by the ``checksum``, the memory and the duration."""
+    settings = (checksum, memory.time.size, float(memory.time[-1]), duration)
+    make = partial(_spectra, memory, frequency, added_mass, damping, 1.0 / duration)
+    return kept("spectra", settings, make, Spectra._asdict, _arrays_of_spectra)
+
+
+@one_thread
+def _spectra(
+    memory: Retardation,
+    frequency: np.ndarray,
+    added_mass: np.ndarray,
+    damping: np.ndarray,
+    fading: float,
+) -> Spectra:
+    length, step = float(memory.time[-1]), float(memory.time[1])
+    late = retardation(frequency, added_mass, damping, length=LONGER * length, step=step)
+    w = np.geomspace(min(SLOWEST, frequency[0]) or SLOWEST, frequency[-1], COUNT)
+    K, longer = (
+        transfer_function(of.time, np.exp(-fading * of.time)[:, None, None] * of.kernel, w)
+        for of in (memory, late)
+    )
+    more = late.added_mass_infinite - memory.added_mass_infinite
+    return Spectra(w, K, longer - K + (fading + 1j * w[:, None, None]) * more)
+
+
+def _arrays_of_spectra(arrays: Arrays) -> Spectra:
+    return Spectra(*(arrays[name] for name in Spectra._fields))

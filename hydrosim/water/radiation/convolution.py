@@ -27,15 +27,14 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.jit.kernels import kernel, root
-from hydrosim.radiation.dots import dot
-from hydrosim.radiation.fourier import (
+from hydrosim.water.radiation.fourier import (
     add_products,
     bit_reversed,
     roots_of_unity,
     transform,
     untransform,
 )
-from hydrosim.radiation.history import (
+from hydrosim.water.radiation.history import (
     ACCELERATION,
     AFTER,
     BEFORE,
@@ -49,7 +48,8 @@ from hydrosim.radiation.history import (
     point_time,
     velocity_history,
 )
-from hydrosim.radiation.state_space import coupled_groups
+from hydrosim.water.radiation.memory import dot
+from hydrosim.water.radiation.state_space import coupled_groups
 
 BLOCK_PER_ROOT = 4.0
 """Square of a block's points, over the lags of the table."""

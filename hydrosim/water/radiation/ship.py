@@ -1,5 +1,6 @@
-"""Fits of the radiation of cases, to come with the package: `python -m hydrosim.radiation.ship
-CASE...`.
+"""Fits of the radiation of cases, to come with the package.
+
+`python -m hydrosim.water.radiation.ship CASE...` makes them.
 
 Each case is checked with an empty cache. What `kept` stored of fits there becomes its archive
 `SHIPPED_FITS`. Names contain a hash of the sources: make the archive again after a change of them.
@@ -15,8 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from hydrosim.cache import DIGEST
-from hydrosim.program import SHIPPED_FITS
+from hydrosim.files.cache import DIGEST, SHIPPED_FITS
 
 KINDS = ("fits", "reduced")
 """What is slow to make and small."""
@@ -53,7 +53,7 @@ def pack(cache: Path, archive: Path, without: Sequence[str] = ()) -> list[str]:
 def main() -> None:
     """Entry point of the command line."""
     if len(sys.argv) < 2:
-        raise SystemExit("usage: python -m hydrosim.radiation.ship CASE...")
+        raise SystemExit("usage: python -m hydrosim.water.radiation.ship CASE...")
     names = ship(sys.argv[1:])
     print(f"{len(names)} fits, {SHIPPED_FITS.stat().st_size / 1e6:.1f} MB, in {SHIPPED_FITS}")
 

@@ -6,12 +6,39 @@ integral -int_0^t K(t - s) v(s) ds (Cummins 1962). `convolution` evaluates that 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from hydrosim.jit.kernels import kernel, summing
-from hydrosim.radiation.dots import dot, dot_three
+
+if TYPE_CHECKING:
+    from hydrosim.water.radiation.state_space import StateSpace
+
+# Products along the memory.
+
+
+@summing
+def dot(a, b):
+    """a b."""
+    total = 0.0
+    for k in range(a.size):
+        total += a[k] * b[k]
+    return total
+
+
+@summing
+def dot_three(a, b):
+    """Products of the three rows of ``a``, which follow each other, and b."""
+    n = b.size
+    first, second, third = 0.0, 0.0, 0.0
+    for k in range(n):
+        first += a[k] * b[k]
+        second += a[n + k] * b[k]
+        third += a[2 * n + k] * b[k]
+    return first, second, third
+
 
 AT_ONCE = 3
 """Number of DOFs of a group that are read together, in one pass along its states."""
@@ -104,3 +131,63 @@ def radiation_damping(v, p, force):
     """Subtract B v from ``force``; v, force: all DOFs of the scene; p: `ConstantDamping`."""
     for e in range(p.row.size):
         force[p.row[e]] -= p.B[e] * v[p.column[e]]
+
+
+# Arrays for the kernels in `memory`, made from fits and coefficients.
+
+
+def _offsets(sizes: Sequence[int]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+
+def _joined(parts: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
+    return np.concatenate([np.empty(0, dtype), *(np.ravel(part) for part in parts)]).astype(dtype)
+
+
+def _filled_up(rows: np.ndarray, mode: Literal["edge", "constant"]) -> np.ndarray:
+    """``rows`` plus one more, the last again or zeros, if that completes a multiple of
+    `AT_ONCE`."""
+    more = 1 if len(rows) % AT_ONCE == AT_ONCE - 1 else 0
+    return np.pad(rows, [(0, more)] + [(0, 0)] * (rows.ndim - 1), mode)
+
+
+def state_space_model(groups: Sequence[StateSpace]) -> RadiationStates:
+    """All groups of all bodies as one set of arrays; their ``dofs`` index the scene's DOFs.
+
+    The states of the model follow each other in the order of ``groups``. An empty list costs
+    nothing in a run.
+    """
+    pairs = [group.decay.size - group.real for group in groups]
+    dofs = [_filled_up(group.dofs, "edge") for group in groups]
+    B = [_filled_up(group.B.T, "constant") for group in groups]
+    return RadiationStates(
+        state=_offsets([group.B.shape[0] for group in groups]),
+        member=_offsets([of_group.size for of_group in dofs]),
+        matrix=_offsets([of_group.size for of_group in B])[:-1],
+        real=np.array([group.real for group in groups], dtype=np.int64),
+        dof=_joined(dofs, np.int64),
+        decay=_joined([np.diag(group.matrix) for group in groups]),
+        rotation=_joined(
+            [
+                np.append(group.frequency, np.zeros(n))
+                for group, n in zip(groups, pairs, strict=True)
+            ]
+        ),
+        B=_joined(B),
+        C=_joined([_filled_up(group.C, "constant") for group in groups]),
+    )
+
+
+def input_rates(states: RadiationStates) -> np.ndarray:
+    """B summed over the DOFs, (states,): the rate of every state if all DOFs have a unit
+    velocity."""
+    sizes = zip(states.matrix, np.diff(states.member), np.diff(states.state), strict=True)
+    return _joined([states.B[at:][: m * n].reshape(m, n).sum(axis=0) for at, m, n in sizes])
+
+
+def constant_damping(damping: np.ndarray) -> ConstantDamping:
+    """B (n, n) on all DOFs of the scene for `radiation_damping`; B = 0 costs nothing."""
+    row, column = np.nonzero(damping)
+    return ConstantDamping(
+        damping[row, column].astype(np.float64), row.astype(np.int64), column.astype(np.int64)
+    )

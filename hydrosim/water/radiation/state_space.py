@@ -11,17 +11,24 @@ from functools import partial
 
 import numpy as np
 
-from hydrosim.radiation.emphasis import Weight, emphasis_of
-from hydrosim.radiation.passivity import ROUNDING, Reciprocal, passive
-from hydrosim.radiation.rational import Modes, balanced, modes, partial_fractions, vector_fit
-from hydrosim.radiation.retardation import (
+from hydrosim.water.radiation.passivity import ROUNDING, Reciprocal, passive
+from hydrosim.water.radiation.rational import (
+    Modes,
+    Weight,
+    balanced,
+    emphasis_of,
+    modes,
+    partial_fractions,
+    vector_fit,
+)
+from hydrosim.water.radiation.retardation import (
     Retardation,
     diagonal_scale,
     radiating,
     relative_size,
     transfer_function,
 )
-from hydrosim.radiation.threads import one_thread
+from hydrosim.water.radiation.threads import one_thread
 
 TOLERANCE = 3e-4
 ORDERS = (4, 8, 12, 16, 20, 24, 28, 34, 40, 48, 58, 70, 84, 100)  # most poles in vector fitting

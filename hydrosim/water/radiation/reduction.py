@@ -16,9 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.radiation.retardation import Retardation
-from hydrosim.radiation.spectra import SLOWEST
-from hydrosim.radiation.state_space import (
+from hydrosim.water.radiation.retardation import SLOWEST, Retardation
+from hydrosim.water.radiation.state_space import (
     HELD_DOWN,
     StateSpace,
     Target,
@@ -26,7 +25,7 @@ from hydrosim.radiation.state_space import (
     state_space_of,
     target_of,
 )
-from hydrosim.radiation.threads import one_thread
+from hydrosim.water.radiation.threads import one_thread
 
 PART = 0.5  # of the tolerance: largest change of motions by a reduced model
 BETWEEN = 8  # points of an integral for each frequency: poles are narrower than the spacing

@@ -11,9 +11,9 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.radiation.kept import Arrays, kept
-from hydrosim.radiation.reduction import Floating, reduced
-from hydrosim.radiation.state_space import (
+from hydrosim.water.radiation.kept import Arrays, kept
+from hydrosim.water.radiation.reduction import Floating, reduced
+from hydrosim.water.radiation.state_space import (
     TOLERANCE,
     FitReport,
     StateSpace,
@@ -22,7 +22,7 @@ from hydrosim.radiation.state_space import (
 )
 
 if TYPE_CHECKING:
-    from hydrosim.radiation.retardation import Retardation
+    from hydrosim.water.radiation.retardation import Retardation
 
 ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "report")
 

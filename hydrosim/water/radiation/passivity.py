@@ -21,7 +21,7 @@ import numpy as np
 import scipy.linalg
 
 if TYPE_CHECKING:
-    from hydrosim.radiation.emphasis import Weight
+    from hydrosim.water.radiation.rational import Weight
 
 GRID = 400  # frequencies, in addition to those about each pole
 # a minimum is sought between its neighbours: number of rounds, and of points in each

@@ -1,7 +1,7 @@
 """Arrays stored on disk, so that slow computations run once.
 
-A damaged file is made again, see `hydrosim.cache`. Results for the databases of the shipped cases
-come with the package, see `hydrosim.radiation.ship`.
+A damaged file is made again, see `hydrosim.files.cache`. Results for the databases of the shipped
+cases come with the package, see `hydrosim.water.radiation.ship`.
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
-from hydrosim.cache import store, stored
-from hydrosim.program import PACKAGE, SHIPPED_FITS, digest_of_sources
+from hydrosim.files.cache import PACKAGE, SHIPPED_FITS, digest_of_sources, store, stored
 
 Arrays = Mapping[str, np.ndarray]
 T = TypeVar("T")
@@ -63,6 +62,6 @@ def shipped(name: str, archive: Path = SHIPPED_FITS) -> bytes | None:
 @cache
 def _version() -> str:
     """Hash of the sources that compute results: a change of the computation changes the file."""
-    home = PACKAGE / "radiation"
+    home = PACKAGE / "water" / "radiation"
     computing = {path.name for path in home.glob("*.py")} - {*STORING}
     return digest_of_sources(home, *sorted(computing))
