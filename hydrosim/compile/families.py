@@ -206,7 +206,7 @@ def _at_start(
 
 
 def _weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
-    """Square roots of the weights at a draught, see `blending`."""
+    """Square roots of the weights at a draught, see `integrate.draught_interpolation`."""
     weights = np.zeros(len(draughts))
     k = int(np.clip(np.searchsorted(draughts, draught) - 1, 0, len(draughts) - 2))
     part = np.clip((draught - draughts[k]) / (draughts[k + 1] - draughts[k]), 0.0, 1.0)

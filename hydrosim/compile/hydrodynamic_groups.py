@@ -72,7 +72,7 @@ class HydrodynamicGroup:
     (with the reason if the user did not ask for it), and the constant matrices ``added_mass`` and
     ``damping`` (n, n). These are A_inf and zero, except for constant radiation.
 
-    A family of draughts (`compiling.families`) has ``members``, a group for each ``draught``. Its
+    A family of draughts (`compile.families`) has ``members``, a group for each ``draught``. Its
     own database and added mass are interpolated at the start. All other data are those of the
     nearest member.
     """

@@ -328,7 +328,7 @@ def _fallback_warnings(groups: Sequence[HydrodynamicGroup]) -> Iterator[str]:
 
 def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
     """Warnings about waves outside a database's frequencies whose first-order loads would matter.
-    `questions.ranges` asks about larger parts."""
+    `questions.waters` asks about larger parts."""
     if seas and body.wave_forces.first_order:
         found = shares_outside(db, seas)
         if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:

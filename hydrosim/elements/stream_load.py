@@ -12,7 +12,7 @@ per squared speed, 1/2 rho A C in terms of dimensionless ones (such as those of 
 Prediction of Wind and Current Loads on VLCCs).
 
 Between the given headings c is a periodic cubic spline, exact at them. The body's heading is its
-yaw, as for the hydrodynamics (`rigid.heading`). Booked as work.
+yaw, as for the hydrodynamics (`multibody.heading`). Booked as work.
 
 The current is the mean over the ``depth`` of the load, or over the draught of its body, or that at
 the depth of the point (`hydrosim.water.current`). The wind is that at the ``height`` of the load,
@@ -21,7 +21,7 @@ or of the point at rest, with the gusts there (`hydrosim.water.wind`).
 Limits: a load feels one velocity at a time: no shear over its area, and gusts act on all of it at
 the same instant. Its depth and height are those at rest. The only resistance to yawing comes from
 the point's own velocity. Measured yaw coefficients include Munk's moment of a steady stream. A body
-with hydrodynamics also receives this moment from its added mass (`rigid.added_mass`).
+with hydrodynamics also receives this moment from its added mass (`multibody.heading`).
 """
 
 from __future__ import annotations

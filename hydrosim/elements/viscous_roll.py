@@ -30,7 +30,7 @@ section 3)
     phi'' + p1 phi' + p2 |phi'| phi' + p3 phi'^3 + w_n^2 phi = 0.
 
 The body rolls in a natural mode with an inertia m and a damping b by radiated waves, per unit of
-roll (`compiling.roll_mode`): I44 + A44 and B44 at w_n, but for the slope of the added mass, if
+roll (`compile.roll_mode`): I44 + A44 and B44 at w_n, but for the slope of the added mass, if
 nothing couples to roll. Then
 
     B1 = p1 m - b,   B2 = p2 m,   B3 = p3 m.

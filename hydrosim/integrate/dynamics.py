@@ -5,7 +5,7 @@
     F = F_hydrostatic + F_radiation + F_wave1 + F_wave2 + F_elements + F_weight
 
 q: free coordinates of all bodies and joints; u: their rates, N is the identity except for ball
-joints (`rigid.tree`); v: velocities of the centres of gravity and angular velocities in
+joints (`multibody.tree`); v: velocities of the centres of gravity and angular velocities in
 the earth frame; M: mass, m and R I R^T; A: added mass at infinite frequency; F_gyroscopic = omega x
 (R I R^T omega). (Cummins 1962; Ogilvie 1964.)
 
@@ -13,14 +13,14 @@ If the contents of a body change (`tanks`), M is about the body's origin. It the
 c is the displacement of the centre of gravity from the origin. F_gyroscopic has m omega x (omega x
 c), and F includes the forces of flow.
 
-A and the retardation functions are constant in axes that turn with the yaw of each body
-(`rigid.heading`); F_turning is the resulting force (`rigid.added_mass`). Constraints, such as rigid
-friction, add J q'' = c, with J^T lambda on the right.
+A and the retardation functions are constant in axes that turn with the yaw of each body;
+F_turning is the resulting force (`multibody.heading`). Constraints, such as rigid friction, add J
+q'' = c, with J^T lambda on the right.
 
 The state is y = (q, u, radiation states, contact points, energies, impulses). The energies are
 integrals: for every row of forces its work (waves, applied forces) or its dissipation (all others),
 and the integral of |wave power|. If requested, the impulses of every row, its works by coordinate,
-and the integrals of contact points (`forces.contact.tally`) follow.
+and the integrals of contact points (`elements.contact.kind`) follow.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Cutting a step where the mode of a contact or a spring ends inside it, and switching the mode.
 
-A mode holds while its margins (`forces.contact.transitions`, `forces.spring`) are positive. A step
+A mode holds while its margins (`elements.events`) are positive. A step
 is cut at the first zero of any margin. A margin that becomes negative and positive again within the
 step counts too. The right hand side is smooth on every piece, so a method keeps its order through
 stick, slip and contact.

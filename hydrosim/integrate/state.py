@@ -144,8 +144,8 @@ NEXT_STEP, LAST_ERROR, REACHED_TIME, PROGRESS_TIME, ROW_RANK, ROW_RANK_TIME, ERR
 )
 """Entries of `Scratch.pace`: next step, last error, the time reached, the time since which events
 and steps are counted to detect a run without progress; the smallest sine between rows of
-constraints, and its time (`closing._check_rank`); the integral over time of the errors of steps, in
-units of their tolerance."""
+constraints, and its time (`constraint_projection._check_rank`); the integral over time of the
+errors of steps, in units of their tolerance."""
 
 
 class State(NamedTuple):

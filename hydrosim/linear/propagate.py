@@ -2,9 +2,9 @@
 
     z' = J z + G (f(t) + rest),   z = (q, q', radiation states),   f = F_wave1 + F_wave2 + F_applied
 
-`linearity` says which scenes are linear. With constraints, J and G include their reactions, which
-do no work. The forces f are read at nodes: the stages of a stepped run, or more if the waves' table
-or a regular wave needs them.
+`nonlinearities` says which scenes are linear. With constraints, J and G include their reactions,
+which do no work. The forces f are read at nodes: the stages of a stepped run, or more if the waves'
+table or a regular wave needs them.
 
 Between the nodes f is a polynomial, and the response to it is exact, see `integrate.exponential`.
 Corners of tables and ends of ramps are ends of intervals. The energies in y are integrals of the

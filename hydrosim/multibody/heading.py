@@ -27,7 +27,7 @@ Lagrange's equations in w give the force on the bodies: force p', moment G' - om
     dT/dpsi = w^T J A(psi) w = -e_z . (w_t x p + omega x G)
 
 The last term is Munk's moment. For a jointed body it acts on all joints that turn its heading
-(`rigid.tree`). The part -A(psi) v' is inertia; `add_turning` adds the rest. The
+(`multibody.tree`). The part -A(psi) v' is inertia; `add_turning` adds the rest. The
 rest does no net work but conserves momentum: the work of F is -dT/dt. Body and water together keep
 their linear impulse, and their angular impulse about a vertical through any fixed point.
 """

@@ -9,7 +9,7 @@ in the earth frame; omega = E (phi', theta', psi') with
 
 singular at a pitch of 90 deg. For all bodies together v = S q', v' = S q'' + S' q', where S is the
 identity with blocks E. A wrench F does the generalised force S^T F on the coordinates.
-Bodies that joints carry have no coordinates of their own: `rigid.tree` has their part of S.
+Bodies that joints carry have no coordinates of their own: `multibody.tree` has their part of S.
 
 psi is the sum of yaw and heading at rest. With small angles (`Bodies.exact` false) that heading is
 zero and E is the identity. Points then move by u + theta x r, and lever arms stay as they are at

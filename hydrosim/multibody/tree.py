@@ -4,7 +4,7 @@
 
 v: velocities of all bodies (6 nb,) in the earth frame; u: rates of the free coordinates. They are
 q' but for a ball joint, whose u is the relative angular velocity, and whose q is 4 s, four times
-the modified Rodrigues parameters s (`rigid.vectors`). Beyond 180 deg s is replaced by
+the modified Rodrigues parameters s (`multibody.vectors`). Beyond 180 deg s is replaced by
 -s / |s|^2, the same rotation, so that a ball joint has no singular attitude.
 
 A joint is a row of moves: slides along, or turns about, an axis that moves with the part before it.
@@ -345,7 +345,7 @@ def _turn_heading(k, q, here, there, relative, tree, growth):
 @kernel
 def _set_orientation(k, omega, bodies, motion):
     """Rotation matrix, angles and their rates of the child of joint ``k``. Its ``rate_map`` is the
-    turn by its heading, which `rigid.heading` reads."""
+    turn by its heading, which `multibody.heading` reads."""
     growth = motion.growth
     b = bodies.tree.branches[k].child
     own = bodies.each[b].heading

@@ -26,7 +26,7 @@ Stages of a group of contacts: a transfer of weight to or from it, or the contac
 
 A re-contact is a contact that closes after the whole group was open. Re-contacts have a count, a
 largest force and a largest closing speed. All figures come from events and from the impulse of the
-load (`forces.contact.group`), so they do not depend on the output step.
+load (`elements.contact.group`), so they do not depend on the output step.
 
 The weight is that of a body that carries its own weight and is dry: the topside. Without a known
 weight nothing is transferred, and the group is open when no contact touches any more. A transfer

@@ -1,7 +1,7 @@
 """Wave loads on a body along its slow path, which contains its drift but not its wave-frequency
 motion.
 
-    F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i)),   as `following`,
+    F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i)), `displaced_loads`,
     d = d_k + d'_k (t - t_k),   psi = psi_k + psi'_k (t - t_k),     t_k <= t < t_k + T
 
 d_k, psi_k and their rates are the output of a causal filter of surge, sway and yaw at t_k,
@@ -18,10 +18,10 @@ linearly from its value at the block's first heading to its value at the last. F
 L the error is (psi' T k L / 2)^2 / 8. The waves are summed once for each row. This costs about a
 hundredth of sums at each stage.
 
-Second-order loads (`forms`) are taken along the same path, linearly from the block's first heading
-to its last. If the waves have few headings, `bands` gives the same sums at a fraction of the cost.
-In bands, yaws that differ by less than `FollowingLoads.steady` have the same loads, so that a body
-that keeps its heading and its place needs each row once.
+Second-order loads (`quadratic_loads`) are taken along the same path, linearly from the block's
+first heading to its last. If the waves have few headings, `narrow_bands` gives the same sums at a
+fraction of the cost. In bands, yaws that differ by less than `FollowingLoads.steady` have
+the same loads, so that a body that keeps its heading and its place needs each row once.
 """
 
 from __future__ import annotations

@@ -323,7 +323,7 @@ LengthOverTime = Annotated[
 def length_signal(
     form: LengthTable | Recorded | Harmonic[float], key: str, path: Path
 ) -> tuple[Signal, float]:
-    """The signal of a length [m], and its value at time 0. Raises as `records.signal_of` does, and
+    """The signal of a length [m], and its value at time 0. Raises as `signals.signal_of` does, and
     a problem for a length that is not always above 0."""
     from hydrosim.elements.signal import first_value, smallest_value
     from hydrosim.errors import InputError

@@ -10,7 +10,7 @@ refer to the wave at each structure's centre of gravity; no file proves it. Freq
 damping (FIDD) is left out, because it radiates no waves: add it to the case.
 
 Older files lack volumes and centres of buoyancy; these are read from the listing (.LIS) beside
-them. Quadratic transfer functions are read from the .QTF (`aqwa_qtf`), which may be named as well;
+them. Quadratic transfer functions are read from the .QTF, which may be named as well;
 their diagonal is the mean drift.
 
 AQWA's quadratic transfer functions in text form (.QTF), which AQWA-LINE writes beside an .AH1.

@@ -457,8 +457,8 @@ def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
 def _tally_variables(
     tallies: np.ndarray,
 ) -> Iterator[tuple[str, tuple[tuple[str, ...], np.ndarray]]]:
-    """Variables from the ``tallies`` (nt, nf, `TALLIES`) of contact points: `contact_*` (time,
-    fender, mode) and `slip_*` (time, fender, axis)."""
+    """Variables from the ``tallies`` (nt, nf, `POINT_TALLIES`) of contact points: `contact_*`
+    (time, fender, mode) and `slip_*` (time, fender, axis)."""
     dims = ("time", "fender", "contact_mode")
     end = len(MODES) * MODE_TALLIES
     modes = tallies[:, :, :end].reshape(*tallies.shape[:2], len(MODES), MODE_TALLIES)

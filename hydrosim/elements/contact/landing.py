@@ -1,7 +1,7 @@
 """Landing: points of a body that come down on seats, on the earth or on another body.
 
 A landing is a contact point whose plane passes through its seat, normal to the ``axis`` along which
-the seat carries. It only pushes. It may carry along a loop (`loop`), be guided sideways (`guide`),
+the seat carries. It only pushes. It may carry along a loop (`loop`), be guided sideways,
 and has the friction of any contact. Legs of a topside on its substructure, leg mating units and
 deck support units are landings.
 
@@ -15,7 +15,7 @@ cylinder; f: straight lines through a table. The wall has no friction: its store
 integral of f over e, is a potential of position. It reaches up to the mouth at delta = -depth.
 
 A pin that leaves while pressed loses the stored energy. A pin that comes down outside the mouth is
-beside the wall until it has entered. A wall that becomes active (`forces.trigger`) catches a pin
+beside the wall until it has entered. A wall that becomes active (`elements.trigger`) catches a pin
 that is inside it; any other pin is beside it. The energy stored in a wall when it ends is lost.
 """
 

@@ -8,7 +8,7 @@ fairlead above the anchor, and the height of the seabed (`line.shape`: elastic c
 clumps, buoys, seabed with friction). The anchor is on the earth or on another body.
 
 The drag c (v - u)_perp acts at the fairlead, across the line there; v: velocity of the fairlead; u:
-current. c and m stand for the quadratic drag of the whole line, linearised (`line.drag`).
+current. c and m stand for the quadratic drag of the whole line, linearised (`compile.line_drag`).
 
 The solution of the last accepted step is in the state. It is the first guess of the next solution,
 which does not depend on it. Modes are profiles: which segment touches down, where the friction of
@@ -527,7 +527,7 @@ def is_sharp(known, s, pull, stiffness):
 
 @root_giving(float)
 def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
-    """`profile.kink_room` of a line."""
+    """`shape.kink_room` of a line."""
     pull = shape.LinePull(H, V, anchor_V, H, touch, dead, True, 0)
     return shape.kink_room(pieces, first, last, x, z, bed, friction, pull, number)
 
@@ -548,7 +548,7 @@ def room_of(line, s, pull, number, pieces):
 
 @root_giving(float, float, float, float)
 def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, pieces):
-    """`rates.stiffness` of a line."""
+    """`search.stiffness` of a line."""
     pull = shape.LinePull(H, V, anchor_V, H, touch, 0.0, True, 0)
     return search.stiffness(pieces, first, last, x, z, bed, friction, pull)
 
