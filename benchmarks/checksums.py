@@ -34,7 +34,7 @@ import subprocess
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from statistics import median
@@ -248,7 +248,6 @@ RANDOM_CASES = {
 profiles, gusts, meshes of hulls and pumps."""
 FINE_STEP = 0.02  # s between records where a method chooses its steps
 LONGEST = 30.0  # s: duration of a random case
-OFF = "slack taut absent"
 TRANSITIONS = {
     "fender_mode": "open>stick open>slip stick>slip slip>stick stick>open slip>open",
     "fender_rising": "0>1 1>0 0>2 1>2 2>0 0>3 1>3 2>3 3>0 3>1",
@@ -399,12 +398,10 @@ def record_checkout(inputs: Mapping[str, Any]) -> Record:
 @contextmanager
 def working_copy(inputs: Mapping[str, Any]) -> Iterator[Path]:
     """Work in a folder with cases, databases, scenes and studies."""
-    ignore = shutil.ignore_patterns("*.png", "*.md", "*.csv", "thesis")
+    ignore = shutil.ignore_patterns("*.png", "*.md", "thesis")
     with TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
         shutil.copytree(HERE / "cases", folder / "cases", ignore=ignore)
-        for table in (HERE / "cases").rglob("*.csv"):
-            shutil.copy(table, folder / table.relative_to(HERE))
         shutil.copytree(HERE / "hydro_db", folder / "hydro_db", ignore=ignore)
         (folder / "scenes").mkdir()
         for scene, text in inputs["scenes"].items():
