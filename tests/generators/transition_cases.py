@@ -47,9 +47,7 @@ def _case(bodies: Case, forces: Case, duration: float, **parts: Any) -> Case:
     }
 
 
-def _body(
-    dofs: list[str], position: Mapping[int, float] | None = None, **velocity: float
-) -> Case:
+def _body(dofs: list[str], position: Mapping[int, float] | None = None, **velocity: float) -> Case:
     """A body with its displacements [m, rad] at the start by number, and its velocities by name."""
     names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     start = position or {}
@@ -86,15 +84,28 @@ def _elements_for_a_time() -> Case:
         "taut": {**ahead, "type": "spring", "length": 18.0},
         "slack": {**ahead, "type": "spring", "length": 22.0},
         "gas": {
-            **{**ahead, "type": "compensator", "length": 20.0, "tension": 500.0, "stroke": 1.0},
-            **{"gas_length": 4.0, "exponent": 1.3, "stiffness": 2000.0},
+            **ahead,
+            "type": "compensator",
+            "length": 20.0,
+            "tension": 500.0,
+            "stroke": 1.0,
+            "gas_length": 4.0,
+            "exponent": 1.3,
+            "stiffness": 2000.0,
         },
         "winch": {
-            **{**ahead, "type": "winch", "stiffness": 20000.0, "tension": 300.0, "speed": 0.2},
-            **{"dead_band": 0.3, "drum": {"shortest": 10.0, "longest": 40.0}},
+            **ahead,
+            "type": "winch",
+            "stiffness": 20000.0,
+            "tension": 300.0,
+            "speed": 0.2,
+            "dead_band": 0.3,
+            "drum": {"shortest": 10.0, "longest": 40.0},
         },
         "floor": {
-            **{**floor, "type": "fender", "normal": {"prescribed": {"time": [0], "force": [100]}}},
+            **floor,
+            "type": "fender",
+            "normal": {"prescribed": {"time": [0], "force": [100]}},
             "friction": {"law": "coulomb", "static": 0.3, "kinetic": 0.2},
         },
     }
@@ -113,9 +124,17 @@ def _compensators() -> Case:
         bodies[name] = _body(["surge"], {0: 2.0})
         forces[f"spring{i}"] = _spring(name, surge=SLOW)
         forces[f"gas{i}"] = {
-            **{"type": "compensator", "body": name, "point": [0, 0, 0], "anchor": [-20, 0, 0]},
-            **{"length": 20.0, "tension": 800.0, "stroke": 1.0, "gas_length": 2.0},
-            **{"exponent": 1.3, "stiffness": 2000.0, "damping": damping},
+            "type": "compensator",
+            "body": name,
+            "point": [0, 0, 0],
+            "anchor": [-20, 0, 0],
+            "length": 20.0,
+            "tension": 800.0,
+            "stroke": 1.0,
+            "gas_length": 2.0,
+            "exponent": 1.3,
+            "stiffness": 2000.0,
+            "damping": damping,
         }
         forces[f"push{i}"] = _push(name, surge={"amplitude": 2000.0, "period": 3.0})
     return _case(bodies, forces, 20.0)
@@ -141,8 +160,11 @@ def _guides() -> Case:
             name, surge={"amplitude": 3000.0, "period": 2.6, "mean": 4000.0 * aside}
         )
         forces[f"seat{i}"] = {
-            **{"type": "landing", "body": name, "points": [[0, 0, 0]]},
-            **{"on": {"points": [[0, 0, -1.0]]}, "normal": {"stiffness": 20000.0}},
+            "type": "landing",
+            "body": name,
+            "points": [[0, 0, 0]],
+            "on": {"points": [[0, 0, -1.0]]},
+            "normal": {"stiffness": 20000.0},
             "friction": {"law": "none"},
             "wall": {"gap": 0.2, "compression": [0, 0.1, 1], "force": [0, 1000, 30000], "depth": 1},
             **({"active": {**active, "until": 15.2}} if active else {}),
@@ -155,8 +177,11 @@ def _edges() -> Case:
     table = [[-3, -1, 0], [0.5, -1, 0], [0.5, 1, 0], [-3, 1, 0]]
     normal = {"stiffness": 50000.0, "damping": 500.0}
     friction = {
-        **{"law": "stick_slip", "static": 0.05, "kinetic": 0.04},
-        **{"stiffness": 20000.0, "damping": 500.0},
+        "law": "stick_slip",
+        "static": 0.05,
+        "kinetic": 0.04,
+        "stiffness": 20000.0,
+        "damping": 500.0,
     }
     fender = {"type": "fender", "body": "block", "points": [[0, 0, 0]], "normal": normal}
     plane = {"point": [0, 0, 0], "normal": UP, "corners": table}
@@ -167,8 +192,11 @@ def _edges() -> Case:
         "push": _push("block", surge={"amplitude": 1500.0, "period": 5.0}),
         "table": {**fender, "plane": plane, "friction": friction},
         "deep": {
-            **{**fender, "points": [[0, 0, -1]], "plane": {**plane, "point": [0, 0, -2]}},
-            **{"friction": friction, "active": {"from": 2.0, "until": 14.0}},
+            **fender,
+            "points": [[0, 0, -1]],
+            "plane": {**plane, "point": [0, 0, -2]},
+            "friction": friction,
+            "active": {"from": 2.0, "until": 14.0},
         },
     }
     forces["deep"]["plane"]["corners"] = [[x, y, -2] for x, y, _ in table]
@@ -188,15 +216,21 @@ def _pumps() -> Case:
         "until_empty": {**pump, "source": "t0"},
         "until_full": {**pump, "source": "sea", "target": "t1", "start": 2.0},
         "until_level": {
-            **{**pump, "source": "t2", "start": {"tank": "t0", "below": 0.6}},
+            **pump,
+            "source": "t2",
+            "start": {"tank": "t0", "below": 0.6},
             "stop": {"tank": "t2", "below": 0.9},
         },
         "by_event": {
-            **{**pump, "source": "t4", "start": {"channel": "velocity.cart.surge", "above": 0.5}},
+            **pump,
+            "source": "t4",
+            "start": {"channel": "velocity.cart.surge", "above": 0.5},
             "stop": {"channel": "velocity.cart.surge", "below": -0.9},
         },
         "nothing_to_pump": {
-            **{**pump, "source": "t5", "start": {"channel": "velocity.cart.surge", "above": 0.5}}
+            **pump,
+            "source": "t5",
+            "start": {"channel": "velocity.cart.surge", "above": 0.5},
         },
     }
     cart = {**_body(["surge"], {0: 1.0}), "mass": 20000.0, "weight": "carried"}
