@@ -44,6 +44,11 @@ from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any, NamedTuple
 
+import numpy as np
+import xarray as xr
+
+import hydrosim as hs
+
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "COLUMNS": "100",
@@ -51,13 +56,6 @@ ENVIRONMENT = {
     "TERM": "dumb",
     "PYTHONHASHSEED": "0",
 }
-os.environ.update(ENVIRONMENT)
-
-import numpy as np
-import xarray as xr
-
-import hydrosim as hs
-
 HERE = Path(os.environ.get("HYDROSIM_HOME", Path(__file__).parents[1]))
 PARTS = ("numbers", "texts", "schemas", "messages")
 CLOCK = {"wall_time", "case_file", "case", "history", "date_created"}
@@ -68,7 +66,8 @@ BASE = "reverse_float_over/base"
 STATES = "output.states"
 MAX_CHECK_TIME = 20  # s of CPU
 MESSAGES = 300
-CHECKED_MUTANTS = 40
+DRAWN_ANEW = "sobol_indices"
+"""A study whose intervals are drawn anew whenever they are printed: its numbers count alone."""
 SHOWN = 20  # differences of a part that are printed
 Settings = dict[str, Any]
 Record = dict[str, dict[str, Any]]
@@ -140,116 +139,6 @@ REPORTED: dict[str, int] = {
     "turret_tanker/storm": 400,
 }
 """Shipped cases that are checked, run and reported by the command line, with durations [s]."""
-PAIR = """
-title: two barges
-duration: 200 s
-environment:
-  water_depth: infinite
-  waves:
-    {spectrum: jonswap, significant_height: 1 m, peak_period: 9 s, heading: 60 deg, ramp: 50 s}
-bodies:
-  starboard: &barge
-    hydrodynamics: hydro_db/two_barges.nc
-    mass: 1.23e6
-    radiation: {model: state_space, length: 160 s, tolerance: 0.01}
-    database_body: 2
-    centre_of_gravity: [0, -7 m, 0]
-    radii_of_gyration: [4.0, 11.0, 11.0]
-  port:
-    <<: *barge
-    database_body: 1
-    centre_of_gravity: [0, 7 m, 0]
-    radii_of_gyration: [3.5, 10.4, 10.4]
-forces:
-  starboard_lines:
-    {type: linear_mooring, body: starboard, stiffness: {surge: 1.5e5, sway: 1.5e5, yaw: 1.5e7}}
-  port_lines:
-    {type: linear_mooring, body: port, stiffness: {surge: 1.5e5, sway: 1.5e5, yaw: 1.5e7}}
-  bilges: {type: linear_damping, body: port, damping: {roll: 5e6}}
-  drag: {type: quadratic_damping, body: starboard, damping: {roll: 5e7}}
-  tie: {type: spring, body: port, point: [5, -4, 1], anchor_body: starboard, anchor: [5, 4, 1],
-        length: 6 m, stiffness: 1e5, damping: 1e4}
-  side:
-    type: fender
-    body: port
-    points: [[10, -5, 0], [-10, -5, 0]]
-    plane: {body: starboard, point: [0, 8.9, 0], normal: [0, 1, 0]}
-    normal: {stiffness: 4e6, damping: 1e4}
-    friction: {law: friction_slope, coefficient: 0.3, slope: 1e5}
-solver: {method: rk4, step: 0.05 s}
-"""
-CRAWL = "figures: {crawl: {channel: position.barge.surge, statistic: end}}"
-STUDIES = {
-    "friction": f"""
-case: cases/{BASE}.yaml
-parameters: {{forces.interface.friction.static: [0.2, 0.4]}}
-seeds: 1-2
-duration: 700 s
-output: {{step: 1 s, variables: [position, fender_mode]}}
-""",
-    "stages": """
-case: cases/topside_removal/removal.yaml
-seeds: 1-2
-duration: 600 s
-output: {step: 1 s, variables: []}
-""",
-    "pins": """
-case: cases/lock_in/pins.yaml
-seeds: 1-2
-duration: 650 s
-output: {step: 1 s, variables: []}
-figures:
-  closed: {channel: lock_rows.lock, statistic: end}
-  lock_load: {channel: joint_force.lock.surge, statistic: largest_absolute}
-studies:
-  speed: {parameters: {joints.lock.window.speed: [0.01 m/s, 0.04 m/s]}}
-  gap: {parameters: {joints.lock.window.gap: [0.05 m, 0.4 m]}}
-""",
-    "ranges": f"""
-case: cases/{BASE}.yaml
-duration: 60 s
-{CRAWL}
-design: sobol_indices
-samples: 8
-parameters:
-  sea: {{keys: {{environment.waves.seed: {{from: 1, to: 1000000}}}}}}
-  C3:
-    keys:
-      forces.interface.friction.slip_damping: {{from: 10000, to: 1e10, scale: logarithmic}}
-""",
-    "until": f"""
-case: cases/{BASE}.yaml
-seeds: [1, 4]
-duration: 60 s
-output: {{step: 0.5 s, start: 10 s, variables: [position], impulses: true}}
-{CRAWL}
-until: {{figure: crawl, wide: 0.1 m, most: 20}}
-""",
-    "operability": f"""
-case: cases/{BASE}.yaml
-seeds: 1-30
-duration: 60 s
-output: {{step: 0.5 s, start: 10 s}}
-criteria:
-  heave: {{channel: position.barge.heave, statistic: largest, limit: 0.1 m}}
-operability:
-  heights: {{from: 0.4 m, to: 1.6 m, apart: 0.4 m}}
-  peak_periods: [8 s]
-  probability: 90 %
-""",
-}
-"""Studies by name; that of operability is for the command of this name."""
-RANDOM_CASES = {
-    "contacts": (2, 7, 12),
-    "held": (0, 5, 8),
-    "joints": (14, 30, 78, 98, 128),
-    "lines": (6, 23, 27, 32, 43, 48, 51, 55, 63, 65, 70, 76, 83, 113, 120, 127, 136),
-    "mixtures": (3, 121),
-}
-"""Numbers of random cases by kind. Together they have elements of all kinds, currents with
-profiles, gusts, meshes of hulls and pumps."""
-FINE_STEP = 0.02  # s between records where a method chooses its steps
-LONGEST = 30.0  # s: duration of a random case
 TRANSITIONS = {
     "fender_mode": "open>stick open>slip stick>slip slip>stick stick>open slip>open",
     "fender_rising": "0>1 1>0 0>2 1>2 2>0 0>3 1>3 2>3 3>0 3>1",
@@ -313,7 +202,7 @@ class Restart(NamedTuple):
     case: str
     variable: str
     mode: str
-    settings: Settings = {}
+    settings: Settings | None = None
 
 
 RESTARTS = {
@@ -358,41 +247,12 @@ SPEED: dict[str, tuple[str, Settings]] = {
 }
 
 
-def write_inputs() -> dict[str, Any]:
-    """Random cases and mutants of this checkout, as texts."""
-    from tests.generators.error_cases import KINDS
-    from tests.generators.mixed_cases import MESH, mesh_of
-    from tests.generators.mutants import mutants, text_of
-    from tests.generators.random_cases import text_of as text_of_case
-    from tests.generators.swinging_cases import swinging_case
-    from tests.generators.transition_cases import transition_cases
-
-    drawn = {f"{kind} {n}": KINDS[kind](n) for kind in RANDOM_CASES for n in RANDOM_CASES[kind]}
-    loop = next(c for c in map(swinging_case, range(100)) if "coupler" in c["bodies"])
-    scenes = {**transition_cases(), **drawn, "closed loop": loop}
-    meshes = {f"mixtures {n}": mesh_of(n) for n in RANDOM_CASES["mixtures"]}
-    texts = {}
-    for name, case in scenes.items():
-        solver = case.get("solver", {})
-        has_steps = solver.get("method") in ("rk2", "heun", "rk4")
-        case["duration"] = min(case["duration"], LONGEST)
-        case["output"] = {"step": solver["step"] if has_steps else FINE_STEP, "states": True}
-        mesh_name = f"{name.replace(' ', '_')}.stl"
-        texts[name] = text_of_case(case).replace(MESH, mesh_name).replace(str(HERE), "..")
-        if meshes.get(name):
-            texts[mesh_name] = meshes[name]
-    named = [(m.case, f"{m.case} {m.keys} {m.how}", text_of(m)) for m in mutants(450, 1)]
-    checked = mutants(CHECKED_MUTANTS, 2, of_values=True)
-    asked = [(m.case, f"check {m.case} {m.keys} {m.how}", text_of(m, 10.0)) for m in checked]
-    return {"scenes": texts, "mutants": named, "checked": asked}
-
-
 def record_checkout(inputs: Mapping[str, Any]) -> Record:
     """The record of the checkout in `HERE`: all parts, transitions and restarts."""
     record: Record = {part: {} for part in (*PARTS, "restarts")}
     transitions = Counter[str]()
     with working_copy(inputs) as folder:
-        for name, run in (*simulate_all(inputs), *run_commands(record, folder)):
+        for name, run in (*simulate_all(), *run_commands(record, folder)):
             add_dataset(record, name, run, folder)
             transitions.update(count_transitions(run))
         for name, restart in RESTARTS.items():
@@ -405,35 +265,29 @@ def record_checkout(inputs: Mapping[str, Any]) -> Record:
 
 @contextmanager
 def working_copy(inputs: Mapping[str, Any]) -> Iterator[Path]:
-    """Work in a folder with cases, databases, scenes and studies."""
-    ignore = shutil.ignore_patterns("*.png", "*.md", "thesis")
+    """Work in a folder with cases, databases and the files of the ``inputs``."""
+    ignore = shutil.ignore_patterns("*.png", "*.md", "thesis", "no_friction.nc")
     with TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        shutil.copytree(HERE / "cases", folder / "cases", ignore=ignore)
-        shutil.copytree(HERE / "hydro_db", folder / "hydro_db", ignore=ignore)
-        (folder / "scenes").mkdir()
-        for scene, text in inputs["scenes"].items():
-            file = scene if scene.endswith(".stl") else f"{scene}.yaml"
-            (folder / "scenes" / file).write_text(text)
-        (folder / "pair.yaml").write_text(PAIR)
-        for study, text in STUDIES.items():
-            (folder / f"{study}.yaml").write_text(text)
+        for part in ("cases", "hydro_db"):
+            shutil.copytree(HERE / part, folder / part, ignore=ignore)
+        for path, text in inputs["files"].items():
+            (folder / path).parent.mkdir(exist_ok=True)
+            (folder / path).write_text(text)
         os.chdir(folder)
         yield folder
         os.chdir(HERE)
 
 
-def simulate_all(inputs: Mapping[str, Any]) -> Iterator[tuple[str, xr.Dataset]]:
+def simulate_all() -> Iterator[tuple[str, xr.Dataset]]:
     """Runs by name, in memory."""
     for name, (case, settings) in CASES.items():
         yield name, hs.simulate(hs.load_case(f"cases/{case}.yaml", {**settings, STATES: True}))
-    for name in inputs["scenes"]:
-        if not name.endswith(".stl"):
-            yield name, hs.simulate(hs.load_case(f"scenes/{name}.yaml"))
-    yield "two barges", hs.simulate(hs.load_case("pair.yaml"))
+    for path in sorted(Path("scenes").glob("*.yaml")):
+        yield path.stem, hs.simulate(hs.load_case(path))
     for coupling in ("stage", "held", "extrapolated"):
         brake = hs.External("port", brake_pair, coupling, also=("starboard",), repeatable=True)
-        pair = hs.load_case("pair.yaml", {"duration": 40, "solver.step": 0.1})
+        pair = hs.load_case("scenes/two barges.yaml", {"duration": 40, "solver.step": 0.1})
         yield f"function, {coupling}", hs.simulate(pair, forces={"brake": brake})
     base = f"cases/{BASE}.yaml"
     convolution: Settings = {"bodies.barge.radiation": "convolution"}
@@ -458,19 +312,22 @@ def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
         path = f"cases/{case}.yaml"
         result = f"{Path(case).name}.nc"
         setting = (f"--set=duration={duration} s", f"--set={STATES}=true")
-        add(f"check {case}", "check", path)
         add(f"run {case}", "run", path, "--overwrite", "-o", result, *setting)
+        add(f"check {case}", "check", path)
         yield case, xr.load_dataset(result, engine="netcdf4")
         add(f"statistics {case}", "statistics", result)
         record["texts"][f"report {case}"] = write_report(result, folder)
     for case in ("reverse_float_over/free_floating", "sphere/irregular"):
         add(f"linear {case}", "linear", f"cases/{case}.yaml", "--overwrite", "-o", "linear.nc")
         yield f"linear {case}", xr.load_dataset("linear.nc", engine="netcdf4")
-    for study in STUDIES:
-        command = "operability" if study == "operability" else "sweep"
-        add(f"study {study}", command, f"{study}.yaml", "--workers=1", "-o", f"{study}_runs.nc")
-        yield f"study {study}", xr.load_dataset(f"{study}_runs.nc", engine="netcdf4")
-        record["texts"][f"report {study}"] = write_report(f"{study}_runs.nc", folder)
+    for path in sorted(Path("studies").glob("*.yaml")):
+        command = "operability" if "operability:" in path.read_text() else "sweep"
+        result = f"{path.stem}_runs.nc"
+        add(f"study {path.stem}", command, str(path), "--workers=1", "-o", result)
+        yield f"study {path.stem}", xr.load_dataset(result, engine="netcdf4")
+        record["texts"][f"report {path.stem}"] = write_report(result, folder)
+    for text in (f"study {DRAWN_ANEW}", f"report {DRAWN_ANEW}"):
+        del record["texts"][text]
 
 
 class Answer(NamedTuple):
@@ -567,11 +424,11 @@ def count_transitions(run: xr.Dataset) -> Counter[str]:
 
 def compare_restart(record: Record, name: str, restart: Restart, folder: Path) -> list[str]:
     """Variables of a run from a state on the way that differ from those of the unbroken run."""
-    whole = hs.simulate(hs.load_case(restart.case, {**restart.settings, STATES: True}))
+    whole = hs.simulate(hs.load_case(restart.case, {**(restart.settings or {}), STATES: True}))
     time = find_time(whole, restart)
     whole.to_netcdf("whole.nc")
     later: Settings = {
-        **restart.settings,
+        **(restart.settings or {}),
         "initial": {"run": str(Path("whole.nc").resolve()), "time": time},
         "duration": float(whole.time[-1]) - time,
     }
@@ -701,7 +558,9 @@ def start_side(checkout: Path, inputs: Path, output: Path) -> Side:
     """Begin to record a checkout by this program."""
     home = {"PYTHONPATH": str(checkout), "HYDROSIM_HOME": str(checkout)}
     command = [sys.executable, "-W", "ignore", __file__, "--side", str(inputs), str(output)]
-    return Side(subprocess.Popen(command, env={**os.environ, **home}, cwd=checkout), output)
+    return Side(
+        subprocess.Popen(command, env={**os.environ, **ENVIRONMENT, **home}, cwd=checkout), output
+    )
 
 
 def record_side(inputs: Path, output: Path) -> None:
@@ -746,7 +605,9 @@ def first_difference(before: str | None, after: str | None) -> str:
     count = max(map(len, lines))
     padded = [[*own, *[""] * (count - len(own))] for own in lines]
     pairs = (pair for pair in zip(*padded, strict=True) if pair[0] != pair[1])
-    return "\n    ".join(("", *(f"{sign} {line[:300]}" for sign, line in zip("-+", next(pairs)))))
+    return "\n    ".join(
+        ("", *(f"{sign} {line[:300]}" for sign, line in zip("-+", next(pairs), strict=True)))
+    )
 
 
 def print_differences(ours: Record, theirs: Record, parts: Iterable[str]) -> int:
@@ -787,10 +648,12 @@ def print_restarts(record: Record) -> int:
 def judge(other: str | None, parts: list[str]) -> int:
     """Record this checkout, and the ``other`` one if there is one, and print what there is to say:
     1 if anything differs or a restart is not exact."""
+    from tests.generators.recorded_inputs import recorded_inputs  # of this checkout alone
+
     with TemporaryDirectory() as name:
         folder = Path(name)
         inputs = folder / "inputs.json"
-        inputs.write_text(json.dumps(write_inputs()))
+        inputs.write_text(json.dumps(recorded_inputs()))
         with checkout_of(other or str(HERE)) as checkout:
             sides = [start_side(HERE, inputs, folder / "ours.json")]
             if other:

@@ -30,6 +30,7 @@ def transition_cases() -> Mapping[str, Case]:
         "edges": _edges(),
         "pumps": _pumps(),
         "locks": _locks(),
+        "drums": _drums(),
         "lasting conditions": _lasting_conditions(),
     }
 
@@ -102,6 +103,16 @@ def _elements_for_a_time() -> Case:
             "dead_band": 0.3,
             "drum": {"shortest": 10.0, "longest": 40.0},
         },
+        "held": {
+            **ahead,
+            "type": "winch",
+            "stiffness": 20000.0,
+            "tension": 10000.0,
+            "speed": 0.2,
+            "dead_band": 0.9,
+            "drum": {"shortest": 1.0, "longest": 40.0},
+            "length": 14.0,
+        },
         "floor": {
             **floor,
             "type": "fender",
@@ -168,6 +179,15 @@ def _guides() -> Case:
             "friction": {"law": "none"},
             "wall": {"gap": 0.2, "compression": [0, 0.1, 1], "force": [0, 1000, 30000], "depth": 1},
             **({"active": {**active, "until": 15.2}} if active else {}),
+        }
+    bodies["still"] = _body(["surge"])
+    forces["still"] = _spring("still", surge=SLOW)
+    for name, seat in {"free": [0, 0, 0.5], "beside": [0.5, 0, 0.5], "away": [0, 0, -3]}.items():
+        wall = {"gap": 0.2, "stiffness": 1000.0, "depth": 1}
+        forces[f"still_{name}"] = {
+            **{"type": "landing", "body": "still", "points": [[0, 0, 0.6]], "wall": wall},
+            **{"on": {"points": [seat]}, "normal": {"stiffness": 1.0}, "friction": {"law": "none"}},
+            "active": dict(FOR_A_TIME),
         }
     return _case(bodies, forces, 25.0)
 
@@ -249,6 +269,11 @@ def _locks() -> Case:
         "closes": {"type": "fixed", "active": dict(FOR_A_TIME)},
         "breaks": {"type": "fixed", "active": {"from": 2.0}, "breaks_at": 1200.0},
         "pawl": {**ratchet, "slide": {}, "active": {"from": 1.0, "until": 11.0}},
+        "lifted_pawl": {**ratchet, "slide": {}, "active": {"from": 4.0, "until": 5.0}},
+        "stops": {
+            **{"type": "slider", "axis": EAST},
+            "stops": {"range": [-0.3, 0.3], "stiffness": 20000.0, "damping": 9000.0},
+        },
         "teeth": {**ratchet, "slide": {"pitch": 0.05}, "active": {"from": 4.0, "until": 7.5}},
     }
     bodies = {}
@@ -257,8 +282,35 @@ def _locks() -> Case:
         joint["body"] = f"cart_{name}"
         bodies[joint["body"]] = _body(["surge"], {0: 1.0})
         forces[f"spring_{name}"] = _spring(joint["body"], surge=SLOW)
+        if joint["type"] == "slider":
+            del bodies[joint["body"]]["dofs"], bodies[joint["body"]]["initial"]
         forces[f"push_{name}"] = _push(joint["body"], surge={"amplitude": 2000.0, "period": 4.0})
     return _case(bodies, forces, 16.0, joints=joints)
+
+
+def _drums() -> Case:
+    """Winches that keep a tension, with drums that are soon empty or full."""
+    line = {"type": "winch", "point": [0, 0, 0], "anchor": [20, 0, 0], "stiffness": 200000.0}
+    law = {"tension": 1000.0, "speed": 2.0, "dead_band": 0.3}
+    kinds = {
+        "quick": {},
+        "damped": {"damping": 0.1},
+        "heavy": {"acceleration": 0.5},
+        "light": {"acceleration": 3.0},
+        "slow": {"speed": 0.2},
+    }
+    bodies = {}
+    forces = {}
+    for name, keys in kinds.items():
+        bodies[name] = _body(["surge"])
+        forces[f"spring_{name}"] = _spring(name, surge=SLOW)
+        forces[f"push_{name}"] = _push(
+            name, surge={"amplitude": 6000.0, "period": 5.0, "mean": -1000.0}
+        )
+        drum = {"shortest": 19.4, "longest": 20.3}
+        forces[f"winch_{name}"] = {**line, **law, **keys, "body": name, "drum": drum}
+    forces["winch_quick"]["length"] = 20.3
+    return _case(bodies, forces, 30.0)
 
 
 def _lasting_conditions() -> Case:
