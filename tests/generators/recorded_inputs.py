@@ -17,7 +17,7 @@ from tests.generators.swinging_cases import swinging_case
 from tests.generators.transition_cases import transition_cases
 
 ROOT = Path(__file__).parents[2]
-BASE = "cases/reverse_float_over/base.yaml"
+BASE = "../cases/reverse_float_over/base.yaml"
 LATIN = "latin_hypercube"
 SOBOL = "sobol_indices"
 PAIR = """
@@ -29,7 +29,7 @@ environment:
     {spectrum: jonswap, significant_height: 1 m, peak_period: 9 s, heading: 60 deg, ramp: 50 s}
 bodies:
   starboard: &barge
-    hydrodynamics: hydro_db/two_barges.nc
+    hydrodynamics: ../hydro_db/two_barges.nc
     mass: 1.23e6
     radiation: {model: state_space, length: 160 s, tolerance: 0.01}
     database_body: 2
@@ -68,13 +68,13 @@ duration: 700 s
 output: {{step: 1 s, variables: [position, fender_mode]}}
 """,
     "stages": """
-case: cases/topside_removal/removal.yaml
+case: ../cases/topside_removal/removal.yaml
 seeds: 1-2
 duration: 600 s
 output: {step: 1 s, variables: []}
 """,
     "pins": """
-case: cases/lock_in/pins.yaml
+case: ../cases/lock_in/pins.yaml
 seeds: 1-2
 duration: 650 s
 output: {step: 1 s, variables: []}

@@ -185,8 +185,13 @@ def _guides() -> Case:
     for name, seat in {"free": [0, 0, 0.5], "beside": [0.5, 0, 0.5], "away": [0, 0, -3]}.items():
         wall = {"gap": 0.2, "stiffness": 1000.0, "depth": 1}
         forces[f"still_{name}"] = {
-            **{"type": "landing", "body": "still", "points": [[0, 0, 0.6]], "wall": wall},
-            **{"on": {"points": [seat]}, "normal": {"stiffness": 1.0}, "friction": {"law": "none"}},
+            "type": "landing",
+            "body": "still",
+            "points": [[0, 0, 0.6]],
+            "wall": wall,
+            "on": {"points": [seat]},
+            "normal": {"stiffness": 1.0},
+            "friction": {"law": "none"},
             "active": dict(FOR_A_TIME),
         }
     return _case(bodies, forces, 25.0)
@@ -271,7 +276,8 @@ def _locks() -> Case:
         "pawl": {**ratchet, "slide": {}, "active": {"from": 1.0, "until": 11.0}},
         "lifted_pawl": {**ratchet, "slide": {}, "active": {"from": 4.0, "until": 5.0}},
         "stops": {
-            **{"type": "slider", "axis": EAST},
+            "type": "slider",
+            "axis": EAST,
             "stops": {"range": [-0.3, 0.3], "stiffness": 20000.0, "damping": 9000.0},
         },
         "teeth": {**ratchet, "slide": {"pitch": 0.05}, "active": {"from": 4.0, "until": 7.5}},
