@@ -13,6 +13,8 @@ A record of a checkout has parts, which are compared one by one:
     schemas    keys of the JSON schemas of cases, studies and recipes
     messages   what is said of mutants of the shipped cases, with file and line
 
+Transitions are counted between records, so that of several within a step there is one.
+
 Both checkouts are recorded at once, each in one process with one thread of BLAS. This checkout
 writes random cases and mutants, and both read them. The recording itself uses public names and
 the command line alone, so that it can be run on other versions. Each works in a copy of its cases
@@ -193,7 +195,7 @@ TRANSITIONS = {
 """Transitions that the laws of units know, by the variable of the mode. Columns without names of
 modes are numbers: of a wire slack, taut, cut; of a compensator slack, lower stop, gas, upper stop;
 of a contact whether its load rises, 2 behind the edge of its plane, 3 absent; else of pieces."""
-MEANT = {"fender_rising", "winch_segment", "compensator_segment", "trigger_waits"}
+NUMBERED_MODES = {"fender_rising", "winch_segment", "compensator_segment", "trigger_waits"}
 
 
 class Restart(NamedTuple):
@@ -356,10 +358,10 @@ def without_clock(text: str) -> str:
 
 
 def write_report(result: str, folder: Path) -> str:
-    """The page of a result, without its programs and the data that these draw."""
+    """The page of a result, without its programs, what these draw, and unrounded numbers."""
     call("report", result, "--overwrite", "-o", "report.html")
     page = re.sub(r"<script.*?</script>", "", Path("report.html").read_text(), flags=re.DOTALL)
-    page = re.sub(r"'sha256-[^']*'", "", page)
+    page = re.sub(r"'sha256-[^']*'|(?<=<data) value=\"[^\"]*\"", "", page)
     return without_clock(page).replace(str(folder), "")
 
 
@@ -414,7 +416,7 @@ def count_transitions(run: xr.Dataset) -> Counter[str]:
         for a, b in zip(before[changed].tolist(), after[changed].tolist(), strict=True):
             if words:
                 text = f"{words[a]}>{words[b]}"
-            elif name in MEANT:
+            elif name in NUMBERED_MODES:
                 text = f"{a}>{b}"
             else:
                 text = "up" if b > a else "down"
@@ -616,7 +618,8 @@ def print_differences(ours: Record, theirs: Record, parts: Iterable[str]) -> int
     for part in parts:
         differences = find_differences(ours[part], theirs[part])
         for name, text in [*differences.items()][:SHOWN]:
-            print(f"{part}: {name}: {text}")
+            line = f"{part}: {name}" if part == "numbers" else f"{part}: {name}: {text}"
+            print(line.encode("ascii", "backslashreplace").decode())
         if len(differences) > SHOWN:
             print(f"{part}: {len(differences) - SHOWN} others")
         total += len(differences)
@@ -658,7 +661,11 @@ def judge(other: str | None, parts: list[str]) -> int:
             sides = [start_side(HERE, inputs, folder / "ours.json")]
             if other:
                 sides.append(start_side(checkout, inputs, folder / "theirs.json"))
-            records: list[Record] = [side.read() for side in sides]
+            try:
+                records: list[Record] = [side.read() for side in sides]
+            finally:
+                for side in sides:
+                    side.process.kill()
     print_transitions(records)
     wrong = print_restarts(records[0])
     if other:
