@@ -39,6 +39,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from functools import reduce
+from itertools import chain
 from operator import getitem
 from pathlib import Path
 from statistics import median
@@ -254,13 +255,16 @@ def record_checkout(inputs: Mapping[str, Any]) -> Record:
     record: Record = {part: {} for part in (*PARTS, "restarts")}
     transitions = Counter[str]()
     with working_copy(inputs) as folder:
-        for name, run in (*simulate_all(), *run_commands(record, folder)):
+        for name, run in chain(simulate_all(record, folder), run_commands(record, folder)):
             add_dataset(record, name, run, folder)
             transitions.update(count_transitions(run))
         for name, restart in RESTARTS.items():
-            record["restarts"][name] = compare_restart(record, name, restart, folder)
+            try:
+                record["restarts"][name] = compare_restart(record, name, restart, folder)
+            except (hs.HydrosimError, KeyError, ValueError) as error:
+                record["restarts"][name] = [str(error)]
         for kind in ("case", "study", "recipe"):
-            add_schema(record, kind, json.loads(call("schema", kind).printed))
+            add_schema(record, kind, json.loads(call("schema", kind)))
         add_messages(record, inputs, folder)
     return {**record, "transitions": dict(transitions)}
 
@@ -281,21 +285,31 @@ def working_copy(inputs: Mapping[str, Any]) -> Iterator[Path]:
         os.chdir(HERE)
 
 
-def simulate_all() -> Iterator[tuple[str, xr.Dataset]]:
-    """Runs by name, in memory."""
+def simulate_all(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset]]:
+    """Runs by name, in memory. The error of one that fails is added to the ``record``."""
+
+    def simulate(name: str, path: Path | str, settings: Settings, **forces: Any) -> xr.Dataset:
+        try:
+            return hs.simulate(hs.load_case(path, settings), forces=forces)
+        except hs.HydrosimError as error:
+            record["texts"][f"{name} (error)"] = str(error).replace(str(folder), "")
+            return xr.Dataset()
+
     for name, (case, settings) in CASES.items():
-        yield name, hs.simulate(hs.load_case(f"cases/{case}.yaml", {**settings, STATES: True}))
+        yield name, simulate(name, f"cases/{case}.yaml", {**settings, STATES: True})
     for path in sorted(Path("scenes").glob("*.yaml")):
-        yield path.stem, hs.simulate(hs.load_case(path))
+        yield path.stem, simulate(path.stem, path, {})
+    short: Settings = {"duration": 40, "solver.step": 0.1}
     for coupling in ("stage", "held", "extrapolated"):
+        name = f"function, {coupling}"
         brake = hs.External("port", brake_pair, coupling, also=("starboard",), repeatable=True)
-        pair = hs.load_case("scenes/two barges.yaml", {"duration": 40, "solver.step": 0.1})
-        yield f"function, {coupling}", hs.simulate(pair, forces={"brake": brake})
+        yield name, simulate(name, "scenes/two barges.yaml", short, brake=brake)
     base = f"cases/{BASE}.yaml"
-    convolution: Settings = {"bodies.barge.radiation": "convolution"}
-    hs.simulate(hs.load_case(base, {**convolution, "duration": 560})).to_netcdf("memory.nc")
-    later = {**convolution, "duration": 150, "initial": {"run": str(Path("memory.nc").resolve())}}
-    yield "restart of a convolution", hs.simulate(hs.load_case(base, later))
+    memory: Settings = {"bodies.barge.radiation": "convolution"}
+    simulate("memory", base, {**memory, "duration": 560}).to_netcdf("memory.nc")
+    later = {**memory, "duration": 150, "initial": {"run": str(Path("memory.nc").resolve())}}
+    name = "restart of a convolution"
+    yield name, simulate(name, base, later)
 
 
 def brake_pair(t: float, state: Mapping[str, Any]) -> list[list[float]]:
@@ -308,48 +322,47 @@ def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset
     """Results of commands by name; what they print and report is added to the ``record``."""
 
     def add(name: str, *arguments: str) -> None:
-        record["texts"][name] = call(*arguments).printed.replace(str(folder), "")
+        record["texts"][name] = call(*arguments).replace(str(folder), "")
+
+    def read(result: str) -> xr.Dataset:
+        file = Path(result)
+        run = xr.load_dataset(file, engine="netcdf4") if file.exists() else xr.Dataset()
+        record["texts"][f"report {result}"] = write_report(result, folder) if run else "no result"
+        return run
 
     for case, duration in REPORTED.items():
         path = f"cases/{case}.yaml"
-        result = f"{Path(case).name}.nc"
+        result = f"{case.replace('/', '_')}.nc"
         setting = (f"--set=duration={duration} s", f"--set={STATES}=true")
-        add(f"run {case}", "run", path, "--overwrite", "-o", result, *setting)
+        add(f"run {case}", "run", path, "-o", result, *setting)
         add(f"check {case}", "check", path)
-        yield case, xr.load_dataset(result, engine="netcdf4")
+        yield case, read(result)
         add(f"statistics {case}", "statistics", result)
-        record["texts"][f"report {case}"] = write_report(result, folder)
     for case in ("reverse_float_over/free_floating", "sphere/irregular"):
-        add(f"linear {case}", "linear", f"cases/{case}.yaml", "--overwrite", "-o", "linear.nc")
-        yield f"linear {case}", xr.load_dataset("linear.nc", engine="netcdf4")
+        result = f"linear_{Path(case).name}.nc"
+        add(f"linear {case}", "linear", f"cases/{case}.yaml", "-o", result)
+        yield f"linear {case}", read(result)
     for path in sorted(Path("studies").glob("*.yaml")):
         command = "operability" if "operability:" in path.read_text() else "sweep"
         result = f"{path.stem}_runs.nc"
         add(f"study {path.stem}", command, str(path), "--workers=1", "-o", result)
-        yield f"study {path.stem}", xr.load_dataset(result, engine="netcdf4")
-        record["texts"][f"report {path.stem}"] = write_report(result, folder)
-    for text in (f"study {DRAWN_ANEW}", f"report {DRAWN_ANEW}"):
+        yield f"study {path.stem}", read(result)
+    for text in (f"study {DRAWN_ANEW}", f"report {DRAWN_ANEW}_runs.nc"):
         del record["texts"][text]
 
 
-class Answer(NamedTuple):
-    """What a command has ``printed``, as messages and other lines, and its exit ``code``."""
-
-    printed: str
-    code: int
-
-
-def call(*arguments: str) -> Answer:
-    """The answer of the command line, in this process."""
+def call(*arguments: str) -> str:
+    """What the command line prints, messages included, and its exit code if that is not 0."""
     sys.argv[1:] = arguments
     printed = io.StringIO()
-    code = 0
+    code: Any = 0
     with redirect_stdout(printed), redirect_stderr(printed):
         try:
             runpy.run_module("hydrosim", run_name="__main__")
         except SystemExit as end:
-            code = int(end.code or 0)
-    return Answer(without_clock(printed.getvalue()), code)
+            code = end.code or 0
+    text = without_clock(printed.getvalue())
+    return f"{text}\nexit code {code}" if code else text
 
 
 def without_clock(text: str) -> str:
@@ -359,8 +372,11 @@ def without_clock(text: str) -> str:
 
 def write_report(result: str, folder: Path) -> str:
     """The page of a result, without its programs, what these draw, and unrounded numbers."""
-    call("report", result, "--overwrite", "-o", "report.html")
-    page = re.sub(r"<script.*?</script>", "", Path("report.html").read_text(), flags=re.DOTALL)
+    page_file = Path(result).with_suffix(".html")
+    answer = call("report", result, "-o", str(page_file))
+    if not page_file.exists():
+        return answer.replace(str(folder), "")
+    page = re.sub(r"<script.*?</script>", "", page_file.read_text(), flags=re.DOTALL)
     page = re.sub(r"'sha256-[^']*'|(?<=<data) value=\"[^\"]*\"", "", page)
     return without_clock(page).replace(str(folder), "")
 
@@ -522,7 +538,7 @@ def call_for_a_while(*arguments: str) -> str:
     signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, MAX_CHECK_TIME)
     try:
-        return call(*arguments).printed
+        return call(*arguments)
     except TimeoutError:
         return "no answer"
     finally:
