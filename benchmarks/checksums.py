@@ -513,6 +513,7 @@ def add_messages(record: Record, inputs: Mapping[str, Any], folder: Path) -> Non
 
     def write(number: int, case: str, text: str) -> Path:
         path = Path("cases", case).with_name(f"mutant_{number}.yaml")
+        path.parent.mkdir(exist_ok=True)
         path.write_text(text)
         return path
 
@@ -520,8 +521,11 @@ def add_messages(record: Record, inputs: Mapping[str, Any], folder: Path) -> Non
     for number, (case, name, text) in enumerate(inputs["mutants"]):
         try:
             hs.load_case(write(number, case, text)).scene()
-        except hs.HydrosimError as error:
-            messages[name] = str(error).replace(str(folder), "")
+        except Exception as error:
+            refused = isinstance(error, hs.HydrosimError)
+            messages[name] = (str(error) if refused else f"crash: {error!r}").replace(
+                str(folder), ""
+            )
         if len(messages) == MESSAGES:
             break
     for number, (case, name, text) in enumerate(inputs["checked"]):
