@@ -1,14 +1,24 @@
-"""Checksums of what runs compute, and rows of speed: the judge of a change that may change nothing.
+"""What runs compute and what the program says, to the bit: the judge of a change of neither.
 
-    python -m benchmarks.checksums                       the checksums of this checkout
-    python -m benchmarks.checksums --against FOLDER      those of another one, and what differs
-    python -m benchmarks.checksums --against FOLDER --numbers     the same, texts left out
-    python -m benchmarks.checksums --speed [--against FOLDER]   steps per second, processes in turn
+    python -m benchmarks.checksums                    transitions of all runs, and restarts
+    python -m benchmarks.checksums --against COMMIT   the same, and what differs from a commit
+    python -m benchmarks.checksums --against FOLDER --parts numbers,schemas
+    python -m benchmarks.checksums --speed [--against COMMIT]   steps per second, in turn
 
-Every variable, coordinate and attribute counts, but for times of the clock and paths, to the bit,
-with one thread of BLAS. Numbers count with their type, shape, dimensions and unit. Texts (names,
-long names, attributes, printed output) count apart. It uses public names alone, so that it
-can be run on other versions.
+A record of a checkout has parts, which are compared one by one:
+
+    numbers    every variable of every run, with its type, shape, dimensions and unit; numeric
+               attributes, but for times of the clock
+    texts      names, descriptions and other attributes; what commands print; reports
+    schemas    keys of the JSON schemas of cases, studies and recipes
+    messages   what is said of mutants of the shipped cases, with file and line
+
+Transitions are counted between records, so that of several within a step there is one.
+
+Both checkouts are recorded at once, each in one process with one thread of BLAS. This checkout
+writes random cases and mutants, and both read them. The recording itself uses public names and
+the command line alone, so that it can be run on other versions. Each works in a copy of its cases
+and databases, in a folder whose name is equally long, so that lines break alike.
 """
 
 from __future__ import annotations
@@ -18,100 +28,70 @@ import hashlib
 import io
 import json
 import os
+import re
+import runpy
+import shutil
+import signal
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import redirect_stdout
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from functools import reduce
+from itertools import chain
+from operator import getitem
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 from time import process_time
-from typing import Any
-
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 import hydrosim as hs
 
+ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "COLUMNS": "100",
+    "NO_COLOR": "1",
+    "TERM": "dumb",
+    "PYTHONHASHSEED": "0",
+}
 HERE = Path(os.environ.get("HYDROSIM_HOME", Path(__file__).parents[1]))
-CLOCK = {
-    "wall_time",
-    "case_file",
-    "case",
-    "case_resolved",
-    "history",
-    "date_created",
-    "format",
-}  # attributes of the clock and of places
+PARTS = ("numbers", "texts", "schemas", "messages")
+CLOCK = {"wall_time", "case_file", "case", "history", "date_created"}
+"""Attributes of the clock and of places."""
+CLOCK_LINES = re.compile(r"computing time|steps in a second|\d s so far|^compiling kernels")
 SOLVER = "solver.method"
-TEXT = " (text)"
-BARGE = """
-    hydrodynamics: {root}/hydro_db/two_barges.nc
-    mass: 1.23e6
-    radiation: {{model: state_space, length: 160 s, tolerance: 0.01}}
-"""
-TWO_BARGES = """
-title: two barges
-duration: 200 s
-environment:
-  water_depth: infinite
-  waves:
-    {{spectrum: jonswap, significant_height: 1 m, peak_period: 9 s, heading: 60 deg, ramp: 50 s}}
-bodies:
-  starboard:{barge}
-    database_body: 2
-    centre_of_gravity: [0, -7 m, 0]
-    radii_of_gyration: [4.0, 11.0, 11.0]
-  port:{barge}
-    database_body: 1
-    centre_of_gravity: [0, 7 m, 0]
-    radii_of_gyration: [3.5, 10.4, 10.4]
-forces:
-  starboard_lines:
-    {{type: linear_mooring, body: starboard, stiffness: {{surge: 1.5e5, sway: 1.5e5, yaw: 1.5e7}}}}
-  port_lines:
-    {{type: linear_mooring, body: port, stiffness: {{surge: 1.5e5, sway: 1.5e5, yaw: 1.5e7}}}}
-  bilges: {{type: linear_damping, body: port, damping: {{roll: 5e6}}}}
-  drag: {{type: quadratic_damping, body: starboard, damping: {{roll: 5e7}}}}
-  tie: {{type: spring, body: port, point: [5, -4, 1], anchor_body: starboard, anchor: [5, 4, 1],
-        length: 6 m, stiffness: 1e5, damping: 1e4}}
-  side:
-    type: fender
-    body: port
-    points: [[10, -5, 0], [-10, -5, 0]]
-    plane: {{body: starboard, point: [0, 8.9, 0], normal: [0, 1, 0]}}
-    normal: {{stiffness: 4e6, damping: 1e4}}
-    friction: {{law: friction_slope, coefficient: 0.3, slope: 1e5}}
-solver: {{method: rk4, step: 0.05 s}}
-"""
-STUDY = """
-case: {root}/cases/reverse_float_over/base.yaml
-parameters:
-  forces.interface.friction.static: [0.2, 0.4]
-seeds: 1-2
-duration: 700 s
-output: {{step: 1 s, variables: [position, fender_mode]}}
-"""
-CASES: dict[str, tuple[str, dict[str, Any]]] = {
-    "base case": ("reverse_float_over/base", {}),
-    "base case, all degrees of freedom": ("reverse_float_over/base", {"solver.symmetry": "ignore"}),
+BASE = "reverse_float_over/base"
+STATES = "output.states"
+MAX_CHECK_TIME = 20  # s of CPU
+MESSAGES = 300
+DRAWN_ANEW = "sobol_indices"
+"""A study whose intervals are drawn anew whenever they are printed: its numbers count alone."""
+SHOWN = 20  # differences of a part that are printed
+Settings = dict[str, Any]
+Record = dict[str, dict[str, Any]]
+
+CASES: dict[str, tuple[str, Settings]] = {
+    "base case, all degrees of freedom": (BASE, {"solver.symmetry": "ignore", "duration": 1000}),
     "base case, oblique, rk2": (
-        "reverse_float_over/base",
+        BASE,
         {"environment.waves.heading": "30 deg", SOLVER: "rk2", "duration": 700},
     ),
-    "convolution": (
-        "reverse_float_over/base",
-        {"bodies.barge.radiation": "convolution", "duration": 700},
-    ),
+    "convolution": (BASE, {"bodies.barge.radiation": "convolution", "duration": 700}),
     "convolution, all degrees of freedom": (
-        "reverse_float_over/base",
+        BASE,
         {"bodies.barge.radiation": "convolution", "duration": 600, "solver.symmetry": "ignore"},
     ),
-    "dopri5": ("reverse_float_over/base", {SOLVER: "dopri5", "duration": 650}),
-    "esdirk4": ("reverse_float_over/base", {SOLVER: "esdirk4", "duration": 650}),
+    "quadratic transfer functions": (
+        BASE,
+        {"bodies.barge.wave_forces": {"second_order": "qtf"}, "duration": 300},
+    ),
+    "dopri5": (BASE, {SOLVER: "dopri5", "duration": 650}),
+    "esdirk4": (BASE, {SOLVER: "esdirk4", "duration": 650}),
     "waves that follow": (
         "reverse_float_over/free_floating",
         {
@@ -121,151 +101,460 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "free floating": ("reverse_float_over/free_floating", {}),
     "no friction": ("reverse_float_over/no_friction", {}),
+    "deballasting by tanks": ("reverse_float_over/tanks", {"duration": 700}),
     "sphere, decay": ("sphere/decay", {}),
     "sphere, decay, stepped": ("sphere/decay", {"solver.linear": "step"}),
     "sphere, regular wave": ("sphere/regular", {}),
-    "sphere, irregular sea": ("sphere/irregular", {}),
-    "coulomb": ("friction_block/exact", {}),
     "coulomb, held": ("friction_block/held", {}),
     "friction slope": ("friction_block/slope_1e6", {}),
-    "oscillation": ("numerical_oscillation/base", {}),
-    "one dimension": ("one_dimensional/base", {"duration": 800}),
+    "friction slope, stiff": ("friction_block/slope_1e8", {}),
+    "chain": ("chain/circle", {}),
+    "flap, decay": ("flap/decay", {}),
+    "flume, decay": ("flume/decay", {}),
+    "flume, fixed": ("flume/fixed", {}),
+    "hinged barges, regular wave": ("hinged_barges/regular", {"duration": 300}),
+    "lift off": ("lift_over_the_side/lift_off", {}),
+    "lift without tuggers": ("lift_over_the_side/no_tuggers", {"duration": 200}),
+    "line lost": ("turret_tanker/line_lost", {"duration": 1300}),
+    "removal by tanks": ("topside_removal/tanks", {"duration": 900}),
+    "lock-in, clamp": ("lock_in/clamp", {"duration": 700}),
+    "lock-in, lines": ("lock_in/lines", {"duration": 700}),
+    "lock-in, catenaries": ("lock_in/catenaries", {"duration": 700}),
 }
-SPEED: dict[str, tuple[str, dict[str, Any]]] = {
+"""Shipped cases that are simulated, by name, with settings."""
+REPORTED: dict[str, int] = {
+    BASE: 2000,
+    "flap/irregular": 300,
+    "flume/free": 17,
+    "friction_block/exact": 1000,
+    "hinged_barges/irregular": 300,
+    "lift_over_the_side/compensated": 200,
+    "lift_over_the_side/over_the_side": 200,
+    "lock_in/pins": 700,
+    "lock_in/ratchet": 700,
+    "mating/mating": 2000,
+    "numerical_oscillation/base": 1000,
+    "one_dimensional/base": 800,
+    "point_absorber/irregular": 300,
+    "sphere/irregular": 600,
+    "tender_alongside/alongside": 300,
+    "topside_removal/removal": 900,
+    "turret_tanker/storm": 400,
+}
+"""Shipped cases that are checked, run and reported by the command line, with durations [s]."""
+TRANSITIONS = {
+    "fender_mode": "open>stick open>slip stick>slip slip>stick stick>open slip>open",
+    "fender_rising": "0>1 1>0 0>2 1>2 2>0 0>3 1>3 2>3 3>0 3>1",
+    "fender_segment": "up down",
+    "contact_phase": "moored>initial_contact initial_contact>compressed compressed>stuck"
+    " initial_contact>stuck",
+    "guide_mode": "away>free away>beside free>away free>pressed pressed>free pressed>away"
+    " beside>free beside>away inactive>free inactive>away inactive>beside free>inactive"
+    " pressed>inactive away>inactive beside>inactive",
+    "guide_segment": "up down",
+    "spring_mode": "slack>taut taut>slack slack>absent taut>absent absent>slack absent>taut",
+    "spring_segment": "up down",
+    "link_mode": "acting>absent absent>acting",
+    "link_segment": "up down",
+    "link_half_turns": "up down",
+    "bushing_mode": "acting>absent absent>acting",
+    "line_mode": "acting>absent absent>acting acting>lost",
+    "line_segment": "up down",
+    "winch_mode": " ".join(
+        [
+            "stuck>slipping_out slipping_out>stuck stuck>fast_out fast_out>stuck",
+            "slipping_out>fast_out fast_out>slipping_out slipping_out>empty fast_out>empty",
+            "empty>slipping_in empty>fast_in stuck>empty",
+            "stuck>slipping_in slipping_in>stuck stuck>fast_in fast_in>stuck",
+            "slipping_in>fast_in fast_in>slipping_in slipping_in>full fast_in>full",
+            "full>slipping_out full>fast_out stuck>full",
+            "stuck>speeding_out speeding_out>fast_out speeding_out>braking_out",
+            "fast_out>braking_out braking_out>speeding_out braking_out>stuck speeding_out>empty",
+            "braking_out>empty braking_out>speeding_in",
+            "stuck>speeding_in speeding_in>fast_in speeding_in>braking_in",
+            "fast_in>braking_in braking_in>speeding_in braking_in>stuck speeding_in>full",
+            "braking_in>full braking_in>speeding_out",
+            "driven>fast_out fast_out>driven driven>fast_in fast_in>driven driven>empty",
+            "empty>driven driven>full full>driven",
+            "stuck>absent driven>absent absent>stuck absent>driven",
+        ]
+    ),
+    "winch_segment": "0>1 1>0 1>2 2>1 2>0",
+    "compensator_mode": "pulling>cut cut>pulling pulling>absent absent>pulling",
+    "compensator_segment": "0>1 1>0 1>2 2>1 2>3 3>2",
+    "lock_mode": "open>waiting open>running open>closed waiting>closed waiting>open"
+    " running>closed closed>running running>open closed>open",
+    "lock_segment": "up down",
+    "joint_motion_mode": "stuck>up stuck>down up>stuck down>stuck up>down down>up",
+    "joint_motion_segment": "away>at_lowest at_lowest>away at_lowest>below below>at_lowest"
+    " below>away away>at_highest at_highest>away at_highest>above above>at_highest above>away",
+    "pump_mode": "waiting>running running>over waiting>over",
+    "pump_segment": "up",
+    "trigger_stage": "before>during during>after",
+    "trigger_waits": "0>1 1>0",
+}
+"""Transitions that the laws of units know, by the variable of the mode. Columns without names of
+modes are numbers: of a wire slack, taut, cut; of a compensator slack, lower stop, gas, upper stop;
+of a contact whether its load rises, 2 behind the edge of its plane, 3 absent; else of pieces."""
+NUMBERED_MODES = {"fender_rising", "winch_segment", "compensator_segment", "trigger_waits"}
+
+
+class Restart(NamedTuple):
+    """A run that begins anew while a unit is in a mode: the case, the variable, the mode."""
+
+    case: str
+    variable: str
+    mode: str
+    settings: Settings | None = None
+
+
+RESTARTS = {
+    "in a stick": Restart("cases/lock_in/pins.yaml", "fender_mode", "stick", {"duration": 650}),
+    "in a slip": Restart("cases/lock_in/pins.yaml", "fender_mode", "slip", {"duration": 650}),
+    "in a lock": Restart("cases/lock_in/pins.yaml", "lock_mode", "closed", {"duration": 650}),
+    "in a ratchet": Restart("scenes/locks.yaml", "lock_mode", "running"),
+    "in a pay-out": Restart(
+        "cases/lift_over_the_side/over_the_side.yaml",
+        "winch_mode",
+        "slipping_out",
+        {"duration": 100},
+    ),
+    "in a braking drum": Restart("scenes/lines 43.yaml", "winch_mode", "braking_out"),
+    "in a slack line": Restart("scenes/elements for a time.yaml", "spring_mode", "slack"),
+    "in a stuck joint": Restart("scenes/held 0.yaml", "joint_motion_mode", "stuck"),
+    "at a wall": Restart("scenes/guides.yaml", "guide_mode", "pressed"),
+    "in a pumped tank": Restart("scenes/pumps.yaml", "pump_mode", "running"),
+}
+SINCE_START = ("energy_", "contact_phase")
+"""Beginnings of names of variables that depend on what was before."""
+VALUES_OF_KEYS = (
+    *("type", "const", "enum", "default", "unit", "quantity", "minimum", "maximum", "required"),
+    *("exclusiveMinimum", "exclusiveMaximum", "minItems", "maxItems"),
+)
+STEPS_OF_SCHEMAS = {"then": "(part)", "items": ".*", "prefixItems": ".*"}
+STEPS_OF_SCHEMAS |= {"additionalProperties": ".*", "patternProperties": ".*"}
+SPEED: dict[str, tuple[str, Settings]] = {
     "sphere, 42 states": ("sphere/irregular", {"solver.linear": "step", "duration": 3000}),
     "free barge": (
-        "reverse_float_over/base",
+        BASE,
         {
             **dict.fromkeys(("forces.interface", "forces.deballast")),
             "solver.linear": "step",
             "solver.symmetry": "ignore",
         },
     ),
-    "base case, 4 fenders": ("reverse_float_over/base", {"solver.symmetry": "ignore"}),
-    "base case in its plane": ("reverse_float_over/base", {}),
+    "base case, 4 fenders": (BASE, {"solver.symmetry": "ignore"}),
+    "base case in its plane": (BASE, {}),
     "convolution": CASES["convolution"],
     "coulomb": ("friction_block/exact", {"duration": 5000}),
 }
 
 
-def run_of(name: str, settings: dict[str, Any]) -> xr.Dataset:
-    """A run of a shipped case."""
-    return hs.simulate(hs.load_case(HERE / "cases" / f"{name}.yaml", settings))
+def record_checkout(inputs: Mapping[str, Any]) -> Record:
+    """The record of the checkout in `HERE`: all parts, transitions and restarts."""
+    record: Record = {part: {} for part in (*PARTS, "restarts")}
+    transitions = Counter[str]()
+    with working_copy(inputs) as folder:
+        for name, run in chain(simulate_all(record, folder), run_commands(record, folder)):
+            add_dataset(record, name, run, folder)
+            transitions.update(count_transitions(run))
+        for name, restart in RESTARTS.items():
+            try:
+                record["restarts"][name] = compare_restart(record, name, restart, folder)
+            except (hs.HydrosimError, KeyError, ValueError) as error:
+                record["restarts"][name] = [str(error)]
+        for kind in ("case", "study", "recipe"):
+            add_schema(record, kind, json.loads(call("schema", kind)))
+        add_messages(record, inputs, folder)
+    return {**record, "transitions": dict(transitions)}
 
 
-def runs(folder: Path) -> Iterator[tuple[str, xr.Dataset]]:
-    """All runs by name; ``folder`` is for files that they need."""
+@contextmanager
+def working_copy(inputs: Mapping[str, Any]) -> Iterator[Path]:
+    """Work in a folder with cases, databases and the files of the ``inputs``."""
+    ignore = shutil.ignore_patterns("*.png", "*.md", "thesis", "no_friction.nc")
+    with TemporaryDirectory(ignore_cleanup_errors=True) as name:
+        folder = Path(name)
+        for part in ("cases", "hydro_db"):
+            shutil.copytree(HERE / part, folder / part, ignore=ignore)
+        for path, text in inputs["files"].items():
+            (folder / path).parent.mkdir(exist_ok=True)
+            (folder / path).write_text(text)
+        os.chdir(folder)
+        yield folder
+        os.chdir(HERE)
+
+
+def simulate_all(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset]]:
+    """Runs by name, in memory. The error of one that fails is added to the ``record``."""
+
+    def simulate(name: str, path: Path | str, settings: Settings, **forces: Any) -> xr.Dataset:
+        try:
+            return hs.simulate(hs.load_case(path, settings), forces=forces)
+        except hs.HydrosimError as error:
+            record["texts"][f"{name} (error)"] = str(error).replace(str(folder), "")
+            return xr.Dataset()
+
     for name, (case, settings) in CASES.items():
-        yield name, run_of(case, settings)
-    pair = folder / "two.yaml"
-    pair.write_text(TWO_BARGES.format(barge=BARGE.format(root=HERE)))
-    yield "two barges", hs.simulate(hs.load_case(pair))
-    begun = run_of("reverse_float_over/base", {"duration": 600, "output.states": True})
-    begun.to_netcdf(folder / "begun.nc")
-    later: dict[str, Any] = {
-        "initial": {"run": str(folder / "begun.nc"), "time": 550},
-        "duration": 150,
-    }
-    yield "restart", run_of("reverse_float_over/base", later)
-    later["bodies.barge.radiation"] = "convolution"
-    begun = run_of("reverse_float_over/base", {**CASES["convolution"][1], "duration": 560})
-    begun.to_netcdf(folder / "remembers.nc")
-    later["initial"] = {"run": str(folder / "remembers.nc")}
-    yield "restart of a convolution", run_of("reverse_float_over/base", later)
+        yield name, simulate(name, f"cases/{case}.yaml", {**settings, STATES: True})
+    for path in sorted(Path("scenes").glob("*.yaml")):
+        yield path.stem, simulate(path.stem, path, {})
+    short: Settings = {"duration": 40, "solver.step": 0.1}
+    for coupling in ("stage", "held", "extrapolated"):
+        name = f"function, {coupling}"
+        brake = hs.External("port", brake_pair, coupling, also=("starboard",), repeatable=True)
+        yield name, simulate(name, "scenes/two barges.yaml", short, brake=brake)
+    base = f"cases/{BASE}.yaml"
+    memory: Settings = {"bodies.barge.radiation": "convolution"}
+    simulate("memory", base, {**memory, "duration": 560}).to_netcdf("memory.nc")
+    later = {**memory, "duration": 150, "initial": {"run": str(Path("memory.nc").resolve())}}
+    name = "restart of a convolution"
+    yield name, simulate(name, base, later)
 
 
-def commands(folder: Path) -> Iterator[tuple[str, list[str], Path | None]]:
-    """Commands by name, with what they write."""
-    base, study = f"{HERE}/cases/reverse_float_over/base.yaml", folder / "study.yaml"
-    free, sphere = base.replace("base", "free_floating"), f"{HERE}/cases/sphere/irregular.yaml"
-    study.write_text(STUDY.format(root=HERE))
-    result = folder / "sweep.nc"
-    yield "sweep", ["sweep", str(study), "-o", str(result)], result
-    for case in (free, sphere):
-        result = folder / f"linear_{Path(case).stem}.nc"
-        yield f"linear {Path(case).stem}", ["linear", case, "-o", str(result)], result
-    for case in (base, free, sphere):
-        yield f"check {Path(case).stem}", ["check", case], None
-    yield "check convolution", ["check", base, "--set", "bodies.barge.radiation=convolution"], None
+def brake_pair(t: float, state: Mapping[str, Any]) -> list[list[float]]:
+    """Wrenches (2, 6) [N, N m] against the relative velocity of two barges."""
+    speed = state["port"].velocity[1] - state["starboard"].velocity[1]
+    return [[0.0, sign * 2e4 * speed, 0.0, 0.0, 0.0, 0.0] for sign in (-1.0, 1.0)]
+
+
+def run_commands(record: Record, folder: Path) -> Iterator[tuple[str, xr.Dataset]]:
+    """Results of commands by name; what they print and report is added to the ``record``."""
+
+    def add(name: str, *arguments: str) -> None:
+        record["texts"][name] = call(*arguments).replace(str(folder), "")
+
+    def read(result: str) -> xr.Dataset:
+        file = Path(result)
+        run = xr.load_dataset(file, engine="netcdf4") if file.exists() else xr.Dataset()
+        record["texts"][f"report {result}"] = write_report(result, folder) if run else "no result"
+        return run
+
+    for case, duration in REPORTED.items():
+        path = f"cases/{case}.yaml"
+        result = f"{case.replace('/', '_')}.nc"
+        setting = (f"--set=duration={duration} s", f"--set={STATES}=true")
+        add(f"run {case}", "run", path, "-o", result, *setting)
+        add(f"check {case}", "check", path)
+        yield case, read(result)
+        add(f"statistics {case}", "statistics", result)
+    for case in ("reverse_float_over/free_floating", "sphere/irregular"):
+        result = f"linear_{Path(case).name}.nc"
+        add(f"linear {case}", "linear", f"cases/{case}.yaml", "-o", result)
+        yield f"linear {case}", read(result)
+    for path in sorted(Path("studies").glob("*.yaml")):
+        command = "operability" if "operability:" in path.read_text() else "sweep"
+        result = f"{path.stem}_runs.nc"
+        add(f"study {path.stem}", command, str(path), "--workers=1", "-o", result)
+        yield f"study {path.stem}", read(result)
+    for text in (f"study {DRAWN_ANEW}", f"report {DRAWN_ANEW}_runs.nc"):
+        del record["texts"][text]
+
+
+def call(*arguments: str) -> str:
+    """What the command line prints, messages included, and its exit code if that is not 0."""
+    sys.argv[1:] = arguments
+    printed = io.StringIO()
+    code: Any = 0
+    with redirect_stdout(printed), redirect_stderr(printed):
+        try:
+            runpy.run_module("hydrosim", run_name="__main__")
+        except SystemExit as end:
+            code = end.code or 0
+    text = without_clock(printed.getvalue())
+    return f"{text}\nexit code {code}" if code else text
+
+
+def without_clock(text: str) -> str:
+    """The lines of a text that do not depend on the clock."""
+    return "\n".join(line for line in text.splitlines() if not CLOCK_LINES.search(line))
+
+
+def write_report(result: str, folder: Path) -> str:
+    """The page of a result, without its programs, what these draw, and unrounded numbers."""
+    page_file = Path(result).with_suffix(".html")
+    answer = call("report", result, "-o", str(page_file))
+    if not page_file.exists():
+        return answer.replace(str(folder), "")
+    page = re.sub(r"<script.*?</script>", "", page_file.read_text(), flags=re.DOTALL)
+    page = re.sub(r"'sha256-[^']*'|(?<=<data) value=\"[^\"]*\"", "", page)
+    return without_clock(page).replace(str(folder), "")
+
+
+def add_dataset(record: Record, name: str, run: xr.Dataset, folder: Path) -> None:
+    """Add a run: numbers with dimensions and units; names and attributes as texts."""
+    add_attributes(record, name, run.attrs, folder)
+    for label, variable in run.variables.items():
+        if label in CLOCK:
+            continue
+        item = f"{name}: {label}"
+        attributes = dict(variable.attrs)
+        values = variable.values
+        if values.dtype.kind in "OU":
+            words = [str(word).replace(str(folder), "") for word in values.ravel()]
+            record["texts"][f"{item} (labels)"] = "\n".join(words)
+        else:
+            about = f"{variable.dims} {attributes.pop('units', None)}"
+            record["numbers"][item] = f"{about} {digest(values)}"
+        add_attributes(record, item, attributes, folder)
+
+
+def add_attributes(record: Record, item: str, values: Mapping[Any, Any], folder: Path) -> None:
+    """Add attributes: numbers one by one, texts together."""
+    texts = []
+    for key, value in sorted(values.items()):
+        if key in CLOCK:
+            continue
+        array = np.asarray(value)
+        if array.dtype.kind in "OU":
+            texts.append(f"{key} = {str(array.tolist()).replace(str(folder), '')}")
+        else:
+            record["numbers"][f"{item} ({key})"] = digest(array)
+    record["texts"][f"{item} (attributes)"] = "\n".join(texts)
 
 
 def digest(values: np.ndarray) -> str:
     """Of the type, the shape and the bytes."""
-    if values.dtype.kind in "OU":
-        values = np.array([placeless(text) for text in values.ravel()], dtype="U")
     head = f"{values.dtype.str}{values.shape}".encode()
     return hashlib.sha256(head + np.ascontiguousarray(values).tobytes()).hexdigest()[:16]
 
 
-def placeless(text: object) -> str:
-    """Without the folder of the checkout."""
-    return str(text).replace(str(HERE), "")
-
-
-def checksums(run: xr.Dataset, folder: Path) -> dict[str, str]:
-    """By variable: of numbers with dimensions and units, of texts by themselves."""
-    found = {}
+def count_transitions(run: xr.Dataset) -> Counter[str]:
+    """``variable transition`` between records that follow one another, with counts."""
+    counts = Counter[str]()
     for name, variable in run.variables.items():
-        if name in CLOCK:
+        if name not in TRANSITIONS or variable.dims[0] not in ("time", "state_time"):
             continue
-        values, about = variable.values, dict(variable.attrs)
-        if values.dtype.kind in "OU":
-            found[f"{name}{TEXT}"] = digest(values)
-        else:
-            kept = f"{variable.dims} {about.pop('units', None)} {digest(values)}"
-            found[str(name)] = digest(np.array([kept]))
-        found[f"{name}, described{TEXT}"] = _attributes(about, folder)
-    found[f"attributes{TEXT}"] = _attributes(run.attrs, folder)
-    return found
-
-
-def _attributes(attributes: Mapping[Any, Any], folder: Path) -> str:
-    """One checksum of all, but for those of the clock."""
-    said = {
-        str(k): placeless(np.asarray(v).tolist()).replace(str(folder), "")
-        for k, v in attributes.items()
-        if k not in CLOCK
-    }
-    return digest(np.array([f"{k}={v}" for k, v in sorted(said.items())]))
-
-
-def said(arguments: list[str], folder: Path) -> str:
-    """What a command prints."""
-    from hydrosim.__main__ import main
-
-    sys.argv[1:], printed = arguments, io.StringIO()
-    try:
-        with redirect_stdout(printed):
-            main()
-    except SystemExit as end:
-        if end.code:
-            raise
-    return placeless(printed.getvalue()).replace(str(folder), "")
-
-
-def all_checksums() -> dict[str, str]:
-    """``run: variable`` of everything."""
-    found: dict[str, str] = {}
-    with TemporaryDirectory() as name:
-        folder = Path(name)
-        for run, dataset in runs(folder):
-            found |= {f"{run}: {k}": v for k, v in checksums(dataset, folder).items()}
-        for command, arguments, result in commands(folder):
-            text = said(arguments, folder)
-            if result is None:
-                found[f"{command}: printed{TEXT}"] = digest(np.array([text]))
+        modes = variable.values.astype(int)
+        words = str(variable.attrs.get("flag_meanings", "")).split()
+        before, after = modes[:-1], modes[1:]
+        changed = before != after
+        for a, b in zip(before[changed].tolist(), after[changed].tolist(), strict=True):
+            if words:
+                text = f"{words[a]}>{words[b]}"
+            elif name in NUMBERED_MODES:
+                text = f"{a}>{b}"
             else:
-                dataset = xr.load_dataset(result, engine="netcdf4")
-                found |= {f"{command}: {k}": v for k, v in checksums(dataset, folder).items()}
-    return found
+                text = "up" if b > a else "down"
+            counts[f"{name} {text}"] += 1
+    return counts
 
 
-def speed() -> dict[str, float]:
+def compare_restart(record: Record, name: str, restart: Restart, folder: Path) -> list[str]:
+    """Variables of a run from a state on the way that differ from those of the unbroken run."""
+    whole = hs.simulate(hs.load_case(restart.case, {**(restart.settings or {}), STATES: True}))
+    time = find_time(whole, restart)
+    whole.to_netcdf("whole.nc")
+    later: Settings = {
+        **(restart.settings or {}),
+        "initial": {"run": str(Path("whole.nc").resolve()), "time": time},
+        "duration": float(whole.time[-1]) - time,
+    }
+    rest = hs.simulate(hs.load_case(restart.case, later))
+    add_dataset(record, f"restart {name}", rest, folder)
+    unbroken = whole.sel(time=slice(time, None))
+    return [
+        str(label)
+        for label, variable in rest.data_vars.items()
+        if "time" in variable.dims
+        and not str(label).startswith(SINCE_START)
+        and not np.array_equal(variable.values, unbroken[label].values, equal_nan=True)
+    ]
+
+
+def find_time(run: xr.Dataset, restart: Restart) -> float:
+    """The middle of the longest time that a unit spends in the mode, after the start."""
+    variable = run[restart.variable]
+    mode = variable.attrs["flag_meanings"].split().index(restart.mode)
+    longest = (0, 0)
+    for states in (variable.values == mode).T:
+        edges = np.flatnonzero(np.diff(states.astype(int), prepend=0, append=0))
+        for begin, end in edges.reshape(-1, 2).tolist():
+            if begin > 0:
+                longest = max(longest, (end - begin, (begin + end) // 2))
+    if not longest[0]:
+        raise ValueError(f"{restart.case}: no unit gets into the mode {restart.mode}")
+    return float(run.time[longest[1]])
+
+
+def add_schema(record: Record, kind: str, schema: Mapping[str, Any]) -> None:
+    """Add the keys of a schema by their paths, each with the words and numbers of its values.
+    Elements of a list are ``*``; a mapping with a type has this in brackets."""
+
+    def walk(node: Any, path: str, references: tuple[str, ...]) -> None:
+        if isinstance(node, list):
+            for child in node:
+                walk(child, path, references)
+        if not isinstance(node, dict):
+            return
+        reference = node.get("$ref")
+        if reference and reference not in references:
+            steps = reference.removeprefix("#/").split("/")
+            walk(reduce(getitem, steps, schema), path, (*references, reference))
+        values.setdefault(path, set()).add(
+            json.dumps({name: node[name] for name in VALUES_OF_KEYS if name in node})
+        )
+        type_of = node.get("properties", {}).get("type", {}).get("const")
+        place = f"{path}[{type_of}]" if type_of else path
+        for name, child in node.items():
+            if name == "properties":
+                for key, value in child.items():
+                    walk(value, f"{place}.{key}", references)
+            elif name not in ("$defs", *VALUES_OF_KEYS):
+                walk(child, place + STEPS_OF_SCHEMAS.get(name, ""), references)
+
+    values: dict[str, set[str]] = {}
+    walk(schema, kind, ())
+    record["schemas"] |= {path: "\n".join(sorted(lines)) for path, lines in values.items()}
+
+
+def add_messages(record: Record, inputs: Mapping[str, Any], folder: Path) -> None:
+    """Add the first `MESSAGES` messages on mutants that are read, and all on those checked."""
+
+    def write(number: int, case: str, text: str) -> Path:
+        path = Path("cases", case).with_name(f"mutant_{number}.yaml")
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+        return path
+
+    messages = record["messages"]
+    for number, (case, name, text) in enumerate(inputs["mutants"]):
+        try:
+            hs.load_case(write(number, case, text)).scene()
+        except Exception as error:
+            refused = isinstance(error, hs.HydrosimError)
+            messages[name] = (str(error) if refused else f"crash: {error!r}").replace(
+                str(folder), ""
+            )
+        if len(messages) == MESSAGES:
+            break
+    for number, (case, name, text) in enumerate(inputs["checked"]):
+        path = write(1000 + number, case, text)
+        messages[name] = call_for_a_while("check", str(path)).replace(str(folder), "")
+
+
+def call_for_a_while(*arguments: str) -> str:
+    """What a command prints, unless it takes longer than `MAX_CHECK_TIME`."""
+
+    def stop(*_: object) -> None:
+        raise TimeoutError
+
+    signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, MAX_CHECK_TIME)
+    try:
+        return call(*arguments)
+    except TimeoutError:
+        return "no answer"
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+def measure_speed() -> dict[str, float]:
     """Steps per second of CPU time, of the time loop alone, once each after a run that compiles."""
-    return {name: _pace(*SPEED[name]) for name in SPEED}
+    return {name: measure_pace(*SPEED[name]) for name in SPEED}
 
 
-def _pace(name: str, settings: dict[str, Any]) -> float:
+def measure_pace(name: str, settings: Settings) -> float:
     marks: list[tuple[float, int]] = []
     case = hs.load_case(HERE / "cases" / f"{name}.yaml", settings)
     hs.simulate(case)
@@ -274,35 +563,150 @@ def _pace(name: str, settings: dict[str, Any]) -> float:
     return (all_ - few) / (end - begin)
 
 
-def _elsewhere(folder: Path, *arguments: str) -> Any:
-    """What this program finds in another checkout."""
-    place = {"PYTHONPATH": str(folder), "HYDROSIM_HOME": str(folder)}
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", __file__, "--json", *arguments],
-        env={**os.environ, **place},
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        check=True,
+class Side(NamedTuple):
+    """A checkout that is recorded in a process of its own, and the file that it writes."""
+
+    process: subprocess.Popen[bytes]
+    output: Path
+
+    def read(self) -> Any:
+        """What the process has recorded, once it has ended."""
+        if self.process.wait():
+            raise SystemExit(f"the record was not made: exit code {self.process.returncode}")
+        return json.loads(self.output.read_text())
+
+
+def start_side(checkout: Path, inputs: Path, output: Path) -> Side:
+    """Begin to record a checkout by this program."""
+    home = {"PYTHONPATH": str(checkout), "HYDROSIM_HOME": str(checkout)}
+    command = [sys.executable, "-W", "ignore", __file__, "--side", str(inputs), str(output)]
+    return Side(
+        subprocess.Popen(command, env={**os.environ, **ENVIRONMENT, **home}, cwd=checkout), output
     )
-    return json.loads(done.stdout)
 
 
-def _compare(other: Path, numbers_alone: bool) -> int:
-    here, there = _elsewhere(HERE), _elsewhere(other)
-    differ = [name for name in sorted({*here, *there}) if here.get(name) != there.get(name)]
-    texts = [name for name in differ if name.endswith(TEXT)]
-    numbers = [name for name in differ if not name.endswith(TEXT)]
-    shown = numbers if numbers_alone else [*numbers, *texts]
-    print("\n".join(f"differs: {name}" for name in shown))
-    print(f"{len(here)} checksums: of numbers {len(numbers)} differ, of texts {len(texts)}")
-    return 1 if shown else 0
+def record_side(inputs: Path, output: Path) -> None:
+    """What `start_side` runs."""
+    if not Path(hs.__file__).is_relative_to(HERE):
+        raise SystemExit(f"hydrosim was loaded from {hs.__file__}, not from {HERE}")
+    warnings.simplefilter("ignore")
+    read = json.loads(inputs.read_text())
+    output.write_text(json.dumps(record_checkout(read) if read else measure_speed()))
 
 
-def _race(other: Path, rounds: int) -> int:
-    pairs = [(_elsewhere(HERE, "--speed"), _elsewhere(other, "--speed")) for _ in range(rounds)]
-    for name in SPEED:
-        ratios = [ours[name] / theirs[name] for ours, theirs in pairs]
-        ours, theirs = (median(pair[i][name] for pair in pairs) for i in (0, 1))
+@contextmanager
+def checkout_of(name: str) -> Iterator[Path]:
+    """The folder of this name, or a worktree of a commit for as long as it is needed."""
+    if Path(name).is_dir():
+        yield Path(name).resolve()
+        return
+    with TemporaryDirectory() as folder:
+        worktree = Path(folder, "checkout")
+        git = ["git", "-C", str(HERE), "worktree"]
+        subprocess.run([*git, "add", "--quiet", "--detach", str(worktree), name], check=True)
+        try:
+            yield worktree
+        finally:
+            subprocess.run([*git, "remove", "--force", str(worktree)], check=True)
+
+
+def find_differences(ours: Mapping[str, str], theirs: Mapping[str, str]) -> dict[str, str]:
+    """Names of what differs, with the first lines that do: theirs, then ours."""
+    return {
+        name: first_difference(theirs.get(name), ours.get(name))
+        for name in sorted({*ours, *theirs})
+        if ours.get(name) != theirs.get(name)
+    }
+
+
+def first_difference(before: str | None, after: str | None) -> str:
+    """The first lines that differ of two texts."""
+    if before is None or after is None:
+        return "new" if before is None else "missing"
+    lines = [text.splitlines() for text in (before, after)]
+    count = max(map(len, lines))
+    padded = [[*own, *[""] * (count - len(own))] for own in lines]
+    pairs = (pair for pair in zip(*padded, strict=True) if pair[0] != pair[1])
+    return "\n    ".join(
+        ("", *(f"{sign} {line[:300]}" for sign, line in zip("-+", next(pairs), strict=True)))
+    )
+
+
+def print_differences(ours: Record, theirs: Record, parts: Iterable[str]) -> int:
+    """Print what differs, part by part; the number of differences."""
+    total = 0
+    for part in parts:
+        differences = find_differences(ours[part], theirs[part])
+        for name, text in [*differences.items()][:SHOWN]:
+            line = f"{part}: {name}" if part == "numbers" else f"{part}: {name}: {text}"
+            print(line.encode("ascii", "backslashreplace").decode())
+        if len(differences) > SHOWN:
+            print(f"{part}: {len(differences) - SHOWN} others")
+        total += len(differences)
+        print(f"{part}: {len(ours[part])} compared, {len(differences)} differ\n")
+    return total
+
+
+def print_transitions(records: list[Record]) -> None:
+    """Print how often each transition happened, in each record."""
+    known = [f"{name} {text}" for name, all_ in TRANSITIONS.items() for text in all_.split()]
+    others = {*(key for record in records for key in record["transitions"])} - {*known}
+    print(f"{'transition':52s} {'count':>9s}")
+    missing = 0
+    for key in (*known, *sorted(others)):
+        counts = [record["transitions"].get(key, 0) for record in records]
+        missing += key in known and not any(counts)
+        shown = (f"{count:9,}" if count else "not reached" for count in dict.fromkeys(counts))
+        print(f"{key:52s} {' '.join(shown)}")
+    print(f"{len(known)} transitions are known, {missing} of them not reached\n")
+
+
+def print_restarts(record: Record) -> int:
+    """Print which restarts go on to the bit; the number of those that do not."""
+    for name, differing in record["restarts"].items():
+        print(f"restart {name:20s} {', '.join(differing) or 'to the bit'}")
+    return sum(map(bool, record["restarts"].values()))
+
+
+def judge(other: str | None, parts: list[str]) -> int:
+    """Record this checkout, and the ``other`` one if there is one, and print what there is to say:
+    1 if anything differs or a restart is not exact."""
+    from tests.generators.recorded_inputs import recorded_inputs  # of this checkout alone
+
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        inputs = folder / "inputs.json"
+        inputs.write_text(json.dumps(recorded_inputs()))
+        with checkout_of(other or str(HERE)) as checkout:
+            sides = [start_side(HERE, inputs, folder / "ours.json")]
+            if other:
+                sides.append(start_side(checkout, inputs, folder / "theirs.json"))
+            try:
+                records: list[Record] = [side.read() for side in sides]
+            finally:
+                for side in sides:
+                    side.process.kill()
+    print_transitions(records)
+    wrong = print_restarts(records[0])
+    if other:
+        wrong += print_differences(records[0], records[1], parts)
+    return int(wrong > 0)
+
+
+def race(other: str | None, rounds: int) -> int:
+    """Print steps per second of this checkout, and over those of the ``other`` one."""
+    times: dict[str, list[tuple[float, ...]]] = {name: [] for name in SPEED}
+    with TemporaryDirectory() as folder, checkout_of(other or str(HERE)) as checkout:
+        inputs = Path(folder, "inputs.json")
+        inputs.write_text("null")
+        for _ in range(rounds):
+            sides = [HERE, checkout] if other else [HERE]
+            paces = [start_side(side, inputs, Path(folder, "pace.json")).read() for side in sides]
+            for name in SPEED:
+                times[name].append(tuple(pace[name] for pace in paces))
+    for name, pairs in times.items():
+        ratios = [pair[0] / pair[-1] for pair in pairs]
+        ours, theirs = (median(pair[i] for pair in pairs) for i in (0, -1))
         spread = f"{min(ratios):.3f} to {max(ratios):.3f}"
         print(f"{name:24s} {ours:9,.0f} / {theirs:9,.0f} steps/s: {median(ratios):.3f} ({spread})")
     return 0
@@ -310,23 +714,19 @@ def _race(other: Path, rounds: int) -> int:
 
 def main() -> int:
     """Answer what the command line asks."""
-    asked = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    asked.add_argument("--against", type=Path, metavar="FOLDER", help="another checkout")
-    asked.add_argument("--speed", action="store_true", help="steps per second, not checksums")
-    asked.add_argument("--rounds", type=int, default=5, help="of both checkouts in turn")
-    asked.add_argument("--json", action="store_true", help="print JSON")
-    asked.add_argument("--numbers", action="store_true", help="with --against: texts do not count")
-    given = asked.parse_args()
-    if given.against is not None:
-        other = given.against.resolve()
-        return _race(other, given.rounds) if given.speed else _compare(other, given.numbers)
-    warnings.simplefilter("ignore")
-    found: dict[str, Any] = speed() if given.speed else all_checksums()
-    if given.json:
-        print(json.dumps(found))
-    else:
-        print("\n".join(f"{value}  {name}" for name, value in found.items()))
-    return 0
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--against", metavar="COMMIT", help="a commit, or a folder")
+    parser.add_argument("--parts", default=",".join(PARTS), help="to compare, by commas")
+    parser.add_argument("--speed", action="store_true", help="steps per second, no records")
+    parser.add_argument("--rounds", type=int, default=5, help="of both checkouts in turn")
+    parser.add_argument("--side", nargs=2, type=Path, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.side:
+        record_side(*options.side)
+        return 0
+    if options.speed:
+        return race(options.against, options.rounds)
+    return judge(options.against, options.parts.split(","))
 
 
 if __name__ == "__main__":

@@ -40,7 +40,12 @@ MOST = 25
 """Files in a folder."""
 OPEN = {"cli"}
 """Folders of as many files as there are things to do."""
-OF_BENCHMARKS = {"test_error_scenes", "test_figures_on_pages", "test_work_precision"}
+OF_BENCHMARKS = {
+    "test_checksums",
+    "test_error_scenes",
+    "test_figures_on_pages",
+    "test_work_precision",
+}
 """Tests of benchmarks themselves, which may import them."""
 File = tuple[str, ...]
 """Folders and name of a file in the package."""
