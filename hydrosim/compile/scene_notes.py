@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.compile.closed_joints import describe_dropped, moves_freely
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_database
-from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, said_of_outside
+from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.dofs import DOFS
 from hydrosim.elements import heights_of_wind, signals_of
 from hydrosim.elements.signal import Recorded
@@ -328,12 +328,12 @@ def _fallback_warnings(groups: Sequence[HydrodynamicGroup]) -> Iterator[str]:
 
 def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
     """Warnings about waves outside a database's frequencies whose first-order loads would matter.
-    `questions.ranges` asks about larger parts."""
+    `questions.waters.ask_about_ranges` asks about larger parts."""
     if seas and body.wave_forces.first_order:
         found = shares_outside(db, seas)
         if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:
             yield (
-                f"environment.waves: {said_of_outside(found, body, db)}: these waves have no"
+                f"environment.waves: {outside_range_text(found, body, db)}: these waves have no"
                 " first-order loads."
             )
 
@@ -461,7 +461,7 @@ def _skipped_loads(
             found = shares_outside(wet[body.name], seas)
             if found.below + found.above > OUTSIDE_WARNED:
                 yield (
-                    f"{said_of_outside(found, body, wet[body.name])}: these waves have no"
+                    f"{outside_range_text(found, body, wet[body.name])}: these waves have no"
                     " first-order loads"
                 )
     owner = np.append(np.arange(len(scene.bodies)), model.family.owner)

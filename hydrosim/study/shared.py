@@ -13,7 +13,7 @@ import numpy as np
 from hydrosim.compile.compile import compile_calm, without_symmetric_motions
 from hydrosim.compile.databases import Source, database_groups, open_database
 from hydrosim.compile.families import all_groups
-from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, said_of_outside
+from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.compile.restart import memory_before, opened_start
 from hydrosim.compile.symmetry import wave_asymmetries
 from hydrosim.compile.validate_scene import check_scene
@@ -212,5 +212,5 @@ def _outside_ranges(scene: Scene, shared: SceneCache) -> list[tuple[str, float]]
         range_loss = shares_outside(all_headings(group.database), seas)
         for body in group.bodies:
             if body.wave_forces.first_order and range_loss.share > MIN_REPORTED_SHARE:
-                texts.append((said_of_outside(range_loss, body, group.database), range_loss.share))
+                texts.append((outside_range_text(range_loss, body, group.database), range_loss.share))
     return texts

@@ -44,7 +44,7 @@ FREE_AXIS_COSINE = (
 FRAME = "Points are in the body frame, from the centre of gravity."
 
 
-def attachments(about: SceneContext) -> Iterator[Query]:
+def ask_about_attachments(about: SceneContext) -> Iterator[Query]:
     """Ask about points far off their bodies, and fairleads far under a keel."""
     sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     bodies = {body.name: body for body in about.scene.bodies}
@@ -122,7 +122,7 @@ def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
         yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.3g} m", FRAME)
 
 
-def axes(about: SceneContext) -> Iterator[Query]:
+def ask_about_axes(about: SceneContext) -> Iterator[Query]:
     """Ask about torsion springs and power take-offs about an axis that a joint holds."""
     branches = {
         frozenset((branch.child, branch.parent)): branch
@@ -161,7 +161,7 @@ CROSSING = 0.5  # of the breadth of a hull
 KEEL = 0.8  # of the draught: fairleads deeper are at the keel
 
 
-def routes(about: SceneContext) -> Iterator[Query]:
+def ask_about_line_routes(about: SceneContext) -> Iterator[Query]:
     """Ask about lines that run through the seabed or a hull, hang above it, or are too soft."""
     state = about.state
     depth = about.scene.environment.water_depth

@@ -7,17 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (
-    COMPACT,
-    Extents,
-    Query,
-    SceneContext,
-    extents,
-    natural_periods,
-    peak_wavelength,
-    text_beyond,
-    text_outside,
-)
+from hydrosim.compile.questions.query import (COMPACT, Extents, Query, SceneContext, extents, natural_periods, peak_wavelength, text_beyond, text_outside_range)
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.elements.applied_force import AppliedForce
@@ -37,7 +27,7 @@ SMALLEST_RADIUS = 0.01  # of that of a hull with all its mass at its ends
 LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
-def mass(about: SceneContext) -> Iterator[Query]:
+def ask_about_mass(about: SceneContext) -> Iterator[Query]:
     """Ask about bodies whose mass differs from their displacement."""
     afloat = {body.name for _, body, _ in about.afloat()}
     for _, body, db in about.floating_bodies():
@@ -79,7 +69,7 @@ def _is_mass_asked(about: SceneContext, body: Body, db: HydroDatabase) -> bool:
     return Question.MASS not in about.scene.accept and _is_mass_doubtful(body, db)
 
 
-def inertia(about: SceneContext) -> Iterator[Query]:
+def ask_about_inertia(about: SceneContext) -> Iterator[Query]:
     """Ask about moments of inertia that no rigid body has: one exceeds the sum of the others."""
     for body in about.scene.bodies:
         small, middle, large = np.linalg.eigvalsh(body.inertia)
@@ -141,7 +131,7 @@ def _radii(about: SceneContext) -> Iterator[Query]:
                 )
 
 
-def trim(about: SceneContext) -> Iterator[Query]:
+def ask_about_trim(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that float level although weight and buoyancy are not on one vertical."""
     for _, body, db in about.afloat():
         if body.weight == Weight.CARRIED or db.centre_of_buoyancy is None:
@@ -177,7 +167,7 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
     return found[1:]
 
 
-def stability(about: SceneContext) -> Iterator[Query]:
+def ask_about_stability(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that capsize, or whose centre of gravity is a draught above the water."""
     yield from _high_centres(about)
     gravity = about.scene.environment.gravity
@@ -212,20 +202,20 @@ def _high_centres(about: SceneContext) -> Iterator[Query]:
             yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
 
 
-def periods(about: SceneContext) -> Iterator[Query]:
+def ask_about_natural_periods(about: SceneContext) -> Iterator[Query]:
     """Ask about natural periods that are too short or too long, for each degree of freedom by
     itself."""
     for i, body, db in about.afloat():
         for name, period in natural_periods(about, i, body, db).items():
             if not MIN_NATURAL_PERIOD_S <= period <= MAX_NATURAL_PERIOD_S:
-                text = text_outside(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
+                text = text_outside_range(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
                 found_text = f"a natural period of {text} s in {name}"
                 usual = f"usual is {MIN_NATURAL_PERIOD_S:g} to {MAX_NATURAL_PERIOD_S:g} s"
                 advice = "Check stiffness, mass and their units."
                 yield Query(f"bodies.{body.name}", found_text, usual, advice)
 
 
-def lift(about: SceneContext) -> Iterator[Query]:
+def ask_about_lift(about: SceneContext) -> Iterator[Query]:
     """Ask about applied forces that lift a hull out of the water, or sink it, or that push it with
     more than its weight."""
     for _, body, db in about.floating_bodies():
@@ -286,7 +276,7 @@ MOST_DRAG = 30.0
 TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
 
 
-def hulls(about: SceneContext) -> Iterator[Query]:
+def ask_about_hulls(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls aside of the centre of gravity, and about tanks far outside a hull."""
     for body in about.scene.bodies:
         if body.hydrostatics is None:
@@ -321,7 +311,7 @@ def hulls(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"bodies.{body.name}.tanks.{tank.name}", found_text, usual)
 
 
-def drag(about: SceneContext) -> Iterator[Query]:
+def ask_about_drag(about: SceneContext) -> Iterator[Query]:
     """Ask about quadratic damping that is not that of a hull of this size."""
     density = about.scene.environment.water_density
     wet = {body.name: (body, db) for _, body, db in about.floating_bodies()}
@@ -344,7 +334,7 @@ def drag(about: SceneContext) -> Iterator[Query]:
             found = float(of.damping[k, k])
             coefficient = found / (0.5 * density * area)
             if found > 0.0 and not least <= coefficient <= MOST_DRAG:
-                text = text_outside(coefficient, least, MOST_DRAG, ".2g")
+                text = text_outside_range(coefficient, least, MOST_DRAG, ".2g")
                 yield Query(
                     f"forces.{name}.damping.{dof}",
                     f"{found:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
@@ -360,7 +350,7 @@ DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 DIRECTION_VECTORS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
 
 
-def shielding(about: SceneContext) -> Iterator[Query]:
+def ask_about_shielding(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls close to each other in waves whose databases do not include each other."""
     if not about.sea:
         return

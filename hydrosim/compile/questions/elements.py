@@ -6,19 +6,9 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from hydrosim.compile.questions.attachments import attachments
-from hydrosim.compile.questions.bodies import drag
-from hydrosim.compile.questions.query import (
-    COMPACT,
-    ELLIPSE_OVER_RECTANGLE,
-    Extents,
-    Query,
-    SceneContext,
-    extents,
-    natural_inertias,
-    text_beyond,
-    text_outside,
-)
+from hydrosim.compile.questions.attachments import ask_about_attachments
+from hydrosim.compile.questions.bodies import ask_about_drag
+from hydrosim.compile.questions.query import (COMPACT, ELLIPSE_OVER_RECTANGLE, Extents, Query, SceneContext, extents, natural_inertias, text_beyond, text_outside_range)
 from hydrosim.dofs import DOFS
 from hydrosim.elements.contact.coulomb import Coulomb
 from hydrosim.elements.contact.curves import NormalCurve, PrescribedNormal
@@ -49,12 +39,12 @@ SAME_PERIOD = 0.1
 SHARED_LOAD_COSINE = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
 
-def bending(about: SceneContext) -> Iterator[Query]:
+def ask_about_bending(about: SceneContext) -> Iterator[Query]:
     """Ask about the bending stiffness of lines in files of other programs."""
     yield from _left_out(about, Question.BENDING)
 
 
-def files(about: SceneContext) -> Iterator[Query]:
+def ask_about_files(about: SceneContext) -> Iterator[Query]:
     """Tell what else files of other programs say and the scene has not."""
     yield from _left_out(about, Question.FILES)
 
@@ -66,7 +56,7 @@ def _left_out(about: SceneContext, question: Question) -> Iterator[Query]:
                 yield Query(each.key, each.found, each.becomes, each.advice, each.refused)
 
 
-def softness(about: SceneContext) -> Iterator[Query]:
+def ask_about_softness(about: SceneContext) -> Iterator[Query]:
     """Ask about fenders that a body at berthing speed compresses by metres, and about those that
     are stiffer than steel."""
     fenders = [
@@ -147,7 +137,7 @@ def _mass(about: SceneContext, fender: Contact) -> float:
     return min(moving, default=0.0)
 
 
-def friction(about: SceneContext) -> Iterator[Query]:
+def ask_about_friction(about: SceneContext) -> Iterator[Query]:
     """Ask about friction coefficients above 1, and about a stiffness of friction beside which a
     body moves by metres before it slips, or that is far above that of the fender."""
     for name, fender in about.scene.forces.items():
@@ -190,10 +180,10 @@ def _friction_stiffness(
         yield Query(key, found_text, usual, "Check its unit.")
 
 
-def damping(about: SceneContext) -> Iterator[Query]:
+def ask_about_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about damping ratios above critical, about decay tests that are not of this body, and
     about drag of another size."""
-    yield from drag(about)
+    yield from ask_about_drag(about)
     yield from _roll_damping(about)
     yield from _linear_damping(about)
     yield from _roll_forms(about)
@@ -227,7 +217,7 @@ def _linear_damping(about: SceneContext) -> Iterator[Query]:
             damping = float(of.damping[DOFS.index(dof), DOFS.index(dof)])
             ratio = damping * period / (4.0 * np.pi * inertia)
             if damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-                share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+                share = text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
                 found_text = f"{damping:.3g}, which is {share} of critical"
                 usual = "usual is 0.01 to 0.3 of critical"
                 yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Check its unit.")
@@ -289,7 +279,7 @@ def _slow_damping(
         damping = float(matrix[k, k])
         ratio = damping / (body.mass * rate)
         if dof in unrestored and damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-            share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+            share = text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
             found_text = f"{damping:.3g} N s/m, {share} of m sqrt(g/L)"
             usual = f"usual is {LEAST_RATIO:g} to {MOST_RATIO:g} of that"
             yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Is it in kN s/m?")
@@ -340,10 +330,10 @@ MIN_WALL_NORMAL = 0.5  # horizontal part of the normal, below which a plane is n
 STANDING_OFF = 5.0
 
 
-def points(about: SceneContext) -> Iterator[Query]:
+def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points inside a hull, which would cross the plane before contact, or far
     outside, and about other points far off their bodies."""
-    yield from attachments(about)
+    yield from ask_about_attachments(about)
     each = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     wet = set(about.facts.databases)
     for name, fender in about.scene.forces.items():

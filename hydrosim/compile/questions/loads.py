@@ -7,15 +7,7 @@ from math import inf
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (
-    Extents,
-    Query,
-    SceneContext,
-    bar_diameters,
-    extents,
-    text_beyond,
-    text_outside,
-)
+from hydrosim.compile.questions.query import (Extents, Query, SceneContext, bar_diameters, extents, text_beyond, text_outside_range)
 from hydrosim.elements.contact.fender import Contact
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
@@ -37,7 +29,7 @@ NEGLIGIBLE_LOAD_FRACTION = (
 )
 
 
-def capacities(about: SceneContext) -> Iterator[Query]:
+def ask_about_capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
     that are a unit away from the bodies' weights."""
     yield from _tiny(about)
@@ -189,7 +181,7 @@ SAME_DRAUGHT = 3.0  # ratio
 MAX_OPPOSING_FRACTION = 0.1  # part of the forces
 
 
-def coefficients(about: SceneContext) -> Iterator[Query]:
+def ask_about_coefficients(about: SceneContext) -> Iterator[Query]:
     """Ask about coefficients of wind and current that are not those of a hull of this size, that
     drive a body against the stream, and about a draught for the current that the hull has not."""
     sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
@@ -217,7 +209,7 @@ def _unlikely_size(
         largest = float(np.abs(force).max())
         coefficient = largest / reference
         if largest > 0.0 and not low <= coefficient <= high:
-            text = text_outside(coefficient, low, high, ".2g")
+            text = text_outside_range(coefficient, low, high, ".2g")
             found_text = (
                 f"up to {largest:.3g} N s^2/m^2, a drag coefficient of {text} for the size of"
                 f" {of.body}"

@@ -55,7 +55,7 @@ def text_beyond(value: float, limit: float, form: str = ".3g") -> str:
     return f"{value:.{digits}{kind}}"
 
 
-def text_outside(value: float, low: float, high: float, form: str = ".3g") -> str:
+def text_outside_range(value: float, low: float, high: float, form: str = ".3g") -> str:
     """A ``value`` below ``low`` or above ``high``, as `text_beyond` shows it."""
     return text_beyond(value, low if value < low else high, form)
 

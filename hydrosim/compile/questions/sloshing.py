@@ -52,7 +52,7 @@ class SloshingResonance(NamedTuple):
     rolls: bool
 
 
-def sloshing(about: SceneContext) -> Iterator[Query]:
+def ask_about_sloshing(about: SceneContext) -> Iterator[Query]:
     """Ask about tanks whose fluid would slosh with the waves, or with the roll of their body."""
     for b, body, db in about.floating_bodies():
         levels = dict(_levels(about, body)) if about.sea else {}
@@ -109,7 +109,7 @@ def _resonance(
     """Resonance of a tank; None if it has none at any ``level`` (n,)."""
     full = height(tank.shape)
     level = level[(level > MIN_LEVEL_FRACTION * full) & (level < (1.0 - MIN_LEVEL_FRACTION) * full)]
-    widths = np.array([width(tank.shape, float(x), axis) for x in level])
+    widths = np.array([surface_width(tank.shape, float(x), axis) for x in level])
     level = level[widths > 0.0]
     widths = widths[widths > 0.0]
     period = mode_period(widths, level, about.scene.environment.gravity)
@@ -129,7 +129,7 @@ def mode_period(breadth: np.ndarray, level: np.ndarray, gravity: float) -> np.nd
     return np.asarray(2.0 * np.pi / np.sqrt(gravity * k * np.tanh(k * level)))
 
 
-def width(shape: TankShape, level: float, axis: int) -> float:
+def surface_width(shape: TankShape, level: float, axis: int) -> float:
     """Extent [m] of the free surface along an axis."""
     match shape:
         case Box():

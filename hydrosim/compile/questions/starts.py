@@ -32,7 +32,7 @@ MAX_SLACK_RATIO = 5.0  # times the distance of its ends
 MAX_START_STRAIN = 0.05  # strain of a catenary
 
 
-def angles(about: SceneContext) -> Iterator[Query]:
+def ask_about_angles(about: SceneContext) -> Iterator[Query]:
     """Ask about angles of more than a turn, degrees that were read as radians, and about angles in
     degrees that are round ones in radians."""
     for key, angle in _angles(about):
@@ -85,7 +85,7 @@ def _angles(about: SceneContext) -> Iterator[tuple[str, float]]:
                 yield f"joints.{name}", acting.neutral
 
 
-def speed(about: SceneContext) -> Iterator[Query]:
+def ask_about_speed(about: SceneContext) -> Iterator[Query]:
     """Ask about speeds that no body has."""
     for body in about.scene.bodies:
         fastest = max(map(abs, body.velocity[:3]))
@@ -100,7 +100,7 @@ def speed(about: SceneContext) -> Iterator[Query]:
             yield Query(f"joints.{branch.name}", found_text, f"usual is up to {FASTEST:g} m/s")
 
 
-def overlap(about: SceneContext) -> Iterator[Query]:
+def ask_about_overlap(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points deep behind their planes, and joints far beyond their stops, at the
     start."""
     yield from _pressed_stops(about)
@@ -142,7 +142,7 @@ def _degrees(angle: float) -> str:
     return f"{np.degrees(angle):.3g} deg"
 
 
-def plane(about: SceneContext) -> Iterator[Query]:
+def ask_about_planes(about: SceneContext) -> Iterator[Query]:
     """Ask about planes with their body on the wrong side."""
     for name, fender, deep in _fenders(about):
         here = about.centre(about.index[fender.body])
@@ -156,7 +156,7 @@ def plane(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.plane", found_text, usual, advice)
 
 
-def fall(about: SceneContext) -> Iterator[Query]:
+def ask_about_fall(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that fall by metres before a contact carries them, and about hulls that
     start far above or below their draught."""
     yield from _off_draught(about)
@@ -197,7 +197,7 @@ def _touches(element: ForceElement) -> bool:
     return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
 
 
-def lines(about: SceneContext) -> Iterator[Query]:
+def ask_about_line_starts(about: SceneContext) -> Iterator[Query]:
     """Ask about lines that are far too short, and struts of another length."""
     yield from _springs(about)
     yield from _catenaries(about)

@@ -13,15 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (
-    Query,
-    SceneContext,
-    crossing_period,
-    height_of,
-    peak_period,
-    text_beyond,
-    text_outside,
-)
+from hydrosim.compile.questions.query import (Query, SceneContext, crossing_period, height_of, peak_period, text_beyond, text_outside_range)
 from hydrosim.scene import Jonswap, Tma
 from hydrosim.water.database_limits import Outside, shares_outside
 
@@ -50,7 +42,7 @@ MOST_STEPS = 1e9  # of a run: about an hour
 MIN_STEPS_PER_PERIOD = 10.0  # fewest steps of a method in a period of the waves
 
 
-def water(about: SceneContext) -> Iterator[Query]:
+def ask_about_water(about: SceneContext) -> Iterator[Query]:
     """Ask about density and gravity of another liquid or planet."""
     environment = about.scene.environment
     (low, high) = DENSITIES
@@ -67,7 +59,7 @@ def water(about: SceneContext) -> Iterator[Query]:
         yield Query("environment.gravity", found_text, usual)
 
 
-def streams(about: SceneContext) -> Iterator[Query]:
+def ask_about_streams(about: SceneContext) -> Iterator[Query]:
     """Ask about currents as fast as wind, winds beyond any storm, and streams that load no
     element."""
     environment = about.scene.environment
@@ -91,7 +83,7 @@ def streams(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def waves(about: SceneContext) -> Iterator[Query]:
+def ask_about_waves(about: SceneContext) -> Iterator[Query]:
     """Ask about seas that are higher, shorter, longer or more regular than real seas."""
     yield from _peaks(about)
     for sea in about.sea:
@@ -102,7 +94,7 @@ def waves(about: SceneContext) -> Iterator[Query]:
             yield Query("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
         if not PERIODS[0] <= peak <= PERIODS[1]:
             usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
-            found_text = f"a period of {text_outside(peak, *PERIODS)} s"
+            found_text = f"a period of {text_outside_range(peak, *PERIODS)} s"
             yield Query("environment.waves", found_text, usual)
 
 
@@ -114,7 +106,7 @@ def _peaks(about: SceneContext) -> Iterator[Query]:
             yield Query("environment.waves.peak_enhancement", found_text, "usual is 1 to 7")
 
 
-def steepness(about: SceneContext) -> Iterator[Query]:
+def ask_about_steepness(about: SceneContext) -> Iterator[Query]:
     """Ask about waves that would have broken."""
     environment = about.scene.environment
     for sea in about.sea:
@@ -140,7 +132,7 @@ def steepness(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def ramp(about: SceneContext) -> Iterator[Query]:
+def ask_about_ramp(about: SceneContext) -> Iterator[Query]:
     """Ask about ramps that last longer than the run."""
     for sea in about.sea:
         if sea.ramp > about.end:
@@ -154,7 +146,7 @@ def ramp(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def step(about: SceneContext) -> Iterator[Query]:
+def ask_about_step(about: SceneContext) -> Iterator[Query]:
     """Ask about steps that are too large for the waves, or so small that a run takes hours."""
     solver = about.scene.solver
     duration = about.scene.duration
@@ -182,7 +174,7 @@ def step(about: SceneContext) -> Iterator[Query]:
 OUTSIDE_REFUSED = 0.01
 
 
-def ranges(about: SceneContext) -> Iterator[Query]:
+def ask_about_ranges(about: SceneContext) -> Iterator[Query]:
     """Ask about seas with too much energy outside the frequencies of a database."""
     for _, body, db in about.floating_bodies():
         if about.sea and body.wave_forces.first_order:
@@ -193,11 +185,11 @@ def ranges(about: SceneContext) -> Iterator[Query]:
                     "Waves there have no first-order loads. Use a database with a wider range,"
                     " or other waves."
                 )
-                found_in_words = said_of_outside(found, body, db)
+                found_in_words = outside_range_text(found, body, db)
                 yield Query("environment.waves", found_in_words, usual, advice, refused=True)
 
 
-def said_of_outside(found: Outside, body: Body, db: HydroDatabase) -> str:
+def outside_range_text(found: Outside, body: Body, db: HydroDatabase) -> str:
     """Text on the part of a sea outside the frequencies of the database of a body."""
     low, high = db.frequency[[0, -1]]
     text = (
