@@ -71,7 +71,7 @@ def blank_run(compiled: Compiled) -> xr.Dataset:
     model = compiled.model
     record = new_record(model, compile_clock(compiled), compiled.scene.output_accelerations)
     history = compiled.first_state().history
-    layout = compiled.facts.layout
+    layout = compiled.derived.layout
     return to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})
 
 
@@ -288,7 +288,7 @@ def run_compiled(
     """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a companion
     measures the error of the run. With ``repeats``, a run that misses the accuracy of its scene is
     then made again."""
-    course = RunInProgress(compiled, kept, propagate if compiled.facts.exact else None)
+    course = RunInProgress(compiled, kept, propagate if compiled.derived.exact else None)
     del compiled  # the course lets go of its waves
 
     def advance(course: RunInProgress) -> RunInProgress:
@@ -300,12 +300,12 @@ def run_compiled(
     def solve(compiled: Compiled) -> RunInProgress:
         return advance(RunInProgress(compiled))
 
-    def watch(_: float) -> None:
+    def report_repeat_progress(_: float) -> None:
         if progress is not None:
             progress(course.time, course.steps)
 
     def measure(course: RunInProgress) -> ErrorEstimate:
-        return estimate_error(course.compiled, course.run, watch)
+        return estimate_error(course.compiled, course.run, report_repeat_progress)
 
     estimate = None
     try:
@@ -325,7 +325,7 @@ def can_measure_error(course: RunInProgress) -> bool:
     called once per step, which may remember."""
     compiled = course.compiled
     once = any(external.delayed for external in externals_of(compiled.scene.forces).values())
-    return course.complete and not once and not compiled.facts.exact
+    return course.complete and not once and not compiled.derived.exact
 
 
 # `open_run`: reads the dataset of a run from its file.

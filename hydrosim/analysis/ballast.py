@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.compile.compiled import facts_of
+from hydrosim.compile.compiled import derive_data
 from hydrosim.compile.hydrostatics import cut_tanks
 from hydrosim.elements import without_friction
 from hydrosim.elements.hydrostatics import add_weight
@@ -203,8 +203,8 @@ def with_contents_at(compiled: Compiled, time: float) -> Compiled:
     except InputError:
         y[:n] = state.y[:n]
         y[slow] = state.y[slow]
-    facts = facts_of(scene, compiled.wet, waveless)
-    return replace(compiled, facts=facts, state=state._replace(y=y))
+    derived = derive_data(scene, compiled.wet, waveless)
+    return replace(compiled, derived=derived, state=state._replace(y=y))
 
 
 def floating_equilibrium(

@@ -225,7 +225,7 @@ def responder(
     linear = linearise(model, about, time=time)
     n = model.bodies.active.size
     at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))
-    databases = compiled.facts.databases
+    databases = compiled.derived.databases
     met = wave_bodies(at_rest, databases, met_by_waves(at_rest, databases))
     place = positions_at(model.bodies, about.y[:n])
     bodies = [body.moved_by(at) for body, at in zip(met, place, strict=True)]
@@ -298,7 +298,7 @@ def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     scene = calm.scene
     seas = calm.sea or sea(calm.scene.environment)
     pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
-    databases = calm.facts.databases
+    databases = calm.derived.databases
     drifting = wave_bodies(pushed, databases, met_by_waves(pushed, databases))
     steady = [replace(waves, ramp=0.0) for waves in seas]
     loads = wave_loads_model(steady, drifting, time, scene.solver.step / 2, 0.0)

@@ -92,7 +92,7 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
             _gust_dataset(scene, about),
         ]
     )
-    start = describe_start(scene, compiled.facts, compiled.state, compiled.sea, scene.duration)
+    start = describe_start(scene, compiled.derived, compiled.state, compiled.sea, scene.duration)
     remarks = [
         *describe_doubts(start, QUESTIONS_OF_RUNS),
         *(text for group in compiled.wet for text in group.cut_lengths),

@@ -353,7 +353,7 @@ def converge(
 ) -> None:
     """Compare error and run time of methods and steps; print a table, draw it, write netCDF."""
     from hydrosim.case.load import load_case
-    from hydrosim.files.display_units import choice_in, units_of
+    from hydrosim.files.display_units import unit_choice_attribute, units_of
     from hydrosim.report.charts.analysis import draw_work_precision
     from hydrosim.report.sentences.run import study_document
     from hydrosim.results.dataset import write_run
@@ -391,7 +391,7 @@ def converge(
                 report(remark=trial)
 
             study = study_of(scene, chosen, all_steps, all_tolerances, tell)
-        dataset = to_dataset(study, scene.title).assign_attrs(choice_in(scene.source))
+        dataset = to_dataset(study, scene.title).assign_attrs(unit_choice_attribute(scene.source))
         write_run(dataset, made)
     draw_work_precision(dataset, page)
     show_document(study_document(study, scene.title, units_of(scene.source)))

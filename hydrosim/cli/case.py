@@ -51,12 +51,12 @@ def check(
 
     with announce_compiling(err), progress("checking") as report:
 
-        def watch(items: Sequence[Any], what: str) -> Iterator[Any]:
+        def report_items(items: Sequence[Any], what: str) -> Iterator[Any]:
             for k, item in enumerate(items):
                 report(k, len(items), f"step limits by {what}")
                 yield item
 
-        document = check_document(case.scene(), times, watch)
+        document = check_document(case.scene(), times, report_items)
     show_document(document, verbose)
     if any(isinstance(node, Verdict) and node.outcome is Outcome.BAD for node in document.nodes):
         raise typer.Exit(1)

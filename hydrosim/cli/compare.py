@@ -21,7 +21,7 @@ from hydrosim.cli.options import (
 )
 from hydrosim.cli.terminal import print_lines, show_document
 from hydrosim.errors import InputError
-from hydrosim.files.display_units import choice_in, units_of
+from hydrosim.files.display_units import unit_choice_attribute, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -189,7 +189,12 @@ def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: 
 def _comparison_attributes(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
     """Title, files and units of a comparison, for the attributes of its result."""
     title = str(ours.attrs.get("title", ""))
-    return {"title": title, "run": str(one), "recording": str(other), **choice_in(ours.attrs)}
+    return {
+        "title": title,
+        "run": str(one),
+        "recording": str(other),
+        **unit_choice_attribute(ours.attrs),
+    }
 
 
 def _compare_exactly(one: Path, other: Path, but: Sequence[str]) -> None:

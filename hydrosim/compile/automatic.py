@@ -86,7 +86,7 @@ def with_method(compiled: Compiled) -> Compiled:
     if before is not None:
         chosen = Method(before)
         why = "as in the run that it starts from"
-    elif compiled.facts.exact:
+    elif compiled.derived.exact:
         chosen = Method.DOPRI5
         why = "propagated exactly"
     else:
@@ -146,7 +146,7 @@ def _frequency(looked_at: Sequence[Combination]) -> float:
 def _growth(compiled: Compiled) -> float:
     """Factor on the errors of a run because it is long and nothing restores some motion."""
     longer = compiled.scene.duration / MEASURED
-    if longer <= 1.0 or compiled.facts.exact or not _drifts(compiled):
+    if longer <= 1.0 or compiled.derived.exact or not _drifts(compiled):
         return 1.0
     return longer**GROWS
 

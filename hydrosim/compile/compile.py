@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.compile import symmetry
 from hydrosim.compile.automatic import with_method, with_tolerance
-from hydrosim.compile.compiled import Compiled, facts_of
+from hydrosim.compile.compiled import Compiled, derive_data
 from hydrosim.compile.drives import check_driven_start
 from hydrosim.compile.families import all_groups, members_of
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, in_states
@@ -43,7 +43,7 @@ from hydrosim.water.wave_reference import grid_step, steps_per_block
 from hydrosim.water.wind import gust_table
 
 if TYPE_CHECKING:
-    from hydrosim.compile.compiled import Facts
+    from hydrosim.compile.compiled import DerivedData
     from hydrosim.database.database import HydroDatabase
     from hydrosim.elements.kind import KindConstants
     from hydrosim.scene import Solver, WaveForces
@@ -65,23 +65,23 @@ def compile_calm(
     Raises InputError if the scene cannot be compiled or started.
     """
     model = model_of(scene, wet, known)
-    facts = facts_of(scene, wet, model)
+    derived = derive_data(scene, wet, model)
     try:
         fresh = first_state(scene, model)
     except InputError as error:
-        causes = _odd_values(scene, facts) if scene.at_rest else []
+        causes = _odd_values(scene, derived) if scene.at_rest else []
         raise InputError("\n".join([str(error), *causes])) from None
     check_start(scene, model, fresh)
-    state = start_of(scene, model, facts.layout, fresh)
+    state = start_of(scene, model, derived.layout, fresh)
     check_driven_start(scene, model, state, start_time(scene))
-    return with_method(Compiled(scene, tuple(wet), facts, state))
+    return with_method(Compiled(scene, tuple(wet), derived, state))
 
 
-def _odd_values(scene: Scene, facts: Facts) -> list[str]:
+def _odd_values(scene: Scene, derived: DerivedData) -> list[str]:
     """What questions ask of a scene that has no place at rest: the cause may be among it."""
     where = replace(scene, at_rest=False)
-    fresh = first_state(where, facts.model)
-    about = describe_start(where, facts, fresh, (), start_time(scene) + scene.duration)
+    fresh = first_state(where, derived.model)
+    about = describe_start(where, derived, fresh, (), start_time(scene) + scene.duration)
     return [f"A cause may be: {text}" for text in describe_doubts(about, ())]
 
 
@@ -91,7 +91,7 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     database does not fit the sea, or if sea or gusts are shorter than the run."""
     end = start_time(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
-    loaded = wave_bodies(scene, calm.facts.databases, calm.facts.met)
+    loaded = wave_bodies(scene, calm.derived.databases, calm.derived.met)
     bodies = [_as_locked(body, scene) for body in loaded]
     # from 0, wherever the run begins: its loads then equal those of a longer run to the bit
     bodies = list(_at_draughts(bodies, calm.wet))
@@ -103,12 +103,12 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     elements = in_gusts(calm.model.elements, gusts)
     model = calm.model._replace(waves=loads, following=following, elements=elements)
     model, drag = with_line_drag(scene, model, calm.state, sea, _met_at_rest(calm, scene))
-    state = with_slow_places(scene, model, calm.facts.met, calm.state)
-    facts = facts_of(scene, calm.wet, model)
-    compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
+    state = with_slow_places(scene, model, calm.derived.met, calm.state)
+    derived = derive_data(scene, calm.wet, model)
+    compiled = replace(calm, scene=scene, derived=derived, state=state, sea=tuple(sea))
     known = calm.notes.of_memory(calm.memory_errors)
-    notes = notes_of_sea(scene, calm.wet, facts, state, sea, known)
-    about = describe_start(scene, facts, state, sea, end)
+    notes = notes_of_sea(scene, calm.wet, derived, state, sea, known)
+    about = describe_start(scene, derived, state, sea, end)
     return replace(compiled, notes=replace(notes, drag=drag).with_warnings(query_messages(about)))
 
 
@@ -116,8 +116,8 @@ def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
     if not any(each.dragging_streams() for _, each in elements_of(scene, Catenary)):
         return []
-    met = {body.name: replace(calm.facts.met[body.name], **MEAN) for body in scene.bodies}
-    return wave_bodies(scene, calm.facts.databases, met)
+    met = {body.name: replace(calm.derived.met[body.name], **MEAN) for body in scene.bodies}
+    return wave_bodies(scene, calm.derived.databases, met)
 
 
 def wave_load_error(solver: Solver) -> float:

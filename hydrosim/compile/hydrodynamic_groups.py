@@ -23,7 +23,7 @@ from hydrosim.compile.hydrostatics import with_hulls
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS
-from hydrosim.elements.layout import ResonanceTerms
+from hydrosim.elements.layout import UncoupledResonance
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import dofs_of
 from hydrosim.scene import (
@@ -414,19 +414,19 @@ def each_alone(groups: Sequence[HydrodynamicGroup]) -> dict[str, HydroDatabase]:
     return {name: own for wet in groups for name, own in wet.alone.items()}
 
 
-def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> ResonanceTerms:
+def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> UncoupledResonance:
     """Resonance of each DOF of a body by itself, along its axes at rest, with ``stiffness`` (6,)
     besides hydrostatics. ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
     if db is None:
-        return ResonanceTerms(stiffness, mass)
+        return UncoupledResonance(stiffness, mass)
     total = stiffness + np.diag(database.require_array(db, "hydrostatic_stiffness"))
     A = np.diagonal(db.added_mass, axis1=1, axis2=2)
     added = [
         _added_mass_in_resonance(db.frequency, a, m, k)
         for a, m, k in zip(A.T, mass, np.maximum(total, 0.0), strict=True)
     ]
-    return ResonanceTerms(total, mass + added)
+    return UncoupledResonance(total, mass + added)
 
 
 def _added_mass_in_resonance(

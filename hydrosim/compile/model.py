@@ -22,8 +22,8 @@ from hydrosim.elements.layout import (
     BodyAtRest,
     JoinedBodies,
     Layout,
-    ResonanceTerms,
     RollMode,
+    UncoupledResonance,
     acting_joints,
     carried_weights,
     constraint_names,
@@ -198,7 +198,7 @@ def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
 def _layout(
     scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
 ) -> Layout:
-    def of_body(body: int, stiffness: np.ndarray) -> ResonanceTerms:
+    def of_body(body: int, stiffness: np.ndarray) -> UncoupledResonance:
         return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
     def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:

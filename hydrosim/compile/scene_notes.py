@@ -62,7 +62,7 @@ from hydrosim.water.wind import (
 )
 
 if TYPE_CHECKING:
-    from hydrosim.compile.compiled import Facts, Notes
+    from hydrosim.compile.compiled import DerivedData, Notes
     from hydrosim.database.database import HydroDatabase
     from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
@@ -88,13 +88,15 @@ class Meeting(NamedTuple):
     second_at_rest: bool
 
 
-def meetings(scene: Scene, facts: Facts, seas: Sequence[WaveComponents]) -> Iterator[Meeting]:
+def meetings(
+    scene: Scene, derived: DerivedData, seas: Sequence[WaveComponents]
+) -> Iterator[Meeting]:
     """Meeting of each body that waves load."""
-    alone = facts.databases
+    alone = derived.databases
     for body in scene.bodies if seas else ():
         if body.name in alone and body.wave_forces.has_loads:
             db = alone[body.name]
-            chosen = facts.met[body.name]
+            chosen = derived.met[body.name]
             between = chosen.headings != Place.MEAN or _is_between_headings(body, seas, db)
             between = between and body.wave_forces.first_order
             lost = lost_between_headings(db, seas) if between else None
@@ -262,14 +264,14 @@ SPECTRUM_NAMES = {
 def notes_of_sea(
     scene: Scene,
     wet: Sequence[HydrodynamicGroup],
-    facts: Facts,
+    derived: DerivedData,
     state: State,
     seas: Seas,
     notes: Notes,
 ) -> Notes:
     """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas``, which
     begins in a ``state``."""
-    alone = facts.databases
+    alone = derived.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
     warnings.extend(_fallback_warnings(wet))
@@ -278,22 +280,22 @@ def notes_of_sea(
         if body.name in alone and body.dofs:
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
-    dropped = list(describe_dropped(scene, facts.model, state))
-    shared = moves_freely(facts.model)  # otherwise a locked or mirrored direction may hold them
+    dropped = list(describe_dropped(scene, derived.model, state))
+    shared = moves_freely(derived.model)  # otherwise a locked or mirrored direction may hold them
     warnings.extend(dropped if shared else ())
-    met = list(meetings(scene, facts, seas))
+    met = list(meetings(scene, derived, seas))
     warnings.extend(text for each in met for text in coarse_headings(each))
     said = [text for each in met for text in said_of_waves(each)]
     return replace(
         notes,
         skipped=(
-            *_skipped_loads(scene, facts.model, alone, seas, notes.zero),
+            *_skipped_loads(scene, derived.model, alone, seas, notes.zero),
             *(() if shared else dropped),
         ),
         records=(*_records(scene), *_jumps(scene)),
         seas=tuple(_describe_trains(scene, alone)),
-        meetings=(*said, *said_of_current(scene, facts.model)),
-        streams=tuple(said_of_streams(scene, facts.model)),
+        meetings=(*said, *said_of_current(scene, derived.model)),
+        streams=tuple(said_of_streams(scene, derived.model)),
         warnings=(*warnings, *notes.warnings),
     )
 

@@ -198,7 +198,7 @@ def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[Scene | Non
         return None, calm.notes
     ignored = scene.solver.symmetry == Symmetry.IGNORE
     reasons = ["as solver.symmetry asks"] if ignored else list(_asymmetries(calm, sea))
-    moving = calm.facts.layout.moving()
+    moving = calm.derived.layout.moving()
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
     reasons = reasons or list(_at_start(calm, aside))
     if reasons:
@@ -237,7 +237,7 @@ def not_mirrored(calm: Compiled, headings: np.ndarray) -> list[str]:
     """Why a scene in waves to -b is not the mirror image of that in waves to b, in words, for some
     of the ``headings`` b [rad]; nothing if it is for all of them."""
     found = list(_asymmetries(calm, ()))
-    aside = {entry.name: _leads_aside(entry.coordinates) for entry in calm.facts.layout.moving()}
+    aside = {entry.name: _leads_aside(entry.coordinates) for entry in calm.derived.layout.moving()}
     state = calm.state
     leads = np.array([*aside.values()])
     if np.any(np.abs(state.y[: leads.size][leads]) > IN_PLANE_ATOL):

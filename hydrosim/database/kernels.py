@@ -17,7 +17,7 @@ from hydrosim.water.radiation.retardation import (
 )
 
 SIGNIFICANT_FRACTION = 1e-6  # of the diagonal functions: pairs below this are rounding
-STIFFNESS_UNITS = ("N/m", "N/rad", "N m/rad")  # unit of K, by the number of rotations in the pair
+RETARDATION_UNITS = ("N/m", "N/rad", "N m/rad")  # unit of K, by the number of rotations in the pair
 
 
 class Kernel(NamedTuple):
@@ -41,7 +41,7 @@ def kernels(db: HydroDatabase, length: float, step: float) -> tuple[Real, list[K
     functions = [
         Kernel(
             f"{names[i]} {names[j]}",
-            STIFFNESS_UNITS[int(i % 6 > 2) + int(j % 6 > 2)],
+            RETARDATION_UNITS[int(i % 6 > 2) + int(j % 6 > 2)],
             K[:, i, j],
             float(found.added_mass_infinite[i, j]),
         )

@@ -63,7 +63,7 @@ def has_flow(scene: Scene) -> bool:
     return any(body.pumps or any(t.plan for t in body.tanks) for body in scene.bodies)
 
 
-class ResonanceTerms(NamedTuple):
+class UncoupledResonance(NamedTuple):
     """Values per DOF (6,) along the body's axes at rest, with w_n^2 = k / (m + a(w_n)) and no
     coupling: the ``stiffness`` k, hydrostatics included, and the ``mass`` m + a(w_n)."""
 
@@ -116,7 +116,7 @@ class Layout:
     """Indices of bodies by name, rows of forces by element name, and properties that elements need.
 
     ``current_profile`` is the current over the depth, ``wind`` the mean wind over the height.
-    ``resonance`` (body, stiffness (6,)) returns the `ResonanceTerms` of a body with this additional
+    ``resonance`` (body, stiffness (6,)) returns the `UncoupledResonance` of a body with this additional
     stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
     ``heading`` [rad] is the heading of each body at rest,
     ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
@@ -136,7 +136,7 @@ class Layout:
     row: dict[str, int]
     current_profile: TabulatedCurrent
     wind: MeanWind
-    resonance: Callable[[int, np.ndarray], ResonanceTerms]
+    resonance: Callable[[int, np.ndarray], UncoupledResonance]
     roll_mode: Callable[[int, np.ndarray], RollMode]
     heading: tuple[float, ...]
     weight: tuple[float, ...] = ()

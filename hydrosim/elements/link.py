@@ -404,7 +404,7 @@ def find_margins(modes, motion, bodies, p, out):
         out[m + CONTACT_MARGIN] = r.room
         out[m + RISING_MARGIN] = MAX_HALF_TURN - abs(r.turned)
         if link.last > link.first:
-            out[m + SEGMENT_MARGIN] = curves.inside_segment(p.segments[mode[SEGMENT]], r.x)
+            out[m + SEGMENT_MARGIN] = curves.segment_margin(p.segments[mode[SEGMENT]], r.x)
 
 
 @root

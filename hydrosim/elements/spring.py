@@ -237,7 +237,7 @@ def find_margins(t, modes, motion, bodies, p, out):
         if mode[MODE] == SPRING_INACTIVE:
             out[m + SEGMENT_MARGIN] = 1.0
             continue
-        out[m + SEGMENT_MARGIN] = curves.inside_segment(p.segments[mode[SEGMENT]], s.extension)
+        out[m + SEGMENT_MARGIN] = curves.segment_margin(p.segments[mode[SEGMENT]], s.extension)
         if line.damping > 0.0 and mode[SEGMENT] != line.first:
             T = curves.curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == TAUT else -T

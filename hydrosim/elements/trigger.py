@@ -408,7 +408,7 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
     stage = modes[elements.triggers.mode + j, MODE]
     now = stage == DURING
     if trigger.flow != NO_INDEX:
-        pumping.turn(trigger.flow, stage, y, modes, tanks)
+        pumping.follow_trigger(trigger.flow, stage, y, modes, tanks)
     if trigger.lock != NO_INDEX:
         if now:
             locks.activate(trigger.lock, y, modes, motion, bodies, elements.locks)

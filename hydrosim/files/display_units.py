@@ -106,7 +106,7 @@ def as_attribute(chosen: Mapping[str, str]) -> dict[str, str]:
     return {UNITS_ATTRIBUTE: json.dumps(dict(chosen))} if chosen else {}
 
 
-def choice_in(attributes: Mapping[Any, Any]) -> dict[str, str]:
+def unit_choice_attribute(attributes: Mapping[Any, Any]) -> dict[str, str]:
     """The choice among the attributes of a result, for a result that is made of it."""
     return (
         {UNITS_ATTRIBUTE: str(attributes[UNITS_ATTRIBUTE])} if UNITS_ATTRIBUTE in attributes else {}

@@ -83,7 +83,7 @@ SIGNED, UNSIGNED = (
 VAGUE = re.compile(r"\b(?:mt|(?:force_)?tons?(?:_force)?)\b")  # mt would be a millitonne
 # pint treats rad as a plain number: a percentage is no angle, and a frequency in Hz is not in
 # rad/s.
-STRICT = ("", "rad", "rad/s", "m^2*s/rad")
+RADIAN_UNITS = ("", "rad", "rad/s", "m^2*s/rad")
 
 
 def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
@@ -299,7 +299,7 @@ def factor(unit: str, si: str) -> float:
 def _computed_factor(unit: str, si: str) -> float:
     source = _known_unit(unit)
     target = registry().parse_units(si)
-    if not _same_kind(source, target, si in STRICT):
+    if not _same_kind(source, target, si in RADIAN_UNITS):
         raise ValueError(_why_not(unit, source, target))
     return float(registry().convert(1.0, source, target))
 

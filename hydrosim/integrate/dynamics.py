@@ -197,7 +197,7 @@ def new_work(model: Model) -> Work:
         new_turning(model.inertia),
         new_constraints(rows, n),
         new_holds(
-            events.held_points(model.elements),
+            events.count_reaction_rows(model.elements),
             rows,
             events.joint_count(model.elements),
             events.drive_count(model.elements),

@@ -461,7 +461,7 @@ def switch_modes(t, run):
         for which in range(MARGINS):
             m = MARGINS * i + which
             if _has_ended(m, first, run):
-                _transition(i, which, max(abs(before[m]), abs(after[m])), t, run)
+                _switch_mode(i, which, max(abs(before[m]), abs(after[m])), t, run)
                 break
     _add_momentum(1.0, run)
     scratch.newton.status[0] = STALE
@@ -549,7 +549,7 @@ def _add_momentum(sign, run):
 
 
 @kernel
-def _transition(i, which, size, t, run):
+def _switch_mode(i, which, size, t, run):
     """Switch row ``i`` of the modes, whose margin ``which`` had this ``size``."""
     state = run.state
     model = run.model

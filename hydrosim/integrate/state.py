@@ -232,7 +232,7 @@ def new_scratch(model: Model, method: IntegrationMethod, step: float) -> Scratch
     rows = len(new_modes(model))
     watched = np.zeros((2, rows), dtype=np.int64)
     watched[MAY_END] = 1
-    points = events.held_points(model.elements)
+    points = events.count_reaction_rows(model.elements)
     return Scratch(
         np.zeros((method.tableau.b.size, ny)),
         np.zeros((5, ny)),

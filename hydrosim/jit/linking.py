@@ -57,7 +57,7 @@ from hydrosim.files.interrupts import (
     delay_interrupts,
     raise_waiting,
 )
-from hydrosim.jit.disk import Disk, Name
+from hydrosim.jit.disk import KernelFiles, Name
 from hydrosim.jit.ingredients import describe_type
 from hydrosim.jit.refs import struct_reference
 from hydrosim.jit.waiting import Torn, waiting
@@ -196,9 +196,9 @@ def _open(address: int) -> None:
     waiting.seconds += perf_counter() - begin
 
 
-_OPEN = "hydrosim.open"
+_OPENER_SYMBOL = "hydrosim.open"
 _open_for_code = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(_open)
-binding.add_symbol(_OPEN, ctypes.cast(_open_for_code, ctypes.c_void_p).value)
+binding.add_symbol(_OPENER_SYMBOL, ctypes.cast(_open_for_code, ctypes.c_void_p).value)
 
 
 class _Flags(compiler.Flags):
@@ -228,7 +228,7 @@ class _Kernel(CPUDispatcher):
         options = {**OPTIONS, "fastmath": set(fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self.fastmath = fastmath
-        self._cache = Disk(self, folder, _called_kernels)
+        self._cache = KernelFiles(self, folder, _called_kernels)
 
     def __call__(self, *args: Any) -> Any:
         try:
@@ -359,7 +359,7 @@ class CompiledKernel(_Kernel):
         function = context.declare_function(module, called)
         function.attributes.add("alwaysinline")
         place = ir.GlobalVariable(module, word, door.name)
-        opener = ir.Function(module, ir.FunctionType(ir.VoidType(), [word]), _OPEN)
+        opener = ir.Function(module, ir.FunctionType(ir.VoidType(), [word]), _OPENER_SYMBOL)
         builder = ir.IRBuilder(function.append_basic_block())
         with cgutils.if_unlikely(builder, cgutils.is_null(builder, builder.load(place))):
             builder.call(opener, [builder.bitcast(place, word)])

@@ -376,10 +376,10 @@ class Linear:
     def _at_rest(self) -> tuple[np.ndarray, Others | None]:
         """The jacobian with all forces of constraints fixed at their values at rest, and its other
         states."""
-        unheld = self._hold_reactions()
+        unheld = self._jacobian_at_fixed_reactions()
         return unheld, _separate(unheld, self.active.size)
 
-    def _hold_reactions(self) -> np.ndarray:
+    def _jacobian_at_fixed_reactions(self) -> np.ndarray:
         if self.freedom.is_unconstrained:
             return self.jacobian
         if self.freedom.has_dependent_rows or not np.isfinite(self.reactions).all():

@@ -15,7 +15,7 @@ from hydrosim.files.document import Document
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
 from hydrosim.report.arrangement import arrangement_nodes
-from hydrosim.report.evidence import Feature, Line, features_of, lines_about
+from hydrosim.report.evidence import EvidenceLine, Feature, features_of, lines_about
 from hydrosim.report.page import stretch
 from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
@@ -83,13 +83,13 @@ def evidence_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         yield List(bare)
 
 
-def without_line(used: Collection[Feature], lines: Sequence[Line]) -> list[str]:
+def without_line(used: Collection[Feature], lines: Sequence[EvidenceLine]) -> list[str]:
     """Features that are ``used`` and that none of the ``lines`` is about."""
     covered = {feature for line in lines for feature in line.features}
     return [feature.value for feature in Feature if feature in used and feature not in covered]
 
 
-def _row(line: Line) -> list[Cell]:
+def _row(line: EvidenceLine) -> list[Cell]:
     figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
     return [line.claim, line.against, line.kind.value, *figures]
 

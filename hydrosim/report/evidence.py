@@ -242,7 +242,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Line:
+class EvidenceLine:
     """A ``claim`` held ``against`` a reference of a ``kind``.
 
     ``figure`` is the largest error that the ``test`` measured at the ``commit``, ``limit`` the
@@ -261,7 +261,7 @@ class Line:
     others: str = ""
 
     @classmethod
-    def read(cls, data: Mapping[str, Any]) -> Line:
+    def read(cls, data: Mapping[str, Any]) -> EvidenceLine:
         """A line as it is stored."""
         features = tuple(Feature[name] for name in data["features"])
         return cls(**{**data, "kind": Kind(data["kind"]), "features": features})
@@ -278,11 +278,11 @@ class Line:
         }
 
 
-def known_lines() -> tuple[Line, ...]:
+def known_lines() -> tuple[EvidenceLine, ...]:
     """All lines, by kind."""
-    return tuple(Line.read(data) for data in json.loads(FILE.read_text("utf-8")))
+    return tuple(EvidenceLine.read(data) for data in json.loads(FILE.read_text("utf-8")))
 
 
-def lines_about(used: Collection[Feature]) -> list[Line]:
+def lines_about(used: Collection[Feature]) -> list[EvidenceLine]:
     """Lines whose features are all ``used``."""
     return [line for line in known_lines() if set(line.features) <= set(used)]

@@ -319,12 +319,12 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
         if isinstance(element, Landing):
             for k, (point, seat) in enumerate(zip(element.points, element.seats, strict=True)):
                 own = numbers[element.body]
-                ends = [(own, point, _nearest_in_box(shapes[own], point))]
+                ends = [(own, point, _nearest_in_bounding_box(shapes[own], point))]
                 if element.on is None:
                     ends += [(NO_BODY, seat, np.array([seat[0], seat[1], -depth]))]
                 else:
                     on = numbers[element.on]
-                    ends += [(on, seat, _nearest_in_box(shapes[on], seat))]
+                    ends += [(on, seat, _nearest_in_bounding_box(shapes[on], seat))]
                 found += [
                     {
                         "body": body,
@@ -353,7 +353,7 @@ def column(one: np.ndarray, other: np.ndarray, half: float) -> np.ndarray:
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def _nearest_in_box(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
+def _nearest_in_bounding_box(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Position nearest to a point in the box around a shape."""
     corners = triangles.reshape(-1, 3)
     return np.clip(point, corners.min(axis=0), corners.max(axis=0))

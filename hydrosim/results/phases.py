@@ -109,7 +109,7 @@ def _sticks_from(time: np.ndarray, modes: np.ndarray) -> int:
 Share = Callable[[np.ndarray], np.ndarray]
 
 AVERAGING_WINDOW_S = 60.0  # s
-TRANSFER_STEP_S = 0.1  # s: time step at which the transferred fraction is computed
+TRANSFERRED_FRACTION_STEP_S = 0.1  # s: time step at which the transferred fraction is computed
 FULL_TRANSFER_TOL = 0.005  # of the weight
 TRANSFER_FRACTIONS = (0.25, 0.5, 0.75, 1.0)
 STAGES = (
@@ -163,7 +163,7 @@ class GroupLoad(NamedTuple):
         if not self.weight > 0.0 or self.time.size < 2:
             return [NEVER] * len(TRANSFER_FRACTIONS)
         share = self.share()
-        time = np.arange(self.time[0], self.time[-1], TRANSFER_STEP_S)
+        time = np.arange(self.time[0], self.time[-1], TRANSFERRED_FRACTION_STEP_S)
         levels = [
             part - (FULL_TRANSFER_TOL if part == TRANSFER_FRACTIONS[-1] else 0.0)
             for part in TRANSFER_FRACTIONS

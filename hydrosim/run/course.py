@@ -199,7 +199,7 @@ class RunInProgress:
         if last:
             del run, self.compiled, self.run, self._held, self._keeper, self._propagated
             clear_references()  # with them the table of waves, if no caller holds it
-        layout = compiled.facts.layout
+        layout = compiled.derived.layout
         sea = compiled.sea
         scene = compiled.scene
         dataset = to_dataset(scene, compiled.model, layout, sea, record, count, history, attributes)
@@ -230,7 +230,7 @@ class RunInProgress:
             **provenance(compiled),
             # functions are further than the last complete step of a torn run
             **function_attributes(compiled.scene, nan if self._torn else self.time),
-            "solver_linear": solution(compiled.scene, compiled.facts),
+            "solver_linear": solution(compiled.scene, compiled.derived),
             "solver_steps": int(counters[ACCEPTED]),
             "solver_rejected": int(counters[REJECTED]),
             "solver_events": int(counters[EVENTS]),
@@ -247,4 +247,4 @@ def _without_table(compiled: Compiled) -> Compiled:
     a third of its record."""
     waves = compiled.model.waves
     model = compiled.model._replace(waves=waves._replace(values=waves.values[:0].copy()))
-    return replace(compiled, facts=replace(compiled.facts, model=model))
+    return replace(compiled, derived=replace(compiled.derived, model=model))

@@ -560,4 +560,4 @@ def with_tighter_steps(compiled: Compiled, factor: float) -> Compiled | None:
         return replace(compiled, scene=scene)
     # rows of waves that follow slow paths are as fine as the tolerance
     made = add_waves(compile_calm(scene, compiled.wet), scene, compiled.sea)
-    return replace(compiled, scene=made.scene, facts=made.facts, state=made.state)
+    return replace(compiled, scene=made.scene, derived=made.derived, state=made.state)

@@ -223,7 +223,7 @@ def _failed_part(compiled: Compiled, state: State) -> str:
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
         return scene.bodies[_steepest_body(model, y)].name
-    kind, entry = compiled.facts.layout.entry_at(first)
+    kind, entry = compiled.derived.layout.entry_at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
     if kind in STATE_DESCRIPTIONS:

@@ -53,7 +53,7 @@ def provenance(compiled: Compiled) -> dict[str, object]:
         "solver_symmetry": notes.symmetry or None,
         "zero_by_symmetry": "\n".join(notes.zero) or None,
         **started_from(scene),
-        HEADINGS: compiled.facts.headings if np.any(compiled.model.headings.stream) else None,
+        HEADINGS: compiled.derived.headings if np.any(compiled.model.headings.stream) else None,
         "seas": "\n".join(notes.seas) or None,
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
@@ -73,8 +73,8 @@ def provenance(compiled: Compiled) -> dict[str, object]:
 
 def _wave_position_attributes(compiled: Compiled) -> dict[str, str]:
     """Positions where waves act on each wet body, for runs that continue this one."""
-    met = compiled.facts.met
-    wet = [name for name in met if name in compiled.facts.databases]
+    met = compiled.derived.met
+    wet = [name for name in met if name in compiled.derived.databases]
     return {f"{MET}_{name}": f"{met[name].position} {met[name].headings}" for name in wet}
 
 

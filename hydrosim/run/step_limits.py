@@ -70,7 +70,7 @@ def scene_vibrations(
     amplitude at the step of the scene, see `accuracy`."""
     scene = compiled.scene
     of = (scene.duration, scene.solver.step, error)
-    return tuple(vibrations(found, compiled.method, compiled.model, compiled.facts.layout, *of))
+    return tuple(vibrations(found, compiled.method, compiled.model, compiled.derived.layout, *of))
 
 
 def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
@@ -158,7 +158,7 @@ def add_step_warnings(compiled: Compiled) -> Compiled:
     the modes that the step does not resolve. Raises InputError if the scene refuses such a step."""
     scene = compiled.scene
     step = scene.solver.step
-    if compiled.method.adapts or compiled.facts.exact:
+    if compiled.method.adapts or compiled.derived.exact:
         return compiled
     scene_contacts = scene_combinations(compiled)
     stable = smallest_step(scene_contacts, compiled.method)
@@ -208,4 +208,4 @@ def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> 
     """Limits of the step of a scene with its method, for the combinations of contacts ``found``,
     see `stability.step_limits`."""
     found = found or scene_combinations(compiled)
-    return step_limits(found, compiled.method, compiled.facts.layout, compiled.scene.solver.step)
+    return step_limits(found, compiled.method, compiled.derived.layout, compiled.scene.solver.step)

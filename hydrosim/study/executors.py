@@ -66,7 +66,7 @@ def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutc
     """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
     it is its own failure, but for what is asked of all runs."""
 
-    def watch(*_: float) -> None:
+    def interrupt_if_stopped(*_: float) -> None:
         if stop.is_set():
             raise KeyboardInterrupt
 
@@ -77,7 +77,7 @@ def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutc
     try:
         with source_context(work.scene.places):
             compiled = add_waves(work.calm, work.scene, work.sea)
-        run = run_compiled(compiled, watch, estimates=work.estimates, repeats=False)
+        run = run_compiled(compiled, interrupt_if_stopped, estimates=work.estimates, repeats=False)
     except KeyboardInterrupt:
         return RunOutcome("interrupted")
     except Exception as error:

@@ -212,5 +212,7 @@ def _outside_ranges(scene: Scene, shared: SceneCache) -> list[tuple[str, float]]
         range_loss = shares_outside(all_headings(group.database), seas)
         for body in group.bodies:
             if body.wave_forces.first_order and range_loss.share > MIN_REPORTED_SHARE:
-                texts.append((outside_range_text(range_loss, body, group.database), range_loss.share))
+                texts.append(
+                    (outside_range_text(range_loss, body, group.database), range_loss.share)
+                )
     return texts

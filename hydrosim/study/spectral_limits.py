@@ -79,7 +79,7 @@ def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -
     if any(body.wave_forces.second_order != SecondOrder.NONE for body in scene.bodies):
         return "second-order loads are not Gaussian"
     calm = compile_for_linear(scene, Radiation.MODEL)
-    reasons = calm.facts.nonlinear
+    reasons = calm.derived.nonlinear
     return reasons[0] if reasons else Spectral(calm)
 
 

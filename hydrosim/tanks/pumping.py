@@ -74,7 +74,7 @@ def _share(k, moved, y, p):
 
 
 @root
-def margins(t, y, modes, p, out):
+def find_margins(t, y, modes, p, out):
     """Margins of all flows into ``out``: time to the end of the piece, remaining content of the
     source, remaining room of the target, and distance to a level."""
     for i in range(p.flows.size):
@@ -105,7 +105,7 @@ def _running(t, y, mode, flow, p, m, out):
 
 
 @root
-def switch(i, which, t, modes, p):
+def switch_flow(i, which, t, modes, p):
     """Switch flow ``i`` to its next mode, after margin ``which`` has reached zero."""
     mode = modes[p.mode + i]
     if mode[MODE] == PUMP_WAITING:
@@ -119,7 +119,7 @@ def switch(i, which, t, modes, p):
 
 
 @kernel
-def turn(i, stage, y, modes, p):
+def follow_trigger(i, stage, y, modes, p):
     """Set flow ``i`` to the state of its trigger: before, during or after its time, which are
     `PUMP_WAITING`, `PUMP_RUNNING` and `PUMP_ENDED`. It is also over if there is nothing to pump."""
     flow, mode = p.flows[i], modes[p.mode + i]
@@ -129,7 +129,7 @@ def turn(i, stage, y, modes, p):
 
 
 @root
-def settle(t, modes, p):
+def set_initial_modes(t, modes, p):
     """Modes of all flows for a start. Flows with a level wait; all others run, on the piece that
     ends at or after ``t``. Triggers are applied last."""
     for i in range(p.flows.size):

@@ -29,7 +29,14 @@ from hydrosim.scene import (
     WaveTrain,
     WhiteNoise,
 )
-from hydrosim.water.spectra import cut_off, density, energy, energy_above, wavenumber, width
+from hydrosim.water.spectra import (
+    cut_off,
+    density,
+    energy,
+    energy_above,
+    resolution_frequency,
+    wavenumber,
+)
 
 # Random draws for a wave train or for gusts: phases, amplitudes and directions. Each has a stream
 # of its own, so that none changes another.
@@ -255,7 +262,7 @@ def _check_depth(spectrum: Density, environment: Environment) -> None:
 
 
 def _spacing(spectrum: Density, repeat_period: float) -> float:
-    longest = 2.0 * np.pi / width(spectrum)
+    longest = 2.0 * np.pi / resolution_frequency(spectrum)
     shortest = _PEAK_PERIODS * longest
     if repeat_period < shortest * (1.0 - 1e-9):
         raise InputError(

@@ -38,7 +38,7 @@ from hydrosim.water.quadratic_loads import (
     body_forms,
     cell_at,
     cells_of,
-    find_filters,
+    fill_load_factors,
     forms_model,
     has_forms,
     join_once,
@@ -317,7 +317,7 @@ def _add_followed_loads(k, t, coordinates, p, sums):
             first[j] += c * load[2 * j, i - start] - s * load[2 * j + 1, i - start]
     turn_to_earth(p.rest[k] + yaw, first)
     if has_forms(k, p.second):
-        find_filters(k, yaw, 0, p, sums.filtered)
+        fill_load_factors(k, yaw, 0, p, sums.filtered)
         add_forms(k, t, 0, 1.0, sums.phase, p.second, sums.filtered, second)
         turn_to_earth(p.rest[k] + yaw, second)
 

@@ -350,7 +350,7 @@ def has_forms(k, forms):
 
 
 @root
-def find_filters(k, yaw, end, p, work):
+def fill_load_factors(k, yaw, end, p, work):
     """Compute the factors of the loads on the k-th body at this yaw, for the ``end`` of
     ``work``."""
     forms = p.second
@@ -496,7 +496,7 @@ def _add_times(factor, values, out):
 @root
 def add_forms(k, t, end, share, waves, forms, work, out):
     """Add a ``share`` of the loads on the k-th body to ``out`` (6,), in heading axes, from the
-    factors of `find_filters`; ``waves`` (2, nw) are cos and sin of their phases."""
+    factors of `fill_load_factors`; ``waves`` (2, nw) are cos and sin of their phases."""
     first = forms.filters[k]
     at = 0
     for f in range(first, forms.filters[k + 1]):

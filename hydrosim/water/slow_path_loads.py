@@ -56,7 +56,7 @@ from hydrosim.water.narrow_bands import (
 from hydrosim.water.quadratic_loads import (
     Filtered,
     add_forms,
-    find_filters,
+    fill_load_factors,
     has_forms,
     new_filtered,
 )
@@ -299,8 +299,8 @@ def _sum_waves(k, y, p, block):
     loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
     second = has_forms(k, p.second)
     if second:
-        find_filters(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
-        find_filters(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
+        fill_load_factors(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
+        fill_load_factors(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
     _find_waves(k, block.first[k] * p.row_step, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]

@@ -45,7 +45,9 @@ def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], l
     database = Loads(frequency, loads)
     seas = sea(Environment(waves=(NOISE,)))
     about = SimpleNamespace(floating_bodies=lambda: [(0, body, database)], sea=seas)
-    return list(range_warnings(seas, body, database)), [doubt.found for doubt in ask_about_ranges(about)]
+    return list(range_warnings(seas, body, database)), [
+        doubt.found for doubt in ask_about_ranges(about)
+    ]
 
 
 def test_energy_outside_a_database() -> None:

@@ -353,7 +353,7 @@ def asked_of(scene: Scene, question: Question) -> list[str]:
 
 def test_extents_of_a_box_are_its_own() -> None:
     scene = two_boxes(10.0)
-    database = compile_scene(scene).facts.databases["a"]
+    database = compile_scene(scene).derived.databases["a"]
     size = extents(replace(scene.bodies[0], centre_of_gravity=(0.0, 0.0, 0.0)), database)
     assert size is not None
     assert size.half == pytest.approx([50.0, 10.0], rel=1e-6)

@@ -33,7 +33,9 @@ QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
     Question.OVERLAP: starts.ask_about_overlap,
     Question.PLANE: starts.ask_about_planes,
     Question.POINTS: elements.ask_about_contact_points,
-    Question.LINES: lambda about: chain(starts.ask_about_line_starts(about), attachments.ask_about_line_routes(about)),
+    Question.LINES: lambda about: chain(
+        starts.ask_about_line_starts(about), attachments.ask_about_line_routes(about)
+    ),
     Question.FALL: starts.ask_about_fall,
     Question.MASS: bodies.ask_about_mass,
     Question.INERTIA: bodies.ask_about_inertia,
@@ -45,7 +47,9 @@ QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
     Question.FRICTION: elements.ask_about_friction,
     Question.DAMPING: elements.ask_about_damping,
     Question.WATER: waters.ask_about_water,
-    Question.STREAMS: lambda about: chain(waters.ask_about_streams(about), loads.ask_about_coefficients(about)),
+    Question.STREAMS: lambda about: chain(
+        waters.ask_about_streams(about), loads.ask_about_coefficients(about)
+    ),
     Question.SHIELDING: bodies.ask_about_shielding,
     Question.SLOSHING: sloshing.ask_about_sloshing,
     Question.WAVES: waters.ask_about_waves,

@@ -200,7 +200,7 @@ def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
 
 def _softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
     """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
-    if of.anchor_body is not None or of.body not in about.facts.databases:
+    if of.anchor_body is not None or of.body not in about.derived.databases:
         return
     weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
     stiffness = float(line.line_pieces["stiffness"].min())

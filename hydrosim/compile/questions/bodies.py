@@ -7,7 +7,17 @@ from itertools import combinations
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (COMPACT, Extents, Query, SceneContext, extents, natural_periods, peak_wavelength, text_beyond, text_outside_range)
+from hydrosim.compile.questions.query import (
+    COMPACT,
+    Extents,
+    Query,
+    SceneContext,
+    extents,
+    natural_periods,
+    peak_wavelength,
+    text_beyond,
+    text_outside_range,
+)
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.elements.applied_force import AppliedForce
@@ -95,7 +105,7 @@ def _densities(about: SceneContext) -> Iterator[Query]:
         squares = 3.0 * np.linalg.eigvalsh(body.inertia) / body.mass
         half = np.sqrt(np.maximum(squares.sum() / 2.0 - squares, 0.0))
         density = body.mass / (8.0 * np.prod(half)) if np.all(half > 0.0) else np.inf
-        if body.name not in about.facts.databases and density < LIGHTEST:
+        if body.name not in about.derived.databases and density < LIGHTEST:
             found_text = (
                 f"radii of gyration of a box of {2.0 * half.max():.3g} m and {density:.2g} kg/m^3"
             )
@@ -357,7 +367,7 @@ def ask_about_shielding(about: SceneContext) -> Iterator[Query]:
     sizes = {
         body.name: extents(body, db)
         for body in about.scene.bodies
-        if (db := about.facts.databases.get(body.name)) is not None and db.heading.size
+        if (db := about.derived.databases.get(body.name)) is not None and db.heading.size
     }
     known = [body for body in about.scene.bodies if sizes.get(body.name)]
     for one, other in combinations(known, 2):

@@ -8,7 +8,17 @@ import numpy as np
 
 from hydrosim.compile.questions.attachments import ask_about_attachments
 from hydrosim.compile.questions.bodies import ask_about_drag
-from hydrosim.compile.questions.query import (COMPACT, ELLIPSE_OVER_RECTANGLE, Extents, Query, SceneContext, extents, natural_inertias, text_beyond, text_outside_range)
+from hydrosim.compile.questions.query import (
+    COMPACT,
+    ELLIPSE_OVER_RECTANGLE,
+    Extents,
+    Query,
+    SceneContext,
+    extents,
+    natural_inertias,
+    text_beyond,
+    text_outside_range,
+)
 from hydrosim.dofs import DOFS
 from hydrosim.elements.contact.coulomb import Coulomb
 from hydrosim.elements.contact.curves import NormalCurve, PrescribedNormal
@@ -98,7 +108,7 @@ def _under_weight(
     body = about.scene.bodies[about.index[fender.body]]
     normal = np.array(fender.planes()[0].normal, float)
     upward = normal[2] / np.linalg.norm(normal)
-    dry = body.name not in about.facts.databases
+    dry = body.name not in about.derived.databases
     hangs = any(
         each.body == body.name and each.supports_weight() and not isinstance(each, Contact)
         for each in about.scene.forces.values()
@@ -335,7 +345,7 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
     outside, and about other points far off their bodies."""
     yield from ask_about_attachments(about)
     each = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
-    wet = set(about.facts.databases)
+    wet = set(about.derived.databases)
     for name, fender in about.scene.forces.items():
         size = each.get(fender.body) if isinstance(fender, Fender) else None
         if size is None or not isinstance(fender, Fender):

@@ -7,7 +7,15 @@ from math import inf
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (Extents, Query, SceneContext, bar_diameters, extents, text_beyond, text_outside_range)
+from hydrosim.compile.questions.query import (
+    Extents,
+    Query,
+    SceneContext,
+    bar_diameters,
+    extents,
+    text_beyond,
+    text_outside_range,
+)
 from hydrosim.elements.contact.fender import Contact
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
@@ -116,7 +124,7 @@ def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
     if not limits:
         return
     begin = about.end - scene.duration
-    loads = start_loads(scene, about.model, about.state, about.facts.rows, begin)
+    loads = start_loads(scene, about.model, about.state, about.derived.rows, begin)
     for name, capacity in limits.items():
         tension = loads[name]
         if tension > capacity:
@@ -151,7 +159,7 @@ def _hanging(about: SceneContext) -> Iterator[Query]:
 
 def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
     """Whether nothing but force elements carries a body."""
-    wet = body.name in about.facts.databases or body.hydrostatics is not None
+    wet = body.name in about.derived.databases or body.hydrostatics is not None
     jointed = len(joined_with(about.scene, body.name)) > 1
     held = any(body.name in (joint.body, joint.to) for joint in about.scene.joints.values())
     falls = "heave" in body.dofs and body.weight == Weight.CARRIED

@@ -171,7 +171,7 @@ def ask_about_fall(about: SceneContext) -> Iterator[Query]:
         jointed = len(joined_with(about.scene, body.name)) > 1 or body.name in carried
         falls = body.weight == Weight.CARRIED and "heave" in body.dofs and not jointed
         gap = -deepest.get(body.name, 0.0)
-        if falls and body.name not in held | {*about.facts.databases} and gap > DROP:
+        if falls and body.name not in held | {*about.derived.databases} and gap > DROP:
             yield Query(
                 f"bodies.{body.name}.initial.position",
                 f"a gap of {_metres(gap)} between {body.name} and all contacts that can carry it",

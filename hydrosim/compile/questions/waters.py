@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (Query, SceneContext, crossing_period, height_of, peak_period, text_beyond, text_outside_range)
+from hydrosim.compile.questions.query import (
+    Query,
+    SceneContext,
+    crossing_period,
+    height_of,
+    peak_period,
+    text_beyond,
+    text_outside_range,
+)
 from hydrosim.scene import Jonswap, Tma
 from hydrosim.water.database_limits import Outside, shares_outside
 
@@ -150,7 +158,7 @@ def ask_about_step(about: SceneContext) -> Iterator[Query]:
     """Ask about steps that are too large for the waves, or so small that a run takes hours."""
     solver = about.scene.solver
     duration = about.scene.duration
-    free = solver.method.adapts or about.facts.exact
+    free = solver.method.adapts or about.derived.exact
     if not free and duration > MOST_STEPS * solver.step:
         found_text = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
         usual = f"usual is up to {MOST_STEPS:g} steps, which may take an hour"

@@ -292,7 +292,7 @@ def first_wavenumber(db: HydroDatabase) -> float:
     return float(wavenumber(db.frequency[0], db.water_depth, db.gravity))
 
 
-def is_compact(db: HydroDatabase) -> bool:
+def reaches_long_waves(db: HydroDatabase) -> bool:
     """Whether the longest wave is long compared with every body."""
     return bool(first_wavenumber(db) * length(db).max() < LONG_WAVE)
 

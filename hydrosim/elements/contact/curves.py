@@ -95,7 +95,7 @@ def next_segment(k, piece, x):
 
 
 @kernel
-def inside_segment(piece, x):
+def segment_margin(piece, x):
     """Distance to the nearer end of a piece; negative outside."""
     return min(x - piece.lower, piece.upper - x)
 

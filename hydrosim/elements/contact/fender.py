@@ -149,7 +149,7 @@ class Fender(Contact):
     def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         """A fender for each point; each plane is given by the foot of the perpendicular from the
         origin."""
-        plane = self.plane.by_its_foot(y)
+        plane = self.plane.canonical_form(y)
         return [replace(self, points=point[None], plane=plane) for point in self.points]
 
     def mirror_image(self) -> ForceElement:

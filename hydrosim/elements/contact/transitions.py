@@ -81,7 +81,7 @@ def find_margins(t, y, modes, motion, bodies, p, headings, reactions, watched, o
             )
         else:
             piece = p.segments[mode[SEGMENT]]
-            out[m + SEGMENT_MARGIN] = curves.inside_segment(piece, c.compression)
+            out[m + SEGMENT_MARGIN] = curves.segment_margin(piece, c.compression)
         if point.line != NO_INDEX and mode[SEGMENT] != point.line:
             onward = c.rate if mode[SEGMENT] <= point.last else -c.rate
             out[m + RISING_MARGIN] = onward + point.leeway

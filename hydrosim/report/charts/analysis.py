@@ -88,7 +88,7 @@ def draw_line(
     """Draw a row for each direction of the offset: profiles, tension and pull, stiffness."""
     figure = Figure(figsize=(14.0, 7.6), layout="constrained")
     for row, found in zip(figure.subplots(2, 3, squeeze=False), responses, strict=True):
-        _draw_profiles(row[0], line, found, units)
+        _draw_profiles_at_offsets(row[0], line, found, units)
         _draw_pull(row[1], found, units)
         _draw_stiffness(row[2], found, units)
     figure.suptitle(wrap_title(title, figure.get_figwidth()))
@@ -99,7 +99,9 @@ def _way(found: LineResponse) -> str:
     return "upward" if found.up else "away from the anchor"
 
 
-def _draw_profiles(axis: Axes, line: StillLine, found: LineResponse, units: Units) -> None:
+def _draw_profiles_at_offsets(
+    axis: Axes, line: StillLine, found: LineResponse, units: Units
+) -> None:
     length = units.display_unit("m")
     last = found.offsets.size - 1
     for k, i in enumerate(np.linspace(0, last, PROFILES).round().astype(int)):

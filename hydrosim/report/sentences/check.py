@@ -188,7 +188,7 @@ FLOATING_HEAD = (
 def describe_floating(own: Compiled) -> Iterator[Node]:
     """Directions of the environment beside bodies, and how hulls with a database float."""
     scene = own.scene
-    about = describe_start(scene, own.facts, own.state, own.sea, own.begin + scene.duration)
+    about = describe_start(scene, own.derived, own.state, own.sea, own.begin + scene.duration)
     afloat = list(about.afloat())
     rotation = {body.name: about.motion.rotation[i] for i, body, _ in afloat}
     headings = {name: atan2(R[1, 0], R[0, 0]) for name, R in rotation.items()}
@@ -266,8 +266,8 @@ def describe_lines(own: Compiled) -> Iterator[Table]:
     lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, TwoPointElement)}
     if not lines:
         return
-    loads = start_loads(own.scene, own.model, own.state, own.facts.rows, own.begin)
-    about = describe_start(own.scene, own.facts, own.state, own.sea, own.begin)
+    loads = start_loads(own.scene, own.model, own.state, own.derived.rows, own.begin)
+    about = describe_start(own.scene, own.derived, own.state, own.sea, own.begin)
     heights = {name: _line_heights(about, of) for name, of in lines.items()}
     moored = any(any(cells) for cells in heights.values())
     rows: list[list[Cell]] = []
@@ -335,11 +335,11 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
 
 def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
     yield from warnings([add_source_lines(text, own.scene.places) for text in own.notes.warnings])
-    if not own.facts.exact:
+    if not own.derived.exact:
         yield from _of_step(compiled, watch)
     if isfinite(own.notes.radiation_error):
         yield radiation_verdict(own.notes.radiation_error)
-    yield Sentence("{}.", [_capitalise(solution(own.scene, own.facts))])
+    yield Sentence("{}.", [_capitalise(solution(own.scene, own.derived))])
 
 
 def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
@@ -385,7 +385,7 @@ def _capitalise(text: str) -> str:
 def _limits_at(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
     """Step limits and natural periods at a ``time`` [s]."""
     yield Heading(f"At {time:g} s")
-    if not compiled.facts.exact:
+    if not compiled.derived.exact:
         yield from _of_step(compiled, watch)
     yield from _periods_of(whole, f"at {time:g} s", time)
 
@@ -452,7 +452,7 @@ def _size(own: Compiled, compiled: Compiled) -> Iterator[str]:
 def _steps(own: Compiled, compiled: Compiled) -> Iterator[str]:
     scene = compiled.scene
     clock = compile_clock(compiled)
-    if own.facts.exact:
+    if own.derived.exact:
         yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
     elif clock.control.adaptive:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
@@ -470,6 +470,6 @@ def with_linear_memory(compiled: Compiled) -> Compiled:
     fresh = compile_calm(replace(scene, initial=None), wet)
     state = fresh.state
     if scene.initial is not None:
-        state = resumed_state(scene, fresh.model, fresh.facts.layout, state)
+        state = resumed_state(scene, fresh.model, fresh.derived.layout, state)
     calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)
     return add_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)
