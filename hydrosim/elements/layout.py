@@ -116,8 +116,9 @@ class Layout:
     """Indices of bodies by name, rows of forces by element name, and properties that elements need.
 
     ``current_profile`` is the current over the depth, ``wind`` the mean wind over the height.
-    ``resonance`` (body, stiffness (6,)) returns the `UncoupledResonance` of a body with this additional
-    stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
+    ``resonance`` (body, stiffness (6,)) returns the `UncoupledResonance` of a body with this
+    additional stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its
+    `RollMode`.
     ``heading`` [rad] is the heading of each body at rest,
     ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
     follow faster processes; 0 for other methods. ``events`` is true if steps end at events.

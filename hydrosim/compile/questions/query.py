@@ -62,8 +62,9 @@ def text_outside_range(value: float, low: float, high: float, form: str = ".3g")
 
 @dataclass(frozen=True, eq=False)
 class SceneContext:
-    """Subject of all questions: a scene as compiled with its ``derived`` data, its ``sea`` as drawn, the
-    ``motion`` of all bodies at the start, and the time of the ``end`` of the run [s]."""
+    """Subject of all questions: a scene as compiled with its ``derived`` data, its ``sea`` as
+    drawn, the ``motion`` of all bodies at the start, and the time of the ``end`` of the run
+    [s]."""
 
     scene: Scene
     derived: DerivedData
