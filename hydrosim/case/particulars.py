@@ -137,4 +137,4 @@ class Particulars:
     def _moving(self) -> dict[str, float]:
         """Inertia with added mass."""
         added = self.added_mass()
-        return {dof: own + added[dof] for dof, own in self.inertia().items()}
+        return {dof: inertia + added[dof] for dof, inertia in self.inertia().items()}

@@ -124,5 +124,5 @@ def schema_of(kind: FileKind) -> dict[str, Any]:
         case FileKind.RECIPE:
             from hydrosim.database.build.recipe import OneBody, SeveralBodies
 
-            one, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))
-            return either_schema("Recipe of a database of hydrosim", "bodies", several, one)
+            single, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))
+            return either_schema("Recipe of a database of hydrosim", "bodies", several, single)

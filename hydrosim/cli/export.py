@@ -116,7 +116,7 @@ def export(
             " output times of the run."
         )
     suffix = _suffix(output)
-    kept = _chosen_units(units, suffix)
+    unit_system = _chosen_units(units, suffix)
     begin = _date(date, suffix)
     window = window_of(start, end)
     result = output_for(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
@@ -128,7 +128,7 @@ def export(
         )
     run = read_run(run_file)
     table = table_of(run, names_in(channels), *window)
-    if kept is ExportUnits.CASE:
+    if unit_system is ExportUnits.CASE:
         table = table.read_in(units_of(run.attrs))
     with progress("writing"):
         _write(table, result, begin)
@@ -153,7 +153,7 @@ def _record(
     step: str,
     digits: int,
     overwrite: bool,
-    kept: ExportUnits,
+    unit_system: ExportUnits,
 ) -> None:
     """Write channels as a recording. Without names, it has the channels of motions, waves, forces,
     fenders and springs that are not zero."""
@@ -169,8 +169,8 @@ def _record(
         raise InputError(f"--step: found {every:g} s; expected a positive time, such as 0.5 s.")
     run = open_run(run_file)
     names = match_channels(columns_of(run), asked, "--channels") if asked else default_channels(run)
-    own = units_of(run.attrs).display_unit if kept is ExportUnits.CASE else None
-    write_recording(run, result, names, every, digits, own)
+    case_units = units_of(run.attrs).display_unit if unit_system is ExportUnits.CASE else None
+    write_recording(run, result, names, every, digits, case_units)
     print_lines(f"result    {result.path}, {len(names)} channels")
 
 
@@ -196,12 +196,12 @@ def _date(text: str, suffix: str) -> datetime | None:
             " run. Leave --date out."
         )
     try:
-        found = datetime.fromisoformat(text)
+        date = datetime.fromisoformat(text)
     except ValueError:
         raise InputError(
             f"--date: found {text!r}; expected a date such as 2026-05-31T06:00."
         ) from None
-    return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
+    return date.astimezone(UTC) if date.tzinfo else date.replace(tzinfo=UTC)
 
 
 def _write(table: ExportTable, result: Output, date: datetime | None) -> None:

@@ -102,13 +102,13 @@ def output_for(
 def numbers(text: str, option: str, positive: bool = True) -> list[float]:
     """Numbers of an option, separated by commas. Raises InputError that names the option."""
     try:
-        found = [float(part) for part in text.split(",")]
+        values = [float(part) for part in text.split(",")]
     except ValueError:
-        found = [float("nan")]
-    if not all(isfinite(x) and (x > 0.0 or not positive) for x in found):
+        values = [float("nan")]
+    if not all(isfinite(x) and (x > 0.0 or not positive) for x in values):
         kind = "positive numbers" if positive else "numbers"
         raise InputError(f"{option}: found {text!r}; expected {kind}, such as 0.1,0.05.")
-    return found
+    return values
 
 
 def quantity(option: str, text: str | None, what: str, unit: str, example: str) -> float:
@@ -224,7 +224,7 @@ def tells_absent_variables(command: Callable[..., Any]) -> Callable[..., Any]:
             path = next(value for value in given.values() if isinstance(value, Path))
             from hydrosim.results.validation import CHANGED_FILE_HINT  # loads the models of cases
 
-            found = f"found no variable {absent[1] or absent[2]}, which this page needs"
-            raise InputError(f"{path}: {found}. {CHANGED_FILE_HINT}") from error
+            problem_text = f"found no variable {absent[1] or absent[2]}, which this page needs"
+            raise InputError(f"{path}: {problem_text}. {CHANGED_FILE_HINT}") from error
 
     return show

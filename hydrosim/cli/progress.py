@@ -139,8 +139,8 @@ class ProgressLines:
         """ "simulating: 35 %, 35 of 100 s, 250 steps/s (6 s so far)"."""
         far = self._far
         parts = [part for part in (far.share, far.text(self._unit)) if part]
-        said = f"{self._what}: {', '.join(parts)}" if parts else self._what
-        return f"{said} ({elapsed:.0f} s so far)"
+        text = f"{self._what}: {', '.join(parts)}" if parts else self._what
+        return f"{text} ({elapsed:.0f} s so far)"
 
 
 def pauses() -> Iterator[float]:
@@ -176,8 +176,8 @@ def case_summary_line(case: Case) -> str:
     return f"case      {data.title}: {', '.join([*counted, seas, lasts])}"
 
 
-def _count_text(number: int, one: str, several: str) -> str:
-    return f"{number} {one if number == 1 else several}"
+def _count_text(number: int, singular: str, plural: str) -> str:
+    return f"{number} {singular if number == 1 else plural}"
 
 
 def run_earlier_stages(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
@@ -195,7 +195,7 @@ def simulate_with_progress(
     from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.simulation import simulate
 
-    kept = Checkpoint(checkpoint_of(result), every, resume, print_status)
+    checkpoint = Checkpoint(checkpoint_of(result), every, resume, print_status)
     scene = open_start(case.scene())
     start = start_time(scene)
     begun = perf_counter()
@@ -209,4 +209,4 @@ def simulate_with_progress(
             report(time - start, scene.duration, done)
             reached = time
 
-        return simulate(scene, tell, kept)
+        return simulate(scene, tell, checkpoint)

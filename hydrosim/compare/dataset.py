@@ -61,13 +61,13 @@ CONTACT = dict(
 
 
 def to_dataset(
-    found: Comparison,
+    comparison: Comparison,
     attributes: Mapping[str, object],
     tolerances: Mapping[str, float] = NO_TOLERANCES,
 ) -> xr.Dataset:
     """Dataset with dimensions time, channel, band. Units of channels are in the coordinate
     ``units``; ``tolerances`` are by channel."""
-    results = list(found.results.values())
+    results = list(comparison.results.values())
     pairs = [result.pair for result in results]
     ours, recorded = (
         np.stack(x, axis=1) for x in zip(*((p.ours, p.recorded) for p in pairs), strict=True)
@@ -84,11 +84,15 @@ def to_dataset(
         | {name: ("channel", [_of_contact(r, name) for r in results]) for name in CONTACT}
         | {
             "verdict": ("channel", [result.verdict for result in results]),
-            "tolerance": ("channel", [tolerances.get(name, nan) for name in found.results]),
+            "tolerance": ("channel", [tolerances.get(name, nan) for name in comparison.results]),
         },
         coords={
-            "time": ("time", found.overlap.time, {"units": "s", "long_name": "time of the run"}),
-            "channel": ("channel", list(found.results)),
+            "time": (
+                "time",
+                comparison.overlap.time,
+                {"units": "s", "long_name": "time of the run"},
+            ),
+            "channel": ("channel", list(comparison.results)),
             "units": ("channel", [pair.unit for pair in pairs]),
             "column": ("channel", [pair.column for pair in pairs]),
             "recorded_in": ("channel", [pair.said for pair in pairs]),
@@ -98,36 +102,49 @@ def to_dataset(
     for name, text in (OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT).items():
         dataset[name].attrs["long_name"] = text
     dataset.tolerance.attrs["long_name"] = "largest permitted rms over std, or rms of a constant"
-    dataset.attrs.update(attributes, compared=found.overlap.method, band_edges=found.edges)
-    dataset.attrs.update(guessed=int(found.guessed), unused="\n".join(found.unused))
-    dataset.attrs["zero_in_both"] = "\n".join(found.zero)
-    if found.shift is not None:
-        dataset.attrs["shift"] = found.shift
+    dataset.attrs.update(
+        attributes, compared=comparison.overlap.method, band_edges=comparison.edges
+    )
+    dataset.attrs.update(guessed=int(comparison.guessed), unused="\n".join(comparison.unused))
+    dataset.attrs["zero_in_both"] = "\n".join(comparison.zero)
+    if comparison.shift is not None:
+        dataset.attrs["shift"] = comparison.shift
     return dataset
 
 
-def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
+def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
     """Dataset with dimensions channel, run (of ours) and other_run (of theirs). Paired runs have
     the same index."""
-    each = found.channels
+    channels = comparison.channels
     values = {
-        name: (("channel", dim), np.stack([one.values[k] for one in each]), {"long_name": said})
-        for k, (name, dim, said) in enumerate(
+        name: (
+            ("channel", dim),
+            np.stack([channel.values[k] for channel in channels]),
+            {"long_name": meaning},
+        )
+        for k, (name, dim, meaning) in enumerate(
             (("ours", "run", "in each of our runs"), ("theirs", "other_run", "in each of theirs"))
         )
     }
     figures = {
-        name: ("channel", [_number(getattr(one, field)) for one in each], {"long_name": said})
-        for name, (field, said) in OF_STUDIES.items()
+        name: (
+            "channel",
+            [_number(getattr(channel, field)) for channel in channels],
+            {"long_name": meaning},
+        )
+        for name, (field, meaning) in OF_STUDIES.items()
     }
     coords = {
-        "channel": ("channel", [one.channel for one in each]),
-        "units": ("channel", [one.unit for one in each]),
+        "channel": ("channel", [channel.channel for channel in channels]),
+        "units": ("channel", [channel.unit for channel in channels]),
     }
-    said = {"compared": found.kind, "paired": int(found.paired)}
-    said |= {"codes_apart": " ".join(found.codes), "durations": "\n".join(found.durations)}
-    said |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
-    return xr.Dataset(values | figures, coords, {**attributes, **said})
+    counts = {"compared": comparison.kind, "paired": int(comparison.paired)}
+    counts |= {
+        "codes_apart": " ".join(comparison.codes),
+        "durations": "\n".join(comparison.durations),
+    }
+    counts |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
+    return xr.Dataset(values | figures, coords, {**attributes, **counts})
 
 
 def _number(value: float | bool) -> float | int:

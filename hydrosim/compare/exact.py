@@ -18,13 +18,16 @@ OF_MAKING = frozenset({"wall_time", "history", "settings", "date_created", "host
 """Variables and attributes that differ between two makings of one result."""
 
 
-def differences(one: xr.Dataset, other: xr.Dataset, ignored: Collection[str] = ()) -> list[str]:
+def differences(first: xr.Dataset, second: xr.Dataset, ignored: Collection[str] = ()) -> list[str]:
     """All differences between two results, one per line; empty if they are identical.
 
     `OF_MAKING` and the names in ``ignored`` are skipped, variables and attributes alike.
     """
     left_out = {*OF_MAKING, *ignored}
-    return [*_attributes("", one.attrs, other.attrs, left_out), *_variables(one, other, left_out)]
+    return [
+        *_attributes("", first.attrs, second.attrs, left_out),
+        *_variables(first, second, left_out),
+    ]
 
 
 def read_result(path: Path) -> xr.Dataset:
@@ -37,23 +40,23 @@ def read_result(path: Path) -> xr.Dataset:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); is it complete?") from None
 
 
-def _variables(one: xr.Dataset, other: xr.Dataset, left_out: Collection[str]) -> Iterator[str]:
-    for name in sorted({*map(str, one.variables), *map(str, other.variables)} - {*left_out}):
-        if name in one.variables and name in other.variables:
-            here = one.variables[name]
-            there = other.variables[name]
+def _variables(first: xr.Dataset, second: xr.Dataset, left_out: Collection[str]) -> Iterator[str]:
+    for name in sorted({*map(str, first.variables), *map(str, second.variables)} - {*left_out}):
+        if name in first.variables and name in second.variables:
+            here = first.variables[name]
+            there = second.variables[name]
             yield from _values(name, here, there)
             yield from _attributes(f"{name}: ", here.attrs, there.attrs, left_out)
         else:
-            yield f"{name}: {_only_in(name in one.variables)}"
+            yield f"{name}: {_only_in(name in first.variables)}"
 
 
-def _values(name: str, one: xr.Variable, other: xr.Variable) -> Iterator[str]:
-    if dict(one.sizes) != dict(other.sizes) or one.dims != other.dims:
-        yield f"{name}: {_sizes(one)} and {_sizes(other)}"
+def _values(name: str, one: xr.Variable, second: xr.Variable) -> Iterator[str]:
+    if dict(one.sizes) != dict(second.sizes) or one.dims != second.dims:
+        yield f"{name}: {_sizes(one)} and {_sizes(second)}"
         return
     a = _as_comparable(one.values)
-    b = _as_comparable(other.values)
+    b = _as_comparable(second.values)
     if a.dtype != b.dtype:
         yield f"{name}: types {a.dtype} and {b.dtype}"
     elif (unequal := _unequal_values(a, b)).any():
@@ -61,20 +64,20 @@ def _values(name: str, one: xr.Variable, other: xr.Variable) -> Iterator[str]:
         count = f"{np.count_nonzero(unequal)} of {unequal.size} values differ"
         at = np.unravel_index(k, one.shape)
         place = ", ".join(f"{dim} {i}" for dim, i in zip(one.dims, at, strict=True))
-        first = f"first {a.ravel()[k]} and {b.ravel()[k]}" + (f" at {place}" if place else "")
-        yield f"{name}: {count}, {first}"
+        place_text = f"first {a.ravel()[k]} and {b.ravel()[k]}" + (f" at {place}" if place else "")
+        yield f"{name}: {count}, {place_text}"
 
 
 def _attributes(
-    of: str, one: Mapping[Any, Any], other: Mapping[Any, Any], left_out: Collection[str]
+    of: str, first: Mapping[Any, Any], second: Mapping[Any, Any], left_out: Collection[str]
 ) -> Iterator[str]:
-    for name in sorted({*one, *other} - {*left_out}):
-        if (name in one) != (name in other):
-            yield f"{of}attribute {name}: {_only_in(name in one)}"
+    for name in sorted({*first, *second} - {*left_out}):
+        if (name in first) != (name in second):
+            yield f"{of}attribute {name}: {_only_in(name in first)}"
             continue
-        a, b = (_as_comparable(np.ravel(side[name])) for side in (one, other))
+        a, b = (_as_comparable(np.ravel(side[name])) for side in (first, second))
         if a.dtype != b.dtype or a.shape != b.shape or _unequal_values(a, b).any():
-            yield f"{of}attribute {name}: {_shorten(one[name])} and {_shorten(other[name])}"
+            yield f"{of}attribute {name}: {_shorten(first[name])} and {_shorten(second[name])}"
 
 
 def _as_comparable(values: Any) -> np.ndarray:
@@ -83,14 +86,14 @@ def _as_comparable(values: Any) -> np.ndarray:
     return array.astype(object) if array.dtype.kind in "US" else array
 
 
-def _unequal_values(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _unequal_values(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Unequal values of two arrays of one type and shape, flattened."""
-    if one.dtype.kind == "O":
-        return np.asarray(one.ravel() != other.ravel(), dtype=bool)
-    bits = f"V{one.dtype.itemsize}"
-    a, b = (np.ascontiguousarray(array).ravel() for array in (one, other))
+    if first.dtype.kind == "O":
+        return np.asarray(first.ravel() != second.ravel(), dtype=bool)
+    bits = f"V{first.dtype.itemsize}"
+    a, b = (np.ascontiguousarray(array).ravel() for array in (first, second))
     differ = np.asarray(a.view(bits) != b.view(bits))
-    return differ & ~(np.isnan(a) & np.isnan(b)) if one.dtype.kind == "f" else differ
+    return differ & ~(np.isnan(a) & np.isnan(b)) if first.dtype.kind == "f" else differ
 
 
 def _only_in(in_first: bool) -> str:

@@ -95,10 +95,10 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
         return -abs(correlation(curve(even[inside] - lag), r[inside]))
 
     bounds = (start - step, start + step)
-    found = float(
+    lag = float(
         scipy.optimize.minimize_scalar(miss, bounds=bounds, options={"xatol": 1e-4 * step}).x
     )
-    return found if miss(found) < miss(0.0) else 0.0
+    return lag if miss(lag) < miss(0.0) else 0.0
 
 
 def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> GainLagFit:

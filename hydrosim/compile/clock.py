@@ -172,8 +172,8 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
         absolute[model.radiation + first :][:size] = reach
     slow = (model.draught - model.slow) // STATES_PER_FOLLOWED_BODY
     filters = np.repeat([tolerance.position, tolerance.position, tolerance.angle], 3)
-    known = np.full(STATES_PER_FOLLOWED_BODY - filters.size, np.inf)
-    absolute[model.slow : model.draught] = np.tile([*filters, *known], slow)
+    no_limit = np.full(STATES_PER_FOLLOWED_BODY - filters.size, np.inf)
+    absolute[model.slow : model.draught] = np.tile([*filters, *no_limit], slow)
     absolute[model.draught : model.energy] = tolerance.position
     fenders = model.elements.fenders
     for i, reach in enumerate(fenders.points["reach"]):
@@ -188,12 +188,12 @@ def _tolerate_drums(absolute: np.ndarray, model: Model, length: float) -> None:
     get what makes such an error in the delayed length."""
     winches = model.elements.winches
     delays = winches.state + winch.WINCH_STATES * winches.each.size
-    for i, one in enumerate(winches.each):
-        own = absolute[winches.state + winch.WINCH_STATES * i :]
-        if one["drum"]["control"] != winch.LENGTH_CONTROL:
-            own[[winch.WIRE_LENGTH, winch.DRUM_SPEED]] = length
-        if one["delay"] != NO_INDEX:
-            a, b = one["factors"].T
-            late = absolute[delays + one["delay"] :][: drum.DELAY_STATES]
+    for i, unit in enumerate(winches.each):
+        winch_tolerances = absolute[winches.state + winch.WINCH_STATES * i :]
+        if unit["drum"]["control"] != winch.LENGTH_CONTROL:
+            winch_tolerances[[winch.WIRE_LENGTH, winch.DRUM_SPEED]] = length
+        if unit["delay"] != NO_INDEX:
+            a, b = unit["factors"].T
+            late = absolute[delays + unit["delay"] :][: drum.DELAY_STATES]
             late[0::2] = length / b
             late[1::2] = length / (2.0 * a)

@@ -57,14 +57,14 @@ SHARE_OF_WAVES = 0.1
 
 
 def compile_calm(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], known: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
 ) -> Compiled:
     """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its
-    elements and tanks if they are ``known``.
+    elements and tanks if they are ``kind_constants``.
 
     Raises InputError if the scene cannot be compiled or started.
     """
-    model = model_of(scene, wet, known)
+    model = model_of(scene, wet, kind_constants)
     derived = derive_data(scene, wet, model)
     try:
         fresh = first_state(scene, model)
@@ -106,15 +106,15 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     state = with_slow_places(scene, model, calm.derived.met, calm.state)
     derived = derive_data(scene, calm.wet, model)
     compiled = replace(calm, scene=scene, derived=derived, state=state, sea=tuple(sea))
-    known = calm.notes.of_memory(calm.memory_errors)
-    notes = notes_of_sea(scene, calm.wet, derived, state, sea, known)
+    notes_so_far = calm.notes.of_memory(calm.memory_errors)
+    notes = notes_of_sea(scene, calm.wet, derived, state, sea, notes_so_far)
     about = describe_start(scene, derived, state, sea, end)
     return replace(compiled, notes=replace(notes, drag=drag).with_warnings(query_messages(about)))
 
 
 def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
-    if not any(each.dragging_streams() for _, each in elements_of(scene, Catenary)):
+    if not any(line.dragging_streams() for _, line in elements_of(scene, Catenary)):
         return []
     met = {body.name: replace(calm.derived.met[body.name], **MEAN) for body in scene.bodies}
     return wave_bodies(scene, calm.derived.databases, met)
@@ -138,9 +138,9 @@ def _at_draughts(
     owners = {int(member.dofs[0]) for member in members}
     yield from (body for body in bodies if body.offset not in owners)
     for k, member in enumerate(members, len(bodies)):
-        (own,) = member.alone.values()
+        (wave_body,) = member.alone.values()
         owner = int(member.dofs[0]) // 6
-        loads = own if own.heading.size else None
+        loads = wave_body if wave_body.heading.size else None
         yield replace(bodies[owner], database=loads, offset=6 * k, owner=owner)
 
 

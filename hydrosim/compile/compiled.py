@@ -60,9 +60,9 @@ class Notes:
     def of_memory(self, errors: Iterable[MemoryErrors]) -> Notes:
         """Notes with messages on the ``errors`` of the radiation memory."""
         errors = tuple(errors)
-        largest = max((each.largest for each in errors), default=nan)
-        found = replace(self, memory=tuple(map(str, errors)), radiation_error=largest)
-        return found.with_warnings(text for each in errors for text in each.warnings())
+        largest = max((error.largest for error in errors), default=nan)
+        notes = replace(self, memory=tuple(map(str, errors)), radiation_error=largest)
+        return notes.with_warnings(text for error in errors for text in error.warnings())
 
     def with_warnings(self, more: Iterable[str]) -> Notes:
         """Notes with ``more`` warnings."""

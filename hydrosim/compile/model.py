@@ -53,10 +53,10 @@ SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 
 
 def model_of(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], known: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
 ) -> Model:
     """Model of a scene in calm water; its elements and tanks are compiled unless they are
-    ``known``.
+    ``kind_constants``.
 
     Raises InputError if radiation or an element does not fit the scene.
     """
@@ -65,23 +65,23 @@ def model_of(
     free = moving(scene.bodies)
     family = families.family_constants(scene, wet)
     size = 6 * (len(scene.bodies) + family.owner.size)
-    each = list(families.family_members(wet, len(scene.bodies)))
-    groups = [fit for dofs, group in each for fit in _groups(group, dofs, free)]
+    members = list(families.family_members(wet, len(scene.bodies)))
+    groups = [fit for dofs, group in members for fit in _groups(group, dofs, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
-    own = radiating + states.decay.size
-    if known is None:
+    own_states = radiating + states.decay.size
+    if kind_constants is None:
         tanks = tanks_of(scene)
         elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
-        known = forces.IndexedConstants(elements, tanks)
-    elif bodies.tree.moves.size or forces.driven_coordinates(known.elements).size:
+        kind_constants = forces.IndexedConstants(elements, tanks)
+    elif bodies.tree.moves.size or forces.driven_coordinates(kind_constants.elements).size:
         # numbers of coordinates may differ
-        layout = _layout(scene, bodies, alone, known.tanks)
-        known = forces.renumber_coordinates(known, scene.forces, layout)
-    slow = own + forces.state_count(known, scene)
+        layout = _layout(scene, bodies, alone, kind_constants.tanks)
+        kind_constants = forces.renumber_coordinates(kind_constants, scene.forces, layout)
+    slow = own_states + forces.state_count(kind_constants, scene)
     draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
     energy = draught + draught_interpolation.DRAUGHT_STATES * family.body.size
-    parts = forces.assign_indices(known, scene, own, energy)
+    parts = forces.assign_indices(kind_constants, scene, own_states, energy)
     rows = row_names(scene)
     impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
@@ -96,7 +96,7 @@ def model_of(
         states=states,
         convolution=_convolution(6 * len(scene.bodies), wet, free),
         damping=radiation.constant_damping(
-            _assemble_blocks(size, [(dofs, group.damping) for dofs, group in each])
+            _assemble_blocks(size, [(dofs, group.damping) for dofs, group in members])
         ),
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
@@ -107,7 +107,7 @@ def model_of(
         weights=weights_of(scene, alone, rows),
         rows=len(rows),
         radiation=radiating,
-        own=own,
+        own=own_states,
         slow=slow,
         draught=draught,
         energy=energy,
@@ -236,11 +236,13 @@ def _layout(
 
 def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
     """The bodies of all joints that are constraints."""
-    found = {
+    bodies_by_name = {
         body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
         for i, body in enumerate(scene.bodies)
     }
     return {
-        name: JoinedBodies(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
+        name: JoinedBodies(
+            bodies_by_name[joint.body], bodies_by_name[joint.to] if joint.to else None, bodies.exact
+        )
         for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
     }

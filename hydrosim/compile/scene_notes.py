@@ -222,7 +222,7 @@ def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
     lowest, highest = gust_band(gusts)
     below, within, above = variance(gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
     total = below + within + above
-    each = " and ".join(
+    factors_text = " and ".join(
         f"{gust_factor(wind.hour_mean, REFERENCE_HEIGHT, time):.3g} over {text}"
         for time, text in GUSTS.items()
     )
@@ -235,8 +235,8 @@ def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
         f" variance below and {above / total:.1%} above, which is left out"
     )
     yield (
-        f"largest means of the NPD wind in an hour, over its mean: {each}. Gusts act along the wind"
-        " and on all bodies at the same instant"
+        f"largest means of the NPD wind in an hour, over its mean: {factors_text}. Gusts act along"
+        " the wind and on all bodies at the same instant"
     )
 
 
@@ -284,8 +284,8 @@ def notes_of_sea(
     shared = moves_freely(derived.model)  # otherwise a locked or mirrored direction may hold them
     warnings.extend(dropped if shared else ())
     met = list(meetings(scene, derived, seas))
-    warnings.extend(text for each in met for text in coarse_headings(each))
-    said = [text for each in met for text in said_of_waves(each)]
+    warnings.extend(text for meeting in met for text in coarse_headings(meeting))
+    notes_of_waves = [text for meeting in met for text in said_of_waves(meeting)]
     return replace(
         notes,
         skipped=(
@@ -294,7 +294,7 @@ def notes_of_sea(
         ),
         records=(*_records(scene), *_jumps(scene)),
         seas=tuple(_describe_trains(scene, alone)),
-        meetings=(*said, *said_of_current(scene, derived.model)),
+        meetings=(*notes_of_waves, *said_of_current(scene, derived.model)),
         streams=tuple(said_of_streams(scene, derived.model)),
         warnings=(*warnings, *notes.warnings),
     )
@@ -332,11 +332,11 @@ def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
     """Warnings about waves outside a database's frequencies whose first-order loads would matter.
     `questions.waters.ask_about_ranges` asks about larger parts."""
     if seas and body.wave_forces.first_order:
-        found = shares_outside(db, seas)
-        if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:
+        range_losses = shares_outside(db, seas)
+        if OUTSIDE_WARNED < range_losses.share <= OUTSIDE_REFUSED:
             yield (
-                f"environment.waves: {outside_range_text(found, body, db)}: these waves have no"
-                " first-order loads."
+                f"environment.waves: {outside_range_text(range_losses, body, db)}: these waves have"
+                " no first-order loads."
             )
 
 
@@ -460,10 +460,10 @@ def _skipped_loads(
                 text = "buoyancy of its hull in still water, no waves, drag or added mass"
                 yield f"{body.name}: {text}"
         elif seas and body.wave_forces.first_order:
-            found = shares_outside(wet[body.name], seas)
-            if found.below + found.above > OUTSIDE_WARNED:
+            range_losses = shares_outside(wet[body.name], seas)
+            if range_losses.below + range_losses.above > OUTSIDE_WARNED:
                 yield (
-                    f"{outside_range_text(found, body, wet[body.name])}: these waves have no"
+                    f"{outside_range_text(range_losses, body, wet[body.name])}: these waves have no"
                     " first-order loads"
                 )
     owner = np.append(np.arange(len(scene.bodies)), model.family.owner)

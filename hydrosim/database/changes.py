@@ -93,15 +93,15 @@ def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
     """
     if db.bodies == 1:
         return db
-    row, own = slice(index, index + 1), slice(6 * index, 6 * index + 6)
+    row, dofs = slice(index, index + 1), slice(6 * index, 6 * index + 6)
 
     def part(value: Any, *axes: slice) -> Any:
         return None if value is None else value[(..., *axes)]
 
     return replace(
         db,
-        **{name: part(getattr(db, name), own, own) for name in MATRICES},
-        **{name: part(getattr(db, name), own) for name in LOAD_NAMES},
+        **{name: part(getattr(db, name), dofs, dofs) for name in MATRICES},
+        **{name: part(getattr(db, name), dofs) for name in LOAD_NAMES},
         **{name: part(getattr(db, name), row, slice(None)) for name in BODY_POINTS},
         volume=part(db.volume, row),
         drift_imbalance=None,
@@ -146,8 +146,8 @@ def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
         db = _uncouple_bodies(db)
     if changes.symmetrise:
         db = _symmetric(db)
-    said = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_change_words(changes)]
-    more = {CHANGED_ATTRIBUTE: "; ".join(said)} if said else {}
+    changes_text = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_change_words(changes)]
+    more = {CHANGED_ATTRIBUTE: "; ".join(changes_text)} if changes_text else {}
     if changes.accept:
         more[ACCEPTED_ATTRIBUTE] = ", ".join(
             [*accepted_findings(db), *map(_check_finding_name, changes.accept)]
@@ -202,9 +202,9 @@ def without_loads(db: HydroDatabase) -> HydroDatabase:
 def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
     """Database without the blocks of the matrices that couple bodies."""
     body = np.arange(6 * db.bodies) // 6
-    own = (body[:, None] == body).astype(float)
+    same_body = (body[:, None] == body).astype(float)
     attributes = {**db.attributes, BODIES_APART: "yes"}
-    return replace(db, **_matrices(db, own), attributes=attributes)
+    return replace(db, **_matrices(db, same_body), attributes=attributes)
 
 
 def _symmetric(db: HydroDatabase) -> HydroDatabase:

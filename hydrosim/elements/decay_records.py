@@ -93,8 +93,8 @@ def decay_of(
     frequency = _frequency(angle, step)
     period = 2.0 * np.pi / frequency
     if period < MIN_VALUES_PER_PERIOD * step:
-        found = f"{period / step:.2g} values in a period"
-        _refuse(found, f"at least {MIN_VALUES_PER_PERIOD:g}", "record it in smaller steps")
+        text = f"{period / step:.2g} values in a period"
+        _refuse(text, f"at least {MIN_VALUES_PER_PERIOD:g}", "record it in smaller steps")
     notes = []
     count = int(period / step / MAX_VALUES_PER_PERIOD)
     if count > 1:
@@ -110,8 +110,8 @@ def decay_of(
         notes.append(f"the fit ends at {time[last]:.4g} s, where {reason}")
     duration = (last - 1 - first) * step
     if duration < MIN_PERIODS * period or last - first < MIN_VALUES:
-        found = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[first]:.4g} s on"
-        _refuse(found, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
+        text = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[first]:.4g} s on"
+        _refuse(text, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
     time = time[first:last]
     angle = angle[first:last]
     size = float(np.abs(_detrend(angle)).max())
@@ -128,14 +128,14 @@ def _require_series(time: np.ndarray, angle: np.ndarray) -> None:
         _refuse("times with gaps or unequal steps", expected, "resample the record")
     largest = float(np.abs(angle).max())
     if largest > MAX_ROLL_RAD:
-        found = f"a roll of {np.degrees(largest):.3g} deg"
-        _refuse(found, "angles within 180 deg", "check the column and its unit")
+        text = f"a roll of {np.degrees(largest):.3g} deg"
+        _refuse(text, "angles within 180 deg", "check the column and its unit")
     if np.abs(angle - angle[0]).max() < MIN_ROLL_RAD:
         _refuse("a roll that does not move", "a roll that oscillates", "check the column")
 
 
-def _refuse(found: str, expected: str, remedy: str) -> NoReturn:
-    raise InputError(f"found {found}; expected {expected}; {remedy}.")
+def _refuse(text: str, expected: str, remedy: str) -> NoReturn:
+    raise InputError(f"found {text}; expected {expected}; {remedy}.")
 
 
 def block_means(values: np.ndarray, count: int) -> np.ndarray:
@@ -179,8 +179,8 @@ def _find_release(angle: np.ndarray, period: float) -> int:
     largest = _first_large(swing)
     crossings = np.flatnonzero(swing[largest:-1] * swing[largest + 1 :] < 0.0)
     if not crossings.size:
-        found = "no crossing of the mean after the largest roll"
-        _refuse(found, "a roll that oscillates", "give another part of the record or its column")
+        text = "no crossing of the mean after the largest roll"
+        _refuse(text, "a roll that oscillates", "give another part of the record or its column")
     return max(largest + int(crossings[0]) - int(LEAD * period), 0)
 
 
@@ -231,11 +231,13 @@ def _require_seconds(stamp: RecordedColumn) -> None:
 
 def _scale(angle: RecordedColumn, unit: str | None) -> float:
     """Factor of the column to rad."""
-    said = unit or angle.unit
-    if not said:
-        found = f"the column {angle.name} without a unit"
-        _refuse(found, "roll in deg or rad", 'write it in the heading, "roll [deg]", or give unit')
+    unit_text = unit or angle.unit
+    if not unit_text:
+        text = f"the column {angle.name} without a unit"
+        _refuse(text, "roll in deg or rad", 'write it in the heading, "roll [deg]", or give unit')
     try:
-        return factor(said, "rad")
+        return factor(unit_text, "rad")
     except ValueError:
-        _refuse(f"the column {angle.name} in {said}", "an angle in deg or rad", "name its column")
+        _refuse(
+            f"the column {angle.name} in {unit_text}", "an angle in deg or rad", "name its column"
+        )

@@ -247,9 +247,9 @@ def is_trigger(row, elements):
 def book_stored(row, sign, y, stored, elements):
     """Count the energy ``stored`` (rows,) in the element of a trigger, with this ``sign``, as lost;
     contacts do this themselves."""
-    one = elements.triggers.each[row - elements.triggers.mode]
-    if one.points == 0:
-        y[elements.triggers.losses + one.row] += sign * stored[one.row]
+    unit = elements.triggers.each[row - elements.triggers.mode]
+    if unit.points == 0:
+        y[elements.triggers.losses + unit.row] += sign * stored[unit.row]
 
 
 @kernel

@@ -144,7 +144,7 @@ class UnitKind:
         names = self.unit_names(scene) if self.unit else []
         return {self.unit: (self.unit, names)} if names else {}
 
-    def record(self, p: Any, bodies: Any, kept: UnitRecord) -> Columns:
+    def record(self, p: Any, bodies: Any, unit_record: UnitRecord) -> Columns:
         """Values of its ``variables``, if it has units."""
         return {}
 
@@ -175,11 +175,11 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
     """The coordinate of the allowable load [N] of each ``unit`` of the elements ``every``, NaN
     where none is given; empty if no unit has one."""
     count = [len(e.unit_names(name)) for name, e in every]
-    known = [np.nan if e.capacity is None else e.capacity for _, e in every]
-    values = np.repeat(np.array(known, float), count)
-    said = {"long_name": "capacity: allowable force", "units": "N"}
-    found = np.isfinite(values).any()
-    return {f"{unit}_capacity": (unit, values, said)} if found else {}
+    capacities = [np.nan if e.capacity is None else e.capacity for _, e in every]
+    values = np.repeat(np.array(capacities, float), count)
+    description = {"long_name": "capacity: allowable force", "units": "N"}
+    has_capacity = np.isfinite(values).any()
+    return {f"{unit}_capacity": (unit, values, description)} if has_capacity else {}
 
 
 @runtime_checkable
@@ -190,10 +190,15 @@ class ResetsOnRestart(Protocol):
         """Clear the states in ``y`` that have no meaning for its units."""
 
     def renew(
-        self, p: Any, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: Any,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known_states: np.ndarray,
     ) -> None:
         """Copy the initial values ``anew`` into ``y`` for units whose stored modes are not
-        ``possible`` (n,) and for states that are not ``known`` (ny,)."""
+        ``possible`` (n,) and for states that are not ``known_states`` (ny,)."""
 
 
 @runtime_checkable
@@ -308,9 +313,9 @@ def rest_at_first(first: np.ndarray, mode: int) -> np.ndarray:
 
 def with_mode_of_unit(rest: np.ndarray, modes: np.ndarray, i: int) -> np.ndarray:
     """Modes (n, 3) of units at ``rest``, except unit ``i``."""
-    found = rest.copy()
-    found[i] = modes[i]
-    return found
+    changed_modes = rest.copy()
+    changed_modes[i] = modes[i]
+    return changed_modes
 
 
 def steepest_segment(segments: np.ndarray, first: int, last: int) -> int:

@@ -30,9 +30,9 @@ def row_names(scene: Scene) -> tuple[str, ...]:
     """Names of all rows of forces: bodies, elements, joints in whose motions forces act, the weight
     if any body carries its own, the flow in and out of tanks, and joints that are constraints."""
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
-    own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
-    own += [JOINTS] if constraint_names(scene) else []
-    return (*BODY_ROWS, *scene.forces, *acting_joints(scene), *own)
+    extra_rows = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
+    extra_rows += [JOINTS] if constraint_names(scene) else []
+    return (*BODY_ROWS, *scene.forces, *acting_joints(scene), *extra_rows)
 
 
 def acting_joints(scene: Scene) -> tuple[str, ...]:
@@ -45,8 +45,8 @@ def constraint_names(scene: Scene) -> tuple[str, ...]:
     """Names of the joints that are constraints: loops, and locks."""
     if not scene.joints:
         return ()
-    found = arrangement(scene)
-    return (*found.loops, *found.passing)
+    joint_tree = arrangement(scene)
+    return (*joint_tree.loops, *joint_tree.passing)
 
 
 def carried_weights(scene: Scene) -> dict[str, float]:
@@ -191,11 +191,11 @@ def unit_ranges(
 ) -> dict[str, tuple[int, int]]:
     """Range of the units of each element among all units of a kind: first, and one after the
     last."""
-    found = {}
+    ranges = {}
     first = 0
     for name, element in elements.items():
         if isinstance(element, kind):
             end = first + len(element.unit_names(name))
-            found[name] = (first, end)
+            ranges[name] = (first, end)
             first = end
-    return found
+    return ranges

@@ -66,9 +66,9 @@ class Units:
             return self._known[unit]
         if unit in WHOLE_UNITS:
             return DisplayUnit(*WHOLE_UNITS[unit])
-        found = self._compose(unit)
-        self._known[unit] = found
-        return found
+        display = self._compose(unit)
+        self._known[unit] = display
+        return display
 
     def _base(self, base: str) -> DisplayUnit:
         unit = self.chosen.get(base, DEFAULT_UNITS.get(base, base))
@@ -78,7 +78,7 @@ class Units:
         numerator, *denominators = unit.split("/")
         names = []
         scale = 1.0
-        for sign, group in ((1, numerator), *((-1, each) for each in denominators)):
+        for sign, group in ((1, numerator), *((-1, factors) for factors in denominators)):
             read = []
             for base, power in _parts(group):
                 name, factor = self._base(base)

@@ -426,11 +426,11 @@ def _minimise_guard(i, floor, t, h, run):
 
 @root_giving(float)
 def _margin_on_cubic(i, x, t, h, run):
-    one = run.scratch.watched[EVALUATED]
+    watched_row = run.scratch.watched[EVALUATED]
     out = run.scratch.margins[TRIAL]
-    for j in range(one.size):
-        one[j] = 1 if j == i // MARGINS else 0
-    _on_cubic(x, t, h, run, one, out)
+    for j in range(watched_row.size):
+        watched_row[j] = 1 if j == i // MARGINS else 0
+    _on_cubic(x, t, h, run, watched_row, out)
     return out[i]
 
 

@@ -273,6 +273,6 @@ def start_loads(
     first = {body.name: 6 * b for b, body in enumerate(scene.bodies)}
     forces = {}
     for name, element in scene.forces.items():
-        own = work.wrench[rows.index(name), first[element.body] :][:3]
-        forces[name] = float(np.linalg.norm(own))
+        force = work.wrench[rows.index(name), first[element.body] :][:3]
+        forces[name] = float(np.linalg.norm(force))
     return forces

@@ -66,17 +66,17 @@ def find_admittances(
     allowed motions. Each component is solved by itself."""
     active = linear.active
     coupled = linear.coupled_states
-    for each in slopes:
-        at = np.flatnonzero(each.any(axis=0))
+    for slope in slopes:
+        at = np.flatnonzero(slope.any(axis=0))
         coupled[at[:, None], at] = True
-    found: dict[int, Admittance] = {}
+    admittances: dict[int, Admittance] = {}
     for part in linear.split(coupled):
         here = np.searchsorted(active, part.active)
-        felt = [each[:, here] for each in slopes]
-        own = [k for k, each in enumerate(felt) if each.any()]
-        solved = _admittances(s, [felt[k] for k in own], [memories[k] for k in own], part)
-        found.update(zip(own, solved, strict=True))
-    return [found[k] for k in range(len(slopes))]
+        felt = [slope[:, here] for slope in slopes]
+        indices = [k for k, is_felt in enumerate(felt) if is_felt.any()]
+        solved = _admittances(s, [felt[k] for k in indices], [memories[k] for k in indices], part)
+        admittances.update(zip(indices, solved, strict=True))
+    return [admittances[k] for k in range(len(slopes))]
 
 
 def _admittances(
@@ -85,14 +85,14 @@ def _admittances(
     """Admittances of the databases of one component."""
     n = part.active.size
     N = part.freedom.basis
-    felt = [each @ N for each in slopes]
+    felt = [slope @ N for slope in slopes]
     MJ = part.inertia @ part.jacobian[n:]
     s = s[:, None, None]
     Z = s * (N.T @ part.inertia @ N) - N.T @ MJ[:, n:] @ N - N.T @ MJ[:, :n] @ N / s
     for S, memory in zip(felt, memories, strict=True):
         moved = np.flatnonzero(S.any(axis=0))  # of a chain of bodies, few
-        own = S[:, moved]
-        Z[:, moved[:, None], moved] += own.T @ memory @ own
+        own_slopes = S[:, moved]
+        Z[:, moved[:, None], moved] += own_slopes.T @ memory @ own_slopes
     velocities = np.linalg.inv(Z)
     motions = np.sqrt(np.diag(part.inertia))[:, None] * N
     for S in felt:
@@ -101,9 +101,9 @@ def _admittances(
         yield Admittance(part.active, motions, units.T, velocities[:, :, moved] @ S[:, moved].T)
 
 
-def at_frequencies(w: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``known`` (nk,),
+def at_frequencies(w: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``nodes`` (nk,),
     constant beyond."""
-    k = np.clip(np.searchsorted(known, w), 1, known.size - 1)
-    x = np.clip((w - known[k - 1]) / (known[k] - known[k - 1]), 0.0, 1.0)[:, None, None]
+    k = np.clip(np.searchsorted(nodes, w), 1, nodes.size - 1)
+    x = np.clip((w - nodes[k - 1]) / (nodes[k] - nodes[k - 1]), 0.0, 1.0)[:, None, None]
     return np.asarray((1.0 - x) * values[k - 1] + x * values[k])

@@ -118,13 +118,13 @@ def _of_components(
 ) -> list[NaturalMode]:
     """The modes that ``find`` finds for each component, with shapes of all coordinates, in the
     order of the coordinates that name them."""
-    found = []
+    modes = []
     for part in linear.split(linear.coupled_states):
         for mode in find(part) if part.freedom.basis.shape[1] else []:  # unless all is held
             shape = expand_to_active(mode.shape, part.active, linear.active)
             share = expand_to_active(mode.share, part.active, linear.active)
-            found.append(replace(mode, shape=shape, share=share))
-    return sorted(found, key=lambda mode: mode.coordinate)
+            modes.append(replace(mode, shape=shape, share=share))
+    return sorted(modes, key=lambda mode: mode.coordinate)
 
 
 def _undamped_modes(linear: Linear) -> list[NaturalMode]:
@@ -182,13 +182,13 @@ def undamped_modes(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarra
         omega = np.sqrt(np.maximum(np.abs(squares), MIN_STIFFNESS_FREQUENCY**2))
         last = squares.copy()
         masses = (K - stiffness(omega).real) / (omega**2 - STATIC**2)[:, None, None]
-        each, vectors = _sorted_modes(K, masses)
+        eigenvalues, vectors = _sorted_modes(K, masses)
         alike = [
             int(np.isclose(last, square, rtol=EQUAL_MODE_RTOL, atol=0.0).argmax())
             for square in last
         ]
         for k in np.flatnonzero(_has_stiffness(squares)):
-            squares[k] = 0.5 * (squares[k] + each[k, k])
+            squares[k] = 0.5 * (squares[k] + eigenvalues[k, k])
             shapes[:, k] = vectors[alike[k], :, k]
         if np.all(np.abs(squares - last) <= FREQUENCY_RTOL * np.abs(last)):
             break
@@ -264,10 +264,10 @@ def _name_modes(
     """Modes named after coordinates, by their shares of kinetic energy."""
     energy = np.abs(shapes * (linear.inertia @ shapes))
     energy = energy / np.maximum(energy.sum(axis=0), SMALLEST_FLOAT)
-    found = []
+    named_modes = []
     for i, k in zip(*_match_rows(energy), strict=True):
         bound = squares[k] > 0.0 and _has_stiffness(squares)[k]
-        found.append(
+        named_modes.append(
             NaturalMode(
                 int(linear.active[i]),
                 complex(decays[k]),
@@ -276,7 +276,7 @@ def _name_modes(
                 energy[:, k],
             )
         )
-    return found
+    return named_modes
 
 
 def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:

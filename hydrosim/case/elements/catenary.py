@@ -253,7 +253,7 @@ class Lines(Breaking):
             )
             for key, line in self.read_lines(system, where, vessel).items()
         }
-        left_out = tuple(each._replace(key=f"{where.key}.file") for each in system.left_out)
+        left_out = tuple(entry._replace(key=f"{where.key}.file") for entry in system.left_out)
         first, line = next(iter(elements.items()))
         elements[first] = replace(cast("BuiltCatenary", line), left_out=left_out)
         return elements

@@ -68,11 +68,11 @@ QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
 def query_messages(about: SceneContext) -> list[str]:
     """Messages of all doubts about a scene except accepted ones. Raises InputError for doubts that
     are refusals."""
-    found = list(_queries(about))
-    refused = [_query_message(doubt, question) for doubt, question in found if doubt.refused]
+    queries = list(_queries(about))
+    refused = [_query_message(doubt, question) for doubt, question in queries if doubt.refused]
     if refused:
         raise InputError("\n".join(refused))
-    return [_query_message(doubt, question) for doubt, question in found]
+    return [_query_message(doubt, question) for doubt, question in queries]
 
 
 def describe_doubts(about: SceneContext, apart: Collection[Question]) -> list[str]:

@@ -80,8 +80,8 @@ def _points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
             place = centre[joint.body] + turn[joint.body] @ point
             yield f"joints.{name}.point", joint.to, turn[joint.to].T @ (place - centre[joint.to])
     for body in about.scene.bodies:
-        for name, own in body.points.items():
-            yield f"bodies.{body.name}.points.{name}", body.name, np.array(own, float)
+        for name, named_point in body.points.items():
+            yield f"bodies.{body.name}.points.{name}", body.name, np.array(named_point, float)
 
 
 def _reach(body: Body, size: Extents | None) -> float:

@@ -170,11 +170,11 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
     """Roll and pitch (2,) [rad] of a hull under a ``moment`` (3,) on heave, roll, pitch; zero for a
     hull that would capsize."""
     free = np.array([k for k in range(3) if DOFS[2 + k] in body.dofs], dtype=int)
-    found = np.zeros(3)
-    own = stiffness[2:5, 2:5][np.ix_(free, free)]
-    if free.size and np.linalg.eigvalsh(own)[0] > 0.0:
-        found[free] = np.linalg.solve(own, moment[free])
-    return found[1:]
+    angles = np.zeros(3)
+    free_stiffness = stiffness[2:5, 2:5][np.ix_(free, free)]
+    if free.size and np.linalg.eigvalsh(free_stiffness)[0] > 0.0:
+        angles[free] = np.linalg.solve(free_stiffness, moment[free])
+    return angles[1:]
 
 
 def ask_about_stability(about: SceneContext) -> Iterator[Query]:
@@ -232,13 +232,13 @@ def ask_about_lift(about: SceneContext) -> Iterator[Query]:
         yield from _sideways(about, body)
         if body.hydrostatics is not None or _is_mass_asked(about, body, db):
             continue  # with another mass, the weight is another
-        own = [
+        extremes = [
             _extremes(e.force["heave"], about.scene.duration)
             for e in about.scene.forces.values()
             if isinstance(e, AppliedForce) and e.body == body.name and "heave" in e.force
         ]
         weight = body.mass * about.scene.environment.gravity
-        up, down = sum(high for _, high in own), -sum(low for low, _ in own)
+        up, down = sum(high for _, high in extremes), -sum(low for low, _ in extremes)
         for force, what in ((up, "lift"), (down, "load")):
             if force > LIFTED * weight:
                 share = text_beyond(force / weight, LIFTED, ".0%")
@@ -268,12 +268,12 @@ def _sideways(about: SceneContext, body: Body) -> Iterator[Query]:
 def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
     """Smallest and largest force [N] of a signal in a run; zero is included."""
     if isinstance(signal, Harmonic):
-        found = np.array([-1.0, 1.0]) * signal.amplitude + signal.mean
+        range_ends = np.array([-1.0, 1.0]) * signal.amplitude + signal.mean
     else:
         time, value = signal.time, signal.value
         ends = np.interp([0.0, duration], time, value)
-        found = np.concatenate([ends, value[time <= duration]])
-    return min(float(found.min()), 0.0), max(float(found.max()), 0.0)
+        range_ends = np.concatenate([ends, value[time <= duration]])
+    return min(float(range_ends.min()), 0.0), max(float(range_ends.max()), 0.0)
 
 
 # Questions about hulls and tanks beside the centre of gravity, and about drag beside a hull.
@@ -341,13 +341,13 @@ def ask_about_drag(about: SceneContext) -> Iterator[Query]:
         for dof, (area, unit) in areas.items():
             least = LEAST_DRAG[dof]
             k = DOFS.index(dof)
-            found = float(of.damping[k, k])
-            coefficient = found / (0.5 * density * area)
-            if found > 0.0 and not least <= coefficient <= MOST_DRAG:
+            coefficient_given = float(of.damping[k, k])
+            coefficient = coefficient_given / (0.5 * density * area)
+            if coefficient_given > 0.0 and not least <= coefficient <= MOST_DRAG:
                 text = text_outside_range(coefficient, least, MOST_DRAG, ".2g")
                 yield Query(
                     f"forces.{name}.damping.{dof}",
-                    f"{found:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
+                    f"{coefficient_given:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
                     f"usual is {least:g} to {MOST_DRAG:g}",
                     "Is it in kN?",
                 )
@@ -369,22 +369,22 @@ def ask_about_shielding(about: SceneContext) -> Iterator[Query]:
         for body in about.scene.bodies
         if (db := about.derived.databases.get(body.name)) is not None and db.heading.size
     }
-    known = [body for body in about.scene.bodies if sizes.get(body.name)]
-    for one, other in combinations(known, 2):
-        first, second = sizes[one.name], sizes[other.name]
+    sized_bodies = [body for body in about.scene.bodies if sizes.get(body.name)]
+    for body, neighbour in combinations(sized_bodies, 2):
+        first, second = sizes[body.name], sizes[neighbour.name]
         if (
             first is None
             or second is None
-            or _share_database(one, other)
-            or not (one.dofs or other.dofs)
+            or _share_database(body, neighbour)
+            or not (body.dofs or neighbour.dofs)
         ):
             continue
         breadth = 2.0 * max(first.half.min(), second.half.min())
-        gap = _gap(about, (one, first), (other, second))
+        gap = _gap(about, (body, first), (neighbour, second))
         if gap < NEIGHBOUR_BREADTHS * breadth:
             length = peak_wavelength(about.sea)
             yield Query(
-                f"bodies.{one.name}, bodies.{other.name}",
+                f"bodies.{body.name}, bodies.{neighbour.name}",
                 f"hulls with separate databases that are {_gap_text(gap)}, with a breadth of"
                 f" {breadth:.3g} m and waves of {length:.3g} m",
                 f"usual is more than {NEIGHBOUR_BREADTHS:g} breadths",
@@ -398,17 +398,20 @@ def _gap_text(gap: float) -> str:
     return f"about {gap:.3g} m apart" if gap > 0.0 else "overlapping in plan"
 
 
-def _share_database(one: Body, other: Body) -> bool:
+def _share_database(body: Body, neighbour: Body) -> bool:
     """Whether two bodies belong to one database."""
-    places = ((tuple(body.location), body.heading, body.hydrodynamics) for body in (one, other))
+    places = (
+        (tuple(body.location), body.heading, body.hydrodynamics) for body in (body, neighbour)
+    )
     first, second = places
-    return first == second and one.database_body != other.database_body
+    return first == second and body.database_body != neighbour.database_body
 
 
-def _gap(about: SceneContext, one: tuple[Body, Extents], other: tuple[Body, Extents]) -> float:
+def _gap(about: SceneContext, first: tuple[Body, Extents], second: tuple[Body, Extents]) -> float:
     """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
     middles, reaches = zip(
-        *(_projected_extents(about, *each) for each in (one, other)), strict=True
+        *(_projected_extents(about, *body_and_size) for body_and_size in (first, second)),
+        strict=True,
     )
     apart = DIRECTION_VECTORS @ (middles[1] - middles[0]) - reaches[0] - reaches[1]
     return max(float(apart.max()), 0.0)

@@ -65,8 +65,8 @@ def _tiny(about: SceneContext) -> Iterator[Query]:
     ]
     gravity = about.scene.environment.gravity
     for key, limit, names in limits:
-        own = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
-        lightest = gravity * min(own, default=0.0)
+        masses = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
+        lightest = gravity * min(masses, default=0.0)
         if limit is not None and limit < NEGLIGIBLE_LOAD_FRACTION * lightest:
             found_text = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
             usual = f"usual is above {NEGLIGIBLE_LOAD_FRACTION:g} of the weight"

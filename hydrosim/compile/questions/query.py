@@ -159,8 +159,8 @@ def natural_inertias(
     """Name, inertia with added mass [kg, kg m^2] and natural period [s] of each degree of freedom
     of body ``i`` that stiffness restores."""
     model = about.model
-    each = model.elements.linear_moorings
-    moored = [e["stiffness"] for e in each if e["body"] == i]
+    moorings = model.elements.linear_moorings
+    moored = [e["stiffness"] for e in moorings if e["body"] == i]
     stiffness = np.diag(sum(moored, require_array(db, "hydrostatic_stiffness")))
     added = np.diag(model.added_mass)[6 * i : 6 * i + 6]
     inertia = np.array([body.mass] * 3 + list(np.diag(body.inertia))) + added

@@ -60,10 +60,10 @@ def ask_about_sloshing(about: SceneContext) -> Iterator[Query]:
             if not set(driven) & set(body.dofs):
                 continue
             roll = _roll_period(about, b, body, db) if axis == 1 else np.inf
-            each = (_resonance(about, body, *item, axis, roll) for item in levels.items())
-            found = [hit for hit in each if hit is not None]
-            if sum(map(_fluid, found)) > MATTERS * body.mass:
-                yield _query(body, found, axis, roll)
+            candidates = (_resonance(about, body, *item, axis, roll) for item in levels.items())
+            resonances = [hit for hit in candidates if hit is not None]
+            if sum(map(_fluid, resonances)) > MATTERS * body.mass:
+                yield _query(body, resonances, axis, roll)
 
 
 def _roll_period(about: SceneContext, i: int, body: Body, db: HydroDatabase) -> float:
@@ -82,10 +82,10 @@ def _fluid(hit: SloshingResonance) -> float:
     return hit.tank.density * volume_at(hit.tank.shape, float(hit.level.max()))
 
 
-def _query(body: Body, found: Sequence[SloshingResonance], axis: int, roll: float) -> Query:
-    worst = max(found, key=lambda hit: float(hit.share.max()))
-    names = ", ".join(hit.tank.name for hit in found)
-    rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in found) else ""
+def _query(body: Body, resonances: Sequence[SloshingResonance], axis: int, roll: float) -> Query:
+    worst = max(resonances, key=lambda hit: float(hit.share.max()))
+    names = ", ".join(hit.tank.name for hit in resonances)
+    rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in resonances) else ""
     return Query(
         f"bodies.{body.name}.tanks ({names})",
         f"fluid that sloshes along {'xy'[axis]} with a period of {_range(worst.period)} s at"

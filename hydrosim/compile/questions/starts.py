@@ -95,7 +95,9 @@ def ask_about_speed(about: SceneContext) -> Iterator[Query]:
     for branch in arrangement(about.scene).branches:
         b = about.index[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
-        if fastest > FASTEST and any(each.velocity for each in branch.joint.resistances):
+        if fastest > FASTEST and any(
+            resistance.velocity for resistance in branch.joint.resistances
+        ):
             found_text = f"a rate that moves {branch.child} at {text_beyond(fastest, FASTEST)} m/s"
             yield Query(f"joints.{branch.name}", found_text, f"usual is up to {FASTEST:g} m/s")
 
@@ -161,7 +163,9 @@ def ask_about_fall(about: SceneContext) -> Iterator[Query]:
     start far above or below their draught."""
     yield from _off_draught(about)
     acting = about.scene.forces.values()
-    held = {each.body for each in acting if each.supports_weight() and not _touches(each)}
+    held = {
+        element.body for element in acting if element.supports_weight() and not _touches(element)
+    }
     carried = arrangement(about.scene).children
     deepest: dict[str, float] = {}
     for _, fender, deep in _fenders(about):
@@ -266,8 +270,8 @@ def _parted_catenaries(about: SceneContext, acting: set[str]) -> Iterator[str]:
     for name, element in about.scene.forces.items():
         until = element.active.until if element.active else None
         waits = element.active is not None and element.active.start is not None
-        own = until is not None and until.channel == f"line_tension.{name}"
-        if own and not waits and name not in acting and about.scene.initial is None:
+        breaks_by_tension = until is not None and until.channel == f"line_tension.{name}"
+        if breaks_by_tension and not waits and name not in acting and about.scene.initial is None:
             yield name
 
 

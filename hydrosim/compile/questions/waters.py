@@ -186,27 +186,27 @@ def ask_about_ranges(about: SceneContext) -> Iterator[Query]:
     """Ask about seas with too much energy outside the frequencies of a database."""
     for _, body, db in about.floating_bodies():
         if about.sea and body.wave_forces.first_order:
-            found = shares_outside(db, about.sea)
-            if found.share > OUTSIDE_REFUSED:
+            range_loss = shares_outside(db, about.sea)
+            if range_loss.share > OUTSIDE_REFUSED:
                 usual = f"usual is up to {OUTSIDE_REFUSED:.0%} of the energy of the loads"
                 advice = (
                     "Waves there have no first-order loads. Use a database with a wider range,"
                     " or other waves."
                 )
-                found_in_words = outside_range_text(found, body, db)
+                found_in_words = outside_range_text(range_loss, body, db)
                 yield Query("environment.waves", found_in_words, usual, advice, refused=True)
 
 
-def outside_range_text(found: Outside, body: Body, db: HydroDatabase) -> str:
+def outside_range_text(range_loss: Outside, body: Body, db: HydroDatabase) -> str:
     """Text on the part of a sea outside the frequencies of the database of a body."""
     low, high = db.frequency[[0, -1]]
     text = (
-        f"{found.below + found.above:.1%} of the waves' energy outside the frequencies of the"
-        f" database of {body.name}, {low:.3g} to {high:.3g} rad/s"
+        f"{range_loss.below + range_loss.above:.1%} of the waves' energy outside the frequencies of"
+        f" the database of {body.name}, {low:.3g} to {high:.3g} rad/s"
     )
-    if found.loads is None or found.above == 0.0:
+    if range_loss.loads is None or range_loss.above == 0.0:
         return text
     return (
-        f"{text}, with an estimated fraction {found.below + found.loads:.2g} of the energy of"
-        " its loads"
+        f"{text}, with an estimated fraction {range_loss.below + range_loss.loads:.2g} of the"
+        " energy of its loads"
     )

@@ -29,8 +29,8 @@ def estimated_seconds(hull: Hull, water: Water, frequencies: Real, headings: Rea
     missing = [w for w in frequencies if not _is_stored(hull, water, float(w), headings)]
     if not missing:
         return 0.0
-    each = _seconds_of_one(hull, water, float(missing[len(missing) // 2]), headings)
-    return each * (len(missing) + _missing_limits(hull, water))
+    seconds = _seconds_of_one(hull, water, float(missing[len(missing) // 2]), headings)
+    return seconds * (len(missing) + _missing_limits(hull, water))
 
 
 def _is_stored(hull: Hull, water: Water, frequency: float, headings: Real) -> bool:

@@ -22,8 +22,8 @@ def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> RelativeErrors:
 
 
 def _heave(db: HydroDatabase) -> RelativeErrors:
-    own = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
-    return _of_dofs(db, ((1 - np.sign(own)) / 2)[:, None], 2)
+    heave_stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
+    return _of_dofs(db, ((1 - np.sign(heave_stiffness)) / 2)[:, None], 2)
 
 
 def _asymmetry(db: HydroDatabase) -> RelativeErrors:

@@ -318,8 +318,10 @@ def _fill(
     second = np.array([lookup.get(tuple(pair[::-1]), -1) for pair in pairs.heading])
     i, j = np.searchsorted(frequency, pairs.omega).T
     out = np.full((len(heading), nq, nq, dofs), np.nan, dtype=complex)
-    known = second >= 0
-    out[second[known], j[known], i[known], pairs.dof[known]] = swapped(pairs.value[known])
+    is_given = second >= 0
+    out[second[is_given], j[is_given], i[is_given], pairs.dof[is_given]] = swapped(
+        pairs.value[is_given]
+    )
     out[first, i, j, pairs.dof] = pairs.value
     out[..., np.setdiff1d(np.arange(dofs), kinds)] = 0.0
     missing = np.count_nonzero(np.isnan(out))
@@ -328,8 +330,8 @@ def _fill(
     return out
 
 
-def _incomplete(path: Path, found: str, expected: str) -> InputError:
+def _incomplete(path: Path, text: str, expected: str) -> InputError:
     return InputError(
-        f"{path}: found {found} of quadratic transfer functions, expected {expected} for all pairs"
+        f"{path}: found {text} of quadratic transfer functions, expected {expected} for all pairs"
         " of its frequencies, at least those with w_1 >= w_2. Export all pairs, or none."
     )

@@ -143,8 +143,8 @@ def _write_transfer(db: HydroDatabase, rows: slice, group: h5py.Group, name: str
     for kind, transfer in (("Diff", db.qtf_difference), ("Sum", db.qtf_sum)):
         if transfer is None:
             continue
-        for dof, one in enumerate(np.moveaxis(transfer[0, ..., rows], -1, 0)):
-            flat = one.ravel(order="F")[:, None]
+        for dof, transfer_of_dof in enumerate(np.moveaxis(transfer[0, ..., rows], -1, 0)):
+            flat = transfer_of_dof.ravel(order="F")[:, None]
             inner = group.require_group(f"{name}/{kind}{dof + 1}")
             inner["PER_i"] = period[:, None]
             inner["BETA_i"], inner["BETA_j"] = (np.full((w.size, 1), angle) for angle in degrees)
@@ -351,8 +351,8 @@ def _layout(source: _Source) -> _Layout:
 def _rows(source: _Source, bodies: int, name: str, *shape: int) -> Real | None:
     """Variables of all bodies (6 nb, ...); None if any body lacks it."""
     parts = [source.optional(f"body{i + 1}/{name}", 6, *shape) for i in range(bodies)]
-    found = [part for part in parts if part is not None]
-    return np.concatenate(found) if len(found) == bodies else None
+    given_parts = [part for part in parts if part is not None]
+    return np.concatenate(given_parts) if len(given_parts) == bodies else None
 
 
 def _lacking(source: _Source, bodies: int, name: str) -> str:
@@ -423,25 +423,25 @@ def _stiffness(source: _Source, layout: _Layout) -> Real | None:
 def _points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
     """Volumes and centres, and reference points if they are given."""
     theirs = {"volume": "disp_vol", "centre_of_buoyancy": "cb", "centre_of_gravity": "cg"}
-    found: dict[str, Any] = {}
+    points: dict[str, Any] = {}
     for name in (*theirs, "reference_point"):
-        each = 1 if name == "volume" else 3
+        per_body = 1 if name == "volume" else 3
         value = getattr(given, name)
-        if value is not None and len(value) != bodies * each:
+        if value is not None and len(value) != bodies * per_body:
             raise InputError(
                 f"{source.path}: {name.replace('_', ' ')} is given as {len(value)} numbers,"
-                f" expected {bodies * each} for {bodies} bodies."
+                f" expected {bodies * per_body} for {bodies} bodies."
             )
         if name in theirs:
             parts = [
-                source.optional(f"body{i + 1}/properties/{theirs[name]}", each)
+                source.optional(f"body{i + 1}/properties/{theirs[name]}", per_body)
                 for i in range(bodies)
             ]
-            known = [part for part in parts if part is not None]
-            value = np.concatenate(known) if len(known) == bodies else value
-        shape = (bodies,) if each == 1 else (bodies, each)
-        found[name] = None if value is None else np.array(value, dtype=float).reshape(shape)
-    return found
+            given_parts = [part for part in parts if part is not None]
+            value = np.concatenate(given_parts) if len(given_parts) == bodies else value
+        shape = (bodies,) if per_body == 1 else (bodies, per_body)
+        points[name] = None if value is None else np.array(value, dtype=float).reshape(shape)
+    return points
 
 
 def _depth(source: _Source) -> float:
@@ -469,7 +469,7 @@ def _text(item: h5py.Dataset) -> str:
 
 def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
     """The items of the database on quadratic transfer functions."""
-    found: dict[str, Any] = {}
+    arrays: dict[str, Any] = {}
     for name, kind in (("qtf_difference", "Diff"), ("qtf_sum", "Sum")):
         groups = [
             f"body{b + 1}/hydro_coeffs/excitation/QTF{b + 1}/{kind}{dof + 1}"
@@ -477,17 +477,17 @@ def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
             for dof in range(6)
         ]
         if all(f"{group}/Re_F_ij" in source.file for group in groups):
-            frequency, pair, found[name] = _read_quadratic_transfer(source, groups)
+            frequency, pair, arrays[name] = _read_quadratic_transfer(source, groups)
             first = (
-                found.setdefault("qtf_frequency", frequency),
-                found.setdefault("qtf_heading", pair),
+                arrays.setdefault("qtf_frequency", frequency),
+                arrays.setdefault("qtf_heading", pair),
             )
             if not (np.array_equal(first[0], frequency) and np.array_equal(first[1], pair)):
                 raise InputError(
                     f"{source.path}: the sum-frequency QTF has other periods or headings than the"
                     " difference-frequency QTF; expected the same."
                 )
-    return found
+    return arrays
 
 
 def _read_quadratic_transfer(source: _Source, groups: list[str]) -> tuple[Real, Real, Complex]:

@@ -99,8 +99,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Gu
             continue
         first = sum(map(len, segments))
         segments.append(curves.segments(wall.compression, wall.force))
-        own = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
-        rows += [(i, layout.row[name], *own) for i in range(begin, end)]
+        wall_fields = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
+        rows += [(i, layout.row[name], *wall_fields) for i in range(begin, end)]
     return GuideConstants(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
 
 
@@ -288,17 +288,17 @@ class GuideKind(KindWithModeSets):
         pins = p.pins.copy()
         segments = p.segments.copy()
         for pin in pins:
-            own = segments[pin["first"] : pin["last"] + 1]
-            own["slope"][0] = own["slope"].max()
+            pin_segments = segments[pin["first"] : pin["last"] + 1]
+            pin_segments["slope"][0] = pin_segments["slope"].max()
             pin["gap"] = pin["slope"] * COMPRESSED
         return p._replace(pins=pins, segments=segments)
 
-    def record(self, p: GuideConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", "guide")
+    def record(self, p: GuideConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", "guide")
         return {
-            "guide_force": (each, kept.observed[:, :, PIN_FORCE]),
-            "guide_clearance": (each, kept.observed[:, :, PIN_CLEARANCE]),
-            "guide_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "guide_force": (dims, unit_record.observed[:, :, PIN_FORCE]),
+            "guide_clearance": (dims, unit_record.observed[:, :, PIN_CLEARANCE]),
+            "guide_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
         }
 
 
@@ -327,8 +327,8 @@ class Landing(Contact):
     group: str | None = field(default=None, kw_only=True)
 
     def planes(self) -> Sequence[Plane]:
-        each = map(tuple, self.seats)
-        return [Plane(seat, self.axis, self.on, extent=self.reach()) for seat in each]
+        seats = map(tuple, self.seats)
+        return [Plane(seat, self.axis, self.on, extent=self.reach()) for seat in seats]
 
     def reach(self) -> float:
         """Largest distance from its centre at which a seat carries [m]."""

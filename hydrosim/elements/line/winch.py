@@ -160,15 +160,15 @@ class WinchConstants(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> WinchConstants:
     """Constants of the winches among ``elements``, in their order."""
     winches = {name: e for name, e in elements.items() if isinstance(e, Winch)}
-    own = {name: next((s for _, s in e.signals()), None) for name, e in winches.items()}
-    each, pieces = compile_signals([s for s in own.values() if s is not None])
-    compiled = iter(each)
+    signals = {name: next((s for _, s in e.signals()), None) for name, e in winches.items()}
+    signal_rows, pieces = compile_signals([s for s in signals.values() if s is not None])
+    compiled = iter(signal_rows)
     rows = []
     delays = 0
     for name, e in winches.items():
         anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
-        signal = NOTHING if own[name] is None else next(compiled)
+        signal = NOTHING if signals[name] is None else next(compiled)
         wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
         follows = _compensation_fields(name, e.control, layout, delays)
         rows.append((*ends, *wire, _drum_fields(e), signal, *follows))
@@ -212,10 +212,12 @@ def _compensation_fields(
     if not isinstance(control, Compensation):
         return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, drum.delay_factors(0.0)
     if control.point not in layout.points:
-        known = ", ".join(layout.points) or "none in this scene; name points of bodies by points"
+        point_names = (
+            ", ".join(layout.points) or "none in this scene; name points of bodies by points"
+        )
         raise InputError(
             f"forces.{name}.compensation.point: found {control.point}; expected a named point:"
-            f" {known}."
+            f" {point_names}."
         )
     body, place = layout.points[control.point]
     of = next(key for key, number in layout.body.items() if number == body)
@@ -226,16 +228,16 @@ def _compensation_fields(
 
 def lasting_lengths(p: WinchConstants) -> np.ndarray:
     """Entries (m,) of y with the lengths off drums that do not follow from the place of bodies."""
-    own = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
-    return np.asarray(p.state + WINCH_STATES * own + WIRE_LENGTH)
+    uncompensated = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
+    return np.asarray(p.state + WINCH_STATES * uncompensated + WIRE_LENGTH)
 
 
 def drums_locked(p: WinchConstants) -> WinchConstants:
     """The same winches with drums that stand, for a scene at rest; those of compensation keep to
     their targets."""
-    each = p.each.copy()
-    each["drum_locked"] = each["drum"]["control"] != COMPENSATION
-    return p._replace(each=each)
+    constants = p.each.copy()
+    constants["drum_locked"] = constants["drum"]["control"] != COMPENSATION
+    return p._replace(each=constants)
 
 
 class WireKinematics(NamedTuple):
@@ -460,22 +462,22 @@ def transition(i, which, t, y, modes, motion, bodies, p):
 def _place_drum(winch, mode, w, y, k):
     """Set l0 to what a drum follows in a ``mode`` that ends or begins: a bound of the tension, or
     its target. The integral of the speed has an error, by which the next mode could end at once."""
-    own = winch.drum
+    drum_data = winch.drum
     slipping = mode in (drum.SLIPPING_OUT, drum.SLIPPING_IN)
     if slipping and winch.damping == 0.0:
-        bound = own.high if mode == drum.SLIPPING_OUT else own.low
+        bound = drum_data.high if mode == drum.SLIPPING_OUT else drum_data.low
         y[k + WIRE_LENGTH] = w.distance / (1.0 + bound / winch.stiffness)
-    elif own.control == COMPENSATION and mode == drum.PRESCRIBED:
-        y[k + WIRE_LENGTH] = min(max(w.target, own.shortest), own.longest)
+    elif drum_data.control == COMPENSATION and mode == drum.PRESCRIBED:
+        y[k + WIRE_LENGTH] = min(max(w.target, drum_data.shortest), drum_data.longest)
 
 
 @kernel
-def _keep_speed(own, mode, y, k):
+def _keep_speed(drum_data, mode, y, k):
     """Set the speed of a drum with an acceleration to that of its new mode."""
     if mode == drum.FAST_OUT:
-        y[k + DRUM_SPEED] = own.fastest
+        y[k + DRUM_SPEED] = drum_data.fastest
     elif mode == drum.FAST_IN:
-        y[k + DRUM_SPEED] = -own.fastest
+        y[k + DRUM_SPEED] = -drum_data.fastest
     elif not drum.SPEEDING_OUT <= mode <= drum.BRAKING_IN:
         y[k + DRUM_SPEED] = 0.0
 
@@ -524,10 +526,12 @@ def activate(i, t, y, modes, motion, bodies, p):
 @kernel
 def activate_in_run(i, t, y, modes, motion, bodies, p):
     """Activate winch ``i`` in a run; a drum with a target begins there."""
-    own = p.each[i].drum
-    if own.control in (LENGTH_CONTROL, COMPENSATION):
+    drum_data = p.each[i].drum
+    if drum_data.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = setpoint(i, t, y, motion, bodies, p)
-        y[p.state + WINCH_STATES * i + WIRE_LENGTH] = min(max(l0, own.shortest), own.longest)
+        y[p.state + WINCH_STATES * i + WIRE_LENGTH] = min(
+            max(l0, drum_data.shortest), drum_data.longest
+        )
     activate(i, t, y, modes, motion, bodies, p)
 
 

@@ -86,15 +86,15 @@ class WinchKind(KindWithModeSets):
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
         heavy = np.flatnonzero(p.each["drum"]["acceleration"] > 0.0)
         late = WINCH_STATES * p.each.size + np.arange(drum.DELAY_STATES * p.delays)
-        own = [WINCH_STATES * ruled + WIRE_LENGTH, WINCH_STATES * heavy + DRUM_SPEED, late]
-        return (p.state + np.concatenate(own)).astype(np.int64)
+        states = [WINCH_STATES * ruled + WIRE_LENGTH, WINCH_STATES * heavy + DRUM_SPEED, late]
+        return (p.state + np.concatenate(states)).astype(np.int64)
 
     def is_mirrored(self, p: WinchConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         """Winches that are alike but for their ends have the same lengths and modes."""
-        own = [n for n in p.each.dtype.names or () if n not in ("row", "point", "anchor")]
+        fields = [n for n in p.each.dtype.names or () if n not in ("row", "point", "anchor")]
         alike: dict[bytes, list[int]] = {}
         for i, winch in enumerate(p.each):
-            alike.setdefault(b"".join(winch[n].tobytes() for n in own), []).append(i)
+            alike.setdefault(b"".join(winch[n].tobytes() for n in fields), []).append(i)
         lengths = y[p.state : p.state + WINCH_STATES * p.each.size].reshape(-1, WINCH_STATES)[
             :, : DRUM_SPEED + 1
         ]
@@ -114,23 +114,25 @@ class WinchKind(KindWithModeSets):
         y: np.ndarray,
         anew: np.ndarray,
         possible: np.ndarray,
-        known: np.ndarray,
+        known_states: np.ndarray,
     ) -> None:
         """Winches that the run before did not have begin with the length of their start."""
-        own = slice(p.state, p.state + WINCH_STATES * p.each.size + drum.DELAY_STATES * p.delays)
-        y[own] = np.where(known[own], y[own], anew[own])
+        winch_states = slice(
+            p.state, p.state + WINCH_STATES * p.each.size + drum.DELAY_STATES * p.delays
+        )
+        y[winch_states] = np.where(known_states[winch_states], y[winch_states], anew[winch_states])
 
     def mode_sets(self, p: WinchConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
-        found = [ModeSet("winches slack", _modes_of_wires(p, WIRE_SLACK))]
-        found.append(ModeSet("winches taut", _modes_of_wires(p, WIRE_TAUT)))
+        sets = [ModeSet("winches slack", _modes_of_wires(p, WIRE_SLACK))]
+        sets.append(ModeSet("winches taut", _modes_of_wires(p, WIRE_TAUT)))
         slips = (p.each["drum"]["control"] == TENSION_CONTROL) & (p.each["damping"] > 0.0)
         if slips.any():
             slipping = _modes_of_wires(p, WIRE_TAUT)
             slipping[slips, MODE] = SLIPPING_IN
-            found.append(ModeSet("drums slipping", slipping))
-        return found
+            sets.append(ModeSet("drums slipping", slipping))
+        return sets
 
     def one_unit_active(
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
@@ -147,15 +149,15 @@ class WinchKind(KindWithModeSets):
 
     def rates(self, p: WinchConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the wires."""
-        each = [_line_of_winch(winch, bodies, motion).rate for winch in p.each]
-        return np.reshape(each, (-1, 1))
+        rates_by_winch = [_line_of_winch(winch, bodies, motion).rate for winch in p.each]
+        return np.reshape(rates_by_winch, (-1, 1))
 
     def moved_onto_segment(
         self, p: WinchConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> WinchConstants:
         """Constants with wires that are just taut, as stiff as at their shortest."""
-        each = p.each.copy()
-        for winch, (mode, segment, _) in zip(each, modes, strict=True):
+        constants = p.each.copy()
+        for winch, (mode, segment, _) in zip(constants, modes, strict=True):
             if segment == WIRE_TAUT and mode != SLIPPING_IN:
                 distance = _line_of_winch(winch, bodies, motion).length
                 winch["pinned"] = distance / (
@@ -164,7 +166,7 @@ class WinchKind(KindWithModeSets):
                 winch["stiffness"] *= winch["pinned"] / max(
                     _shortest(winch, p), LINEARISATION_DEPTH
                 )
-        return p._replace(each=each)
+        return p._replace(each=constants)
 
     def idle_states(self, p: WinchConstants, modes: np.ndarray) -> np.ndarray:
         """Lengths of drums that do not slip, and their speeds."""
@@ -175,19 +177,19 @@ class WinchKind(KindWithModeSets):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Winch))
 
-    def record(self, p: WinchConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", "winch")
+    def record(self, p: WinchConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", "winch")
         n = p.each.size
-        states = kept.y[p.state : p.state + WINCH_STATES * n].reshape(-1, n, WINCH_STATES)
+        states = unit_record.y[p.state : p.state + WINCH_STATES * n].reshape(-1, n, WINCH_STATES)
         return {
-            "winch_tension": (each, kept.observed[:, :, WIRE_TENSION]),
-            "winch_length": (each, kept.observed[:, :, LENGTH_OFF]),
-            "winch_speed": (each, kept.observed[:, :, PAY_OUT]),
-            "winch_work": (each, states[:, :, DRIVE_WORK]),
-            "winch_friction_loss": (each, states[:, :, DRUM_FRICTION]),
-            "winch_snap_speed": (each, states[:, :, SNAP_SPEED]),
-            "winch_largest_tension": (each, states[:, :, LARGEST_TENSION]),
-            "winch_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "winch_tension": (dims, unit_record.observed[:, :, WIRE_TENSION]),
+            "winch_length": (dims, unit_record.observed[:, :, LENGTH_OFF]),
+            "winch_speed": (dims, unit_record.observed[:, :, PAY_OUT]),
+            "winch_work": (dims, states[:, :, DRIVE_WORK]),
+            "winch_friction_loss": (dims, states[:, :, DRUM_FRICTION]),
+            "winch_snap_speed": (dims, states[:, :, SNAP_SPEED]),
+            "winch_largest_tension": (dims, states[:, :, LARGEST_TENSION]),
+            "winch_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
         }
 
 
