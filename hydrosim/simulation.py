@@ -61,7 +61,7 @@ def check_criteria(compiled: Compiled) -> None:
     if not asked:
         return
     run = blank_run(compiled)
-    reasons = [text for each in asked if (text := _refusal_reason(run, each))]
+    reasons = [text for criterion in asked if (text := _refusal_reason(run, criterion))]
     if reasons:
         raise NotAskable("\n".join(reasons))
 
@@ -86,9 +86,9 @@ def _refusal_reason(run: xr.Dataset, asked: dict[str, str]) -> str:
     return _unit_refusal_reason(str(figure.attrs["units"]), asked)
 
 
-def _unit_refusal_reason(own: str, asked: dict[str, str]) -> str:
-    """Why a limit cannot be compared with a figure in its ``own`` SI unit; empty if it can be."""
-    unit = "" if own == "1" else own
+def _unit_refusal_reason(channel_unit: str, asked: dict[str, str]) -> str:
+    """Why a limit cannot be compared with a figure in ``channel_unit`` (SI); empty if it can be."""
+    unit = "" if channel_unit == "1" else channel_unit
     try:
         if asked["unit"]:
             factor(asked["unit"], unit)
@@ -281,14 +281,14 @@ def prepare_scene(case: Case | Scene | str | Path, progress: Progress | None = N
 def run_compiled(
     compiled: Compiled,
     progress: Progress | None = None,
-    kept: Checkpoint | None = None,
+    checkpoint: Checkpoint | None = None,
     estimates: bool = True,
     repeats: bool = True,
 ) -> xr.Dataset:
     """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a companion
     measures the error of the run. With ``repeats``, a run that misses the accuracy of its scene is
     then made again."""
-    course = RunInProgress(compiled, kept, propagate if compiled.derived.exact else None)
+    course = RunInProgress(compiled, checkpoint, propagate if compiled.derived.exact else None)
     del compiled  # the course lets go of its waves
 
     def advance(course: RunInProgress) -> RunInProgress:

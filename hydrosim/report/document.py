@@ -212,12 +212,12 @@ def _result_document(path: Path) -> Document | None:
     if not os.path.isfile(path):
         return None
     try:
-        found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+        dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, ValueError, RuntimeError):
         return None
-    with found:
+    with dataset:
         for is_one, made in RESULT_KINDS:
-            if is_one(found):
-                check_result(path, found)
-                return made(found)
+            if is_one(dataset):
+                check_result(path, dataset)
+                return made(dataset)
     return None

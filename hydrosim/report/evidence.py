@@ -119,15 +119,15 @@ def _methods(*methods: Method) -> Callable[[Scene], bool]:
 
 
 def _elements(*classes: type[ForceElement]) -> Callable[[Scene], bool]:
-    return lambda scene: any(isinstance(each, classes) for each in scene.forces.values())
+    return lambda scene: any(isinstance(element, classes) for element in scene.forces.values())
 
 
 def _friction(law: type) -> Callable[[Scene], bool]:
-    return lambda scene: any(isinstance(each.friction, law) for each in _contacts(scene))
+    return lambda scene: any(isinstance(contact.friction, law) for contact in _contacts(scene))
 
 
 def _contacts(scene: Scene) -> Iterator[Contact]:
-    return (each for each in scene.forces.values() if isinstance(each, Contact))
+    return (element for element in scene.forces.values() if isinstance(element, Contact))
 
 
 def _bodies(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
@@ -189,7 +189,8 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.FENDERS: _elements(Fender),
     Feature.LANDINGS: _elements(Landing),
     Feature.GUIDES: lambda scene: any(
-        isinstance(each, Landing) and each.wall is not None for each in scene.forces.values()
+        isinstance(element, Landing) and element.wall is not None
+        for element in scene.forces.values()
     ),
     Feature.STICK_SLIP: _friction(StickSlip),
     Feature.COULOMB: _friction(Coulomb),
@@ -211,7 +212,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.WEIGHT: _bodies(lambda body: body.weight == Weight.CARRIED),
     Feature.TANKS: _bodies(lambda body: bool(body.tanks)),
     Feature.PUMPS: _bodies(lambda body: bool(body.pumps)),
-    Feature.TRIGGERS: lambda scene: any(each.active for each in scene.forces.values()),
+    Feature.TRIGGERS: lambda scene: any(element.active for element in scene.forces.values()),
     Feature.JOINTS: lambda scene: bool(scene.joints),
     Feature.DRIVES: _elements(Drive),
     Feature.EXTREMES: _is_random,

@@ -74,16 +74,16 @@ def worst_energy_gap(run: xr.Dataset, least: float = 0.0) -> EnergyGap:
     exchanged = _exchanged_energy(run)
     rounding = ENERGY_RTOL * max(float(np.abs(e).max()) for e in _energies(run).values())
     parts = list(_stretches(time.size))
-    each = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
-    usual = float(np.median(each))
-    found = []
-    for (i, j), own in zip(parts, each, strict=True):
+    exchanges = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
+    usual = float(np.median(exchanges))
+    gaps = []
+    for (i, j), exchange in zip(parts, exchanges, strict=True):
         missing = max(float(np.ptp(residual[i : j + 1])) - rounding, 0.0)
-        scale = max(np.sqrt(own * max(own, usual)), least)
-        found.append(
+        scale = max(np.sqrt(exchange * max(exchange, usual)), least)
+        gaps.append(
             EnergyGap(time[i], time[j], missing, float(missing / scale) if missing else 0.0)
         )
-    return max(found, key=lambda gap: gap.relative)
+    return max(gaps, key=lambda gap: gap.relative)
 
 
 def check_balance(run: xr.Dataset, mass: float = 0.0) -> None:
@@ -98,9 +98,9 @@ def check_balance(run: xr.Dataset, mass: float = 0.0) -> None:
 
 def append_warnings(run: xr.Dataset, more: Iterable[str]) -> None:
     """Append ``more`` warnings to those of the run."""
-    said = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
-    if said:
-        run.attrs["warnings"] = "\n".join(said)
+    warnings = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
+    if warnings:
+        run.attrs["warnings"] = "\n".join(warnings)
 
 
 def _gap_warning(run: xr.Dataset, worst: EnergyGap) -> Iterator[str]:

@@ -110,13 +110,13 @@ def program_identity() -> str:
 class CheckpointWriter:
     """Checkpoints of a ``run`` of a compiled scene."""
 
-    def __init__(self, kept: Checkpoint, compiled: Compiled, run: Run) -> None:
-        self._kept = kept
+    def __init__(self, settings: Checkpoint, compiled: Compiled, run: Run) -> None:
+        self._kept = settings
         self._compiled = compiled
         self._run = run
         self._before = 0.0
         self._start = running_time()
-        self._next = perf_counter() + kept.every
+        self._next = perf_counter() + settings.every
 
     def begin(self) -> None:
         """Start the clock."""
@@ -253,8 +253,8 @@ def _read(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         raise _damage_error(output, error) from None
 
 
-def _damage_error(output: Output, found: object) -> InputError:
-    text = f"--resume: {output.path} is damaged ({found}). Run again without --resume."
+def _damage_error(output: Output, problem_text: object) -> InputError:
+    text = f"--resume: {output.path} is damaged ({problem_text}). Run again without --resume."
     return InputError(text)
 
 

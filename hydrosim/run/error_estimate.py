@@ -237,9 +237,9 @@ def _fixed_stride(compiled: Compiled, run: Run, finer: bool) -> Stride:
     ``finer`` one."""
     clock = run.clock
     lengths = {clock.every, clock.block} - {0, 1, 2, 3}
-    own = [Stride(n, round(n / COARSER_BY)) for n in sorted(lengths)]
+    strides = [Stride(n, round(n / COARSER_BY)) for n in sorted(lengths)]
     stable = STABLE_SHARE * compiled.stable_step
-    coarser = [] if finer else [*own, *map(Stride._make, COARSER_STRIDES)]
+    coarser = [] if finer else [*strides, *map(Stride._make, COARSER_STRIDES)]
     for stride in (*coarser, *map(Stride._make, FINER_STRIDES)):
         is_stable = stride.ratio < 1.0 or stride.ratio * clock.step <= stable
         if is_stable and _fits(stride, run):

@@ -235,8 +235,12 @@ def _steepest_body(model: Model, y: np.ndarray) -> int:
     """Index of the body with the largest tilt among those with a pitch, a hull or cut tanks."""
     bodies = model.bodies
     n = bodies.active.size
-    own = bodies.active[: n - bodies.tree.coordinates]
-    judged = [*own[own % 6 == PITCH_DOF] // 6, *model.hulls.body, *model.liquids.each["body"]]
+    free_dofs = bodies.active[: n - bodies.tree.coordinates]
+    judged = [
+        *free_dofs[free_dofs % 6 == PITCH_DOF] // 6,
+        *model.hulls.body,
+        *model.liquids.each["body"],
+    ]
     motion = motion_at(model, y)
     return int(min(judged, key=lambda b: motion.rotation[b, 2, 2], default=0))
 

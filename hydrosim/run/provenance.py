@@ -123,7 +123,9 @@ def _select_run(result: xr.Dataset, number: int | None) -> xr.Dataset:
         )
     run = result.isel({RUN_DIM: number})
     texts = {
-        str(name): str(one.values) for name, one in run.variables.items() if one.dtype.kind in "OU"
+        str(name): str(variable.values)
+        for name, variable in run.variables.items()
+        if variable.dtype.kind in "OU"
     }
     return run.assign_attrs(texts)
 
@@ -149,8 +151,8 @@ def _seed_settings(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
         keys = list(_keys_of_seeds(case["environment"]))
         several = [f"seed_{k}" for k in range(2, len(keys) + 1) if f"seed_{k}" in run.variables]
         seeds = np.concatenate([np.ravel(run[name].values) for name in ("seed", *several)])
-        each = np.repeat(seeds, len(keys)) if seeds.size == 1 else seeds
-        for key, seed in zip(keys, each, strict=True):
+        run_seeds = np.repeat(seeds, len(keys)) if seeds.size == 1 else seeds
+        for key, seed in zip(keys, run_seeds, strict=True):
             if key:
                 yield key, int(seed)
 

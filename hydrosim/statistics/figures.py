@@ -54,8 +54,10 @@ def _impulse(run: xr.Dataset, name: str) -> np.ndarray | None:
     """Time integral (nt,) of a force channel, if the run has it."""
     kind, _, of = name.partition(".")
     if kind == FENDER_NORMAL_FORCE and "contact_impulse" in run:
-        own = [of] if of in run.fender.values else run.fender.values[run.fender_group.values == of]
-        impulse = run.contact_impulse.sel(fender=own).transpose("time", ...)
+        fenders = (
+            [of] if of in run.fender.values else run.fender.values[run.fender_group.values == of]
+        )
+        impulse = run.contact_impulse.sel(fender=fenders).transpose("time", ...)
         return np.asarray(impulse.values.reshape(run.sizes["time"], -1).sum(axis=1))
     if kind.startswith("force_") and "impulse" in run:
         force, body, dof = kind.removeprefix("force_"), *of.split(".")
@@ -188,8 +190,8 @@ class ScalarResult(NamedTuple):
                 times &= ~np.isnan(means)
         within = values[times]
         number = float(STATISTICS[self.statistic](within)) if within.size else np.nan
-        said = {"long_name": str(self), "units": unit}
-        return xr.DataArray(number, attrs={**said, **_side(self), **_lowest(self)})
+        attributes = {"long_name": str(self), "units": unit}
+        return xr.DataArray(number, attrs={**attributes, **_side(self), **_lowest(self)})
 
 
 def _side(of: ScalarResult) -> dict[str, str]:

@@ -166,7 +166,7 @@ class Cluster:
         return self._made
 
     def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
-        packed = [each for _, each in batch]
+        packed = [task for _, task in batch]
         with self._lock:
             task = self._client.submit(
                 run_batch, program_identity(), made, packed, digest, pure=False
@@ -222,7 +222,7 @@ class Cluster:
     def _give_up(self) -> None:
         """End all that is waited for with a message; what comes later is not looked at."""
         with self._lock:
-            waiting = [future for each in self._tasks.values() for future in each]
+            waiting = [future for futures in self._tasks.values() for future in futures]
             waiting += [future for future, _ in self._take_unsent()]
             tasks = list(self._tasks)
             self._tasks = {}

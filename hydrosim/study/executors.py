@@ -87,12 +87,12 @@ def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutc
         return RunOutcome(status)
     common = {name: value for name, value in run.attrs.items() if name not in PER_RUN_ATTRIBUTES}
     try:
-        found = digest(run)
+        digested = digest(run)
     except InputError:
         raise
     except Exception as error:
         return RunOutcome("failed", _error_message(error))
-    return RunOutcome(status, "", str(run.attrs.get("warnings", "")), found, common)
+    return RunOutcome(status, "", str(run.attrs.get("warnings", "")), digested, common)
 
 
 def _error_message(error: Exception) -> str:

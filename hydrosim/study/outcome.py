@@ -61,8 +61,12 @@ def reduce_run(
     unknown = [name for name in variables if name not in run]
     variables = [name for name in variables if name in run] if lenient else variables
     if unknown and not lenient:
-        known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
-        raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
+        series_names = ", ".join(
+            str(name) for name, variable in run.items() if "time" in variable.dims
+        )
+        raise InputError(
+            f"variables: found {', '.join(unknown)}; expected some of: {series_names}."
+        )
     statistics, coords, attributes = columns(
         run, start, None, _chosen_channels(run, channels, lenient)
     )
@@ -85,7 +89,7 @@ def reduce_run(
     results = RunResults(run)
     why = results.explanation if "impulse" in run else xr.Dataset()
     for figure in figures:
-        if any(figure.name in each for each in (variables_of_run, coords, run, why)):
+        if any(figure.name in names for names in (variables_of_run, coords, run, why)):
             raise InputError(
                 f"figures: found the name {figure.name}, which is that of a variable"
                 " of the runs; expected another one."
@@ -111,10 +115,10 @@ def _chosen_channels(run: xr.Dataset, patterns: Sequence[str], lenient: bool) ->
     """The channels of a run that patterns fit."""
     if not patterns:
         return []
-    known = channel_names(run)
+    channels = channel_names(run)
     if lenient:
-        patterns = [pattern for pattern in patterns if fnmatch.filter(known, pattern)]
-    return match_channels(known, patterns, "output.channels")
+        patterns = [pattern for pattern in patterns if fnmatch.filter(channels, pattern)]
+    return match_channels(channels, patterns, "output.channels")
 
 
 def pad_to_layout(

@@ -48,7 +48,7 @@ class Spectral:
         probability, infinite where waves do not move it; 0 if it never does."""
         (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
         name, body, dof = figure.channel.split(".")
-        names = [each.name for each in self.scene.bodies]
+        names = [body.name for body in self.scene.bodies]
         order = DERIVATIVE_ORDERS[name]
         at = 6 * names.index(body) + DOFS.index(dof)
         energy = 0.5 * np.abs(self.about.motions(waves)[:, at] * waves.omega**order) ** 2
@@ -101,6 +101,6 @@ def _deviation(rooms: list[float], motion: Excursions, probability: float) -> fl
     room = min(rooms)
 
     def excess(part: float) -> float:
-        return motion.log_inside([each / (part * room) for each in rooms]) - log(probability)
+        return motion.log_inside([room_ / (part * room) for room_ in rooms]) - log(probability)
 
     return room * float(scipy.optimize.brentq(excess, *LEVEL_RANGE, xtol=1e-12))

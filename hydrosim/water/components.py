@@ -182,8 +182,8 @@ def components(train: WaveTrain, environment: Environment, stream: int = 0) -> W
     match train.spectrum:
         case RegularWave(amplitude, period, phase):
             omega = np.array([2.0 * np.pi / period])
-            one = np.array([amplitude]), np.array([phase]), np.array([train.heading])
-            return _airy(train, environment, 0.0, omega, *one)
+            single = np.array([amplitude]), np.array([phase]), np.array([train.heading])
+            return _airy(train, environment, 0.0, omega, *single)
         case GivenComponents() as given:
             spacing, omega = _on_grid(given.omega, 2.0 * np.pi / train.repeat_period)
             lines = given.amplitude, given.phase, given.heading
@@ -290,9 +290,9 @@ def _recorded_components(
     lines = np.fft.rfft(record.elevation)[1:] / count
     lines[: (count - 1) // 2] *= 2.0  # all but that of two values a period
     omega = spacing * np.arange(1, lines.size + 1)
-    kept = omega <= record.highest_frequency
-    omega = omega[kept]
-    lines = lines[kept]
+    is_below_limit = omega <= record.highest_frequency
+    omega = omega[is_below_limit]
+    lines = lines[is_below_limit]
     heading = np.full(omega.size, train.heading)
     phase = np.angle(lines) - omega * record.time[0]
     there = _airy(train, environment, spacing, omega, np.abs(lines), phase, heading)

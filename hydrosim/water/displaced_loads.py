@@ -164,7 +164,7 @@ def following_model(
         part.bands(body, seas, span, missed)
         for part, body, span in zip(parts, chosen, spans, strict=True)
     ]
-    nodes = [[one.nodes for one in each if one.nodes is not None] for each in bands]
+    nodes = [[band.nodes for band in sets if band.nodes is not None] for sets in bands]
 
     def join_fields(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
@@ -212,22 +212,22 @@ def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunc
     of its database."""
     w, table = transfer_table(database, NODES_PER_HEADING)
     elevation = np.concatenate([waves.amplitudes_at(*body.place()) for waves in seas])
-    each = [
+    columns = [
         np.concatenate([getattr(waves, name) for waves in seas])
         for name in ("omega", "wavenumber", "heading")
     ]
-    each.append(np.concatenate([np.full(waves.omega.size, waves.ramp) for waves in seas]))
+    columns.append(np.concatenate([np.full(waves.omega.size, waves.ramp) for waves in seas]))
     sea = np.repeat(np.arange(len(seas)), [waves.omega.size for waves in seas])
     size = np.abs(elevation)
-    first = (each[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
+    first = (columns[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
     loaded = (size > NEGLIGIBLE_WAVE_RATIO * size.max(initial=0.0)) & (
         first | moves_second_order(body)
     )
-    order = np.lexsort((each[0], _trains(each[2]), sea))
+    order = np.lexsort((columns[0], _trains(columns[2]), sea))
     order = order[loaded[order]]
-    omega, wavenumber, heading, ramp = (values[order] for values in each)
-    known = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
-    forms = body_forms(body, known, elevation[order])
+    omega, wavenumber, heading, ramp = (values[order] for values in columns)
+    waves_in_order = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
+    forms = body_forms(body, waves_in_order, elevation[order])
     elevation = np.where(first, elevation, 0.0)
     energy = np.where(first, size, 0.0)[order] ** 2 if first.any() else size[order] ** 2
     mean = np.sum(energy * omega) / max(np.sum(energy), np.finfo(float).tiny)
@@ -237,7 +237,7 @@ def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunc
         table,
         SLOW_FREQUENCY_FRACTION * float(mean),
         forms,
-        known,
+        waves_in_order,
         w,
     )
 

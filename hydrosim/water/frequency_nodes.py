@@ -122,14 +122,16 @@ def lagrange_weights(nodes: np.ndarray, omega: np.ndarray) -> np.ndarray:
 
 def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) -> FrequencyNodes:
     """The nodes of all bodies as arrays; a body that is not summed by nodes has no sets."""
-    sets = [one for each in bodies for one in each]
-    at = [_share_places(each) for each in bodies]
+    sets = [node_set for body_sets in bodies for node_set in body_sets]
+    at = [_share_places(body_sets) for body_sets in bodies]
 
     def join_arrays(arrays: Sequence[np.ndarray], kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(array.ravel() for array in arrays)])
 
     def firsts(name: str) -> np.ndarray:
-        sizes = (sum(getattr(one, name).size for one in each) for each in bodies)
+        sizes = (
+            sum(getattr(node_set, name).size for node_set in body_sets) for body_sets in bodies
+        )
         return np.cumsum([0, *sizes])
 
     index = np.int64
@@ -138,17 +140,19 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) 
         nodes=firsts("omega"),
         shares=firsts("node"),
         table=firsts("weight")[:-1],
-        per_cell=np.array([each[0].weight.shape[1] if each else 0 for each in bodies], dtype=index),
-        begin=join_arrays([one.begin for one in sets], index),
-        end=join_arrays([one.end for one in sets], index),
-        weight=join_arrays([one.weight for one in sets]),
-        omega=join_arrays([one.omega for one in sets]),
-        kx=join_arrays([one.kx for one in sets]),
-        ky=join_arrays([one.ky for one in sets]),
+        per_cell=np.array(
+            [body_sets[0].weight.shape[1] if body_sets else 0 for body_sets in bodies], dtype=index
+        ),
+        begin=join_arrays([node_set.begin for node_set in sets], index),
+        end=join_arrays([node_set.end for node_set in sets], index),
+        weight=join_arrays([node_set.weight for node_set in sets]),
+        omega=join_arrays([node_set.omega for node_set in sets]),
+        kx=join_arrays([node_set.kx for node_set in sets]),
+        ky=join_arrays([node_set.ky for node_set in sets]),
         node=join_arrays([node for node, _, _ in at], index),
         at=join_arrays([place for _, place, _ in at], index),
         size=join_arrays([size for _, _, size in at], index),
-        factor=join_arrays([one.factor for one in sets]),
+        factor=join_arrays([node_set.factor for node_set in sets]),
         period=min((span.period for span in spans), default=1.0),
         distance=min((span.distance for span in spans), default=1.0),
     )
@@ -156,16 +160,16 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) 
 
 def _share_places(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of all shares of a body: its node, where its first sample is, and the bands of its set."""
-    found = [np.zeros((3, 0), np.int64)]
+    places = [np.zeros((3, 0), np.int64)]
     nodes = 0
     bands = 0
-    for one in sets:
-        size = int(one.band.max()) + 1
-        at = 2 * STENCIL_POINTS * bands + one.band
-        found.append(np.stack([nodes + one.node, at, np.full(one.node.size, size)]))
-        nodes += one.omega.size
+    for node_set in sets:
+        size = int(node_set.band.max()) + 1
+        at = 2 * STENCIL_POINTS * bands + node_set.band
+        places.append(np.stack([nodes + node_set.node, at, np.full(node_set.node.size, size)]))
+        nodes += node_set.omega.size
         bands += size
-    node, at, size = np.concatenate(found, axis=1)
+    node, at, size = np.concatenate(places, axis=1)
     return node, at, size
 
 

@@ -236,8 +236,8 @@ class TabulatedSpectrum:
 
     def density(self, omega: np.ndarray) -> np.ndarray:
         """Density [m^2 s/rad] at ``omega`` [rad/s]; zero at omega <= 0."""
-        found = np.interp(omega, self.frequency, self.values, left=0.0, right=0.0)
-        return np.where(np.asarray(omega) > 0.0, found, 0.0)
+        density_there = np.interp(omega, self.frequency, self.values, left=0.0, right=0.0)
+        return np.where(np.asarray(omega) > 0.0, density_there, 0.0)
 
     def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""

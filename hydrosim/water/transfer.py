@@ -35,15 +35,15 @@ def interpolate_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarr
     Returns its values (m, ...) ``at`` (m,) places between the first x and the last."""
     values = y.reshape(len(x), -1)
     if len(x) < 4:  # one polynomial
-        found = np.vander(at, len(x)) @ np.linalg.solve(np.vander(x), values)
-        return found.reshape(at.shape + y.shape[1:])
+        values_there = np.vander(at, len(x)) @ np.linalg.solve(np.vander(x), values)
+        return values_there.reshape(at.shape + y.shape[1:])
     h, slope = np.diff(x), slopes(x, values)
     i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     u = ((at - x[i]) / h[i])[:, None]
     v, width = 1.0 - u, h[i, None]
     ends = v * v * (1.0 + 2.0 * u) * values[i] + u * u * (1.0 + 2.0 * v) * values[i + 1]
-    found = ends + width * u * v * (v * slope[i] - u * slope[i + 1])
-    return found.reshape(at.shape + y.shape[1:])
+    values_there = ends + width * u * v * (v * slope[i] - u * slope[i + 1])
+    return values_there.reshape(at.shape + y.shape[1:])
 
 
 def slopes(x: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -101,7 +101,7 @@ def excitation_at(
     Raises InputError if a wave heading lies outside the headings of the database. The result is
     cached, because seas of several seeds and equal bodies ask for the same. Do not write to it.
     """
-    to, of = (np.asarray(each, float).tobytes() for each in (heading, omega))
+    to, of = (np.asarray(coordinates, float).tobytes() for coordinates in (heading, omega))
     return _excitation_at(_content(database, _excitation_of), to, of)
 
 
@@ -129,15 +129,15 @@ def _content(
 
 
 @lru_cache(maxsize=_KEPT)
-def _excitation_at(known: _Content, of_heading: bytes, of_omega: bytes) -> np.ndarray:
-    database = known.database
+def _excitation_at(content: _Content, of_heading: bytes, of_omega: bytes) -> np.ndarray:
+    database = content.database
     heading, omega = np.frombuffer(of_heading), np.frombuffer(of_omega)
     inside = omega <= database.frequency[-1] * _END
-    found = np.where(
-        inside[:, None], _interpolate_transfer(database, known.values, heading, omega), 0.0
+    loads = np.where(
+        inside[:, None], _interpolate_transfer(database, content.values, heading, omega), 0.0
     )
-    found.setflags(write=False)
-    return found
+    loads.setflags(write=False)
+    return loads
 
 
 def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
@@ -158,8 +158,8 @@ def drift_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, 
 
 
 @lru_cache(maxsize=_TABLES)
-def _table(known: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
-    database = known.database
+def _table(content: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
+    database = content.database
     nodes = between * max(database.heading.size, _FEWEST)
     weights = heading_weights(database.heading, _TURN / nodes * np.arange(nodes))
     if weights is None:
@@ -168,10 +168,10 @@ def _table(known: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
             " headings all round the circle, at most 45 deg apart; choose mean, or compute"
             " more headings."
         )
-    w, values = _four_frequencies(database.frequency, known.values)
+    w, values = _four_frequencies(database.frequency, content.values)
     table = weights @ values
     slope = weights @ slopes(w, values)  # in this order: a database has far fewer headings
-    loaded = np.abs(table) > NOISE * _largest(known.values)
+    loaded = np.abs(table) > NOISE * _largest(content.values)
     table = np.where(loaded, table, 0.0)
     slope = np.where(loaded.any(axis=0), slope, 0.0)
     rows = np.stack([table, slope], axis=2)
@@ -231,9 +231,9 @@ def _drift_of(database: TransferFunctions) -> np.ndarray:
     return database.mean_drift
 
 
-def angle_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Angle between two directions [rad]."""
-    return np.abs(np.mod(one - other + np.pi, _TURN) - np.pi)
+    return np.abs(np.mod(first - second + np.pi, _TURN) - np.pi)
 
 
 def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None:
@@ -255,14 +255,14 @@ def _weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
     between = gap[np.searchsorted(angle, x, side="right") - 1] > _WIDEST_GAP
     if np.any(between & (from_node.min(axis=1) >= _NODE)):
         return None
-    found = np.empty((heading.size, nodes.size))
-    found[:, order] = np.where(
+    weights = np.empty((heading.size, nodes.size))
+    weights[:, order] = np.where(
         from_node.min(axis=1, keepdims=True) < _NODE,
         np.eye(nodes.size)[from_node.argmin(axis=1)],
         _between_nodes(x, angle, gap),
     )
-    found.setflags(write=False)
-    return found
+    weights.setflags(write=False)
+    return weights
 
 
 def _interpolate_transfer(
@@ -275,14 +275,14 @@ def _interpolate_transfer(
     if weights is None:
         raise InputError(_not_covered(database, headings))
     if headings.size == 1:  # four times faster than the other way round
-        found = interpolate_spline(
+        values_there = interpolate_spline(
             database.frequency, np.tensordot(weights[0], values, (0, 1)), inside
         )
     else:
         at_nodes = interpolate_spline(database.frequency, values, inside)
-        found = np.einsum("ch,chj->cj", weights[which], at_nodes)
-    loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * _largest(values)
-    return np.where(loaded, found, 0.0)
+        values_there = np.einsum("ch,chj->cj", weights[which], at_nodes)
+    loaded = np.abs(values_there).max(axis=0, initial=0.0) > NOISE * _largest(values)
+    return np.where(loaded, values_there, 0.0)
 
 
 def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndarray:

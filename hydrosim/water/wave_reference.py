@@ -95,10 +95,10 @@ def _may_move(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
 def _has_steady_force(scene: Scene, body: Body) -> bool:
     """True if a steady force pushes the body, or has pushed it."""
     joined = joined_with(scene, body.name)
-    each = [other for other in scene.bodies if other.name in joined]
-    loads = any(other.wave_forces.second_order != SecondOrder.NONE for other in each)
+    others = [other for other in scene.bodies if other.name in joined]
+    loads = any(other.wave_forces.second_order != SecondOrder.NONE for other in others)
     driven = any(e.supplies for e in scene.forces.values() if e.body in joined)
-    moving = any(other.velocity[i] for other in each for i in (*HORIZONTAL_DOFS, *YAW))
+    moving = any(other.velocity[i] for other in others for i in (*HORIZONTAL_DOFS, *YAW))
     return loads or driven or moving or scene.environment.current.speed != 0.0
 
 

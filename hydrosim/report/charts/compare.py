@@ -35,13 +35,15 @@ MIN_CLOSE_UP_TIMES, CLOSE_UP_FRACTION = (
 
 
 def draw_comparison(
-    found: Comparison, title: str, output: Path | Output, units: Units = DEFAULT
+    comparison: Comparison, title: str, output: Path | Output, units: Units = DEFAULT
 ) -> None:
     """Write the picture of the channels. If there are more than `CHANNELS`, it shows those with the
     largest difference."""
-    furthest = sorted(found.results, key=lambda name: -found.results[name].error)[:CHANNELS]
-    shown = [result for name, result in found.results.items() if name in furthest]
-    more = len(found.results) - len(shown)
+    furthest = sorted(comparison.results, key=lambda name: -comparison.results[name].error)[
+        :CHANNELS
+    ]
+    shown = [result for name, result in comparison.results.items() if name in furthest]
+    more = len(comparison.results) - len(shown)
     figure = Figure(
         (COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH * len(shown) + 0.8),
         dpi=DPI,
@@ -59,8 +61,8 @@ def draw_comparison(
     for row, result in enumerate(shown):
         over, under = axes[2 * row], axes[2 * row + 1]
         read = units.display_unit(result.pair.unit)
-        _draw_channel(over[0], under[0], found.overlap.time, result, read)
-        _close(over[1], under[1], found.overlap.time, result, read.factor)
+        _draw_channel(over[0], under[0], comparison.overlap.time, result, read)
+        _close(over[1], under[1], comparison.overlap.time, result, read.factor)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     figure.align_ylabels(axes[:, 0])

@@ -54,32 +54,38 @@ def explanation_document(
 ) -> Document:
     """The explanation of a run, or of each combination of parameters of many runs by its name."""
     nodes: list[Node] = []
-    for title, found in parts.items():
+    for title, explanations in parts.items():
         nodes += [Heading(title)] if title else []
-        nodes += explanation(found, body, direction)
+        nodes += explanation(explanations, body, direction)
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
+def explanation(explanations: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
-    found = found.sel(span=reported_spans(found))
-    yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
-    if "friction_part" in found:
-        for group in dict.fromkeys(found.fender_group.values.ravel()):
-            own = found.sel(fender=found.fender_group == group, direction=DIRECTION_AXES[direction])
-            own = own.sel(span=_of_group(found, str(group)))
-            if own.friction_part.fillna(0.0).any():
-                yield _table(f"mean friction of {group} in {direction}", _friction(own))
-                yield _table(f"mean of the points of {group} in {direction}", _points(own))
-    yield _closing(found)
+    explanations = explanations.sel(span=reported_spans(explanations))
+    yield _table(f"{body} in {direction}", _balance(explanations.sel(body=body, dof=direction)))
+    if "friction_part" in explanations:
+        for group in dict.fromkeys(explanations.fender_group.values.ravel()):
+            group_explanations = explanations.sel(
+                fender=explanations.fender_group == group, direction=DIRECTION_AXES[direction]
+            )
+            group_explanations = group_explanations.sel(span=_of_group(explanations, str(group)))
+            if group_explanations.friction_part.fillna(0.0).any():
+                yield _table(
+                    f"mean friction of {group} in {direction}", _friction(group_explanations)
+                )
+                yield _table(
+                    f"mean of the points of {group} in {direction}", _points(group_explanations)
+                )
+    yield _closing(explanations)
 
 
 def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
-    each = list(rows)
-    spans = stages_with_values(each[0].values)
+    figures = list(rows)
+    spans = stages_with_values(figures[0].values)
     table = [
-        [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each
+        [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in figures
     ]
     return Table((title, *spans), table)
 
@@ -96,15 +102,21 @@ def mean_cell(values: xr.DataArray, unit: str) -> Cell:
     return Value(of.mean + 0.0, unit)
 
 
-def _of_group(found: xr.Dataset, group: str) -> list[str]:
+def _of_group(explanations: xr.Dataset, group: str) -> list[str]:
     """The spans that are not those of other groups."""
-    return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
+    return [
+        s for s in map(str, explanations.span.values) if ": " not in s or s.startswith(f"{group}: ")
+    ]
 
 
-def reported_spans(found: xr.Dataset) -> list[str]:
+def reported_spans(explanations: xr.Dataset) -> list[str]:
     """All spans but the phases of groups of contacts that go through no operation."""
-    there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
-    names = [str(s) for s in found.span.values]
+    there = {
+        str(s)
+        for s in explanations.span.values
+        if explanations.span_end.sel(span=s).notnull().any()
+    }
+    names = [str(s) for s in explanations.span.values]
     return [s for s in names if _phase(s) is None or is_operation(_phases_beside(s, there))]
 
 
@@ -120,41 +132,41 @@ def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
     yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
 
 
-def _balance(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _balance(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Times, displacements, mean forces by what exerts them."""
-    yield ExplainedFigure("duration", found.span_end - found.span_begin, "s")
-    yield ExplainedFigure("displacement", found.displacement, "m")
-    for name in significant_entries(found.mean_force, "force"):
+    yield ExplainedFigure("duration", explanations.span_end - explanations.span_begin, "s")
+    yield ExplainedFigure("displacement", explanations.displacement, "m")
+    for name in significant_entries(explanations.mean_force, "force"):
         yield ExplainedFigure(
-            f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N"
+            f"mean force, {name.replace('_', ' ')}", explanations.mean_force.sel(force=name), "N"
         )
-    yield ExplainedFigure("change of momentum", found.momentum_rate, "N")
+    yield ExplainedFigure("change of momentum", explanations.momentum_rate, "N")
 
 
-def _friction(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _friction(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Mean friction of a group, by what it comes from."""
-    part = found.friction_part.sum("fender").where(found.span_end.notnull())
+    part = explanations.friction_part.sum("fender").where(explanations.span_end.notnull())
     for name in FRICTION_PARTS:
         if name != OTHER or name in significant_entries(part, "part"):
             yield ExplainedFigure(name, part.sel(part=name), "N")
     yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
 
 
-def _points(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _points(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """How a point of the group slips, on average, and what it does in each mode."""
-    for mode in map(str, found.contact_mode.values):
-        of = found.sel(contact_mode=mode)
+    for mode in map(str, explanations.contact_mode.values):
+        of = explanations.sel(contact_mode=mode)
         for name, (variable, unit) in CONTACT_MODE_ROWS.items():
             yield ExplainedFigure(f"{mode}: {name}", of[variable].mean("fender"), unit)
     for name, (variable, unit) in SLIP_ROWS.items():
-        yield ExplainedFigure(name, found[variable].mean("fender"), unit)
+        yield ExplainedFigure(name, explanations[variable].mean("fender"), unit)
 
 
-def _closing(found: xr.Dataset) -> Sentence:
+def _closing(explanations: xr.Dataset) -> Sentence:
     """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
-    missed = float(np.abs(found.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
-    done = float(np.abs(found.force_work).sum(["body", "dof", "force"]).max())
-    missing = float(np.abs(found.work_missing).max())
+    missed = float(np.abs(explanations.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
+    done = float(np.abs(explanations.force_work).sum(["body", "dof", "force"]).max())
+    missing = float(np.abs(explanations.work_missing).max())
     return Sentence(
         "Impulses of all forces add up to the change of momentum, but for a mean force of {}. Works"
         " add up to the change of kinetic energy, but for {} of {}.",

@@ -41,26 +41,26 @@ EXTREMES_METHOD_NOTE = (
 def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
     yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
-    each = list(combinations(plan))
-    for values, at in each[:MAX_COMBINATIONS]:
+    plan_combinations = list(combinations(plan))
+    for values, at in plan_combinations[:MAX_COMBINATIONS]:
         of = plan.runs.isel(run=at)
         title = named_values(plan, values)
         yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
-    if len(each) > MAX_COMBINATIONS:
-        more = str(len(each) - MAX_COMBINATIONS)
+    if len(plan_combinations) > MAX_COMBINATIONS:
+        more = str(len(plan_combinations) - MAX_COMBINATIONS)
         yield Sentence("{} more combinations are in motion, in the file.", [more])
 
 
 def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of figures, and of every other channel of the file."""
-    each = list(combinations(plan))
-    if max((at.size for _, at in each), default=0) < MIN_RUNS:
+    plan_combinations = list(combinations(plan))
+    if max((at.size for _, at in plan_combinations), default=0) < MIN_RUNS:
         text = "Most probable extremes and P90 over seeds take {} seeds or more."
         yield Sentence(text, [str(MIN_RUNS)], detail=True)
         return
     figures: list[list[Cell]] = []
     channels: list[list[Cell]] = []
-    for k, (values, at) in enumerate(each):
+    for k, (values, at) in enumerate(plan_combinations):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
         figures += [[name, *row] for row in _rows(ends_of_figures(of, plan.figures))]
@@ -87,8 +87,8 @@ def _tables(
     head = (*begin, "most probable", "interval", "another run")
     yield Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
     title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
-    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
-    yield Table((*begin, "P90", "interval", "by"), each, title, detail)
+    shortened = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
+    yield Table((*begin, "P90", "interval", "by"), shortened, title, detail)
 
 
 def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
@@ -96,9 +96,13 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
     head = ("motion", "smallest", "largest")
     moving = list(ends_of_motions(runs))
     ends: list[list[Cell]] = [
-        [each.name, Value(np.min(each.low), each.unit), Value(np.max(each.high), each.unit)]
-        for each in moving
-        if each.low is not None and each.high is not None
+        [
+            motion.name,
+            Value(np.min(motion.low), motion.unit),
+            Value(np.max(motion.high), motion.unit),
+        ]
+        for motion in moving
+        if motion.low is not None and motion.high is not None
     ]
     yield Table(head, ends, title)
     yield from _tables("channel", _rows([*moving, *ends_of_channels(runs)]))
@@ -128,39 +132,39 @@ def value_of(value: object, unit: str) -> Value | str:
     return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
 
 
-def _rows(each: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
+def _rows(ends: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
     """Extremes of channels that enough runs have values of."""
-    return [row for ends in each for row in _extremes(ends)]
+    return [row for ends in ends for row in _extremes(ends)]
 
 
 def _extremes(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
     """Of the smallest and of the largest value of each run."""
-    for side, found in find_extremes(ends):
-        yield [ends.name, side, *_cells(found, ends.unit)]
+    for side, extreme in find_extremes(ends):
+        yield [ends.name, side, *_cells(extreme, ends.unit)]
 
 
-def _cells(found: SeedExtremes, unit: str) -> list[Cell]:
+def _cells(extreme: SeedExtremes, unit: str) -> list[Cell]:
     return [
-        Value(found.probable, unit),
-        Between(*found.interval, unit),
-        Between(*found.another, unit),
-        Value(found.p90, unit),
-        Between(*found.p90_interval, unit),
-        _method(found),
+        Value(extreme.probable, unit),
+        Between(*extreme.interval, unit),
+        Between(*extreme.another, unit),
+        Value(extreme.p90, unit),
+        Between(*extreme.p90_interval, unit),
+        _method(extreme),
     ]
 
 
-def _method(found: SeedExtremes) -> str:
+def _method(extreme: SeedExtremes) -> str:
     """The law, or the order of the runs and what their interval of another run holds."""
-    if found.method == GUMBEL_METHOD:
+    if extreme.method == GUMBEL_METHOD:
         return GUMBEL_METHOD
-    held = f"interval of another run holds {100.0 * found.probability:.0f} %"
+    held = f"interval of another run holds {100.0 * extreme.probability:.0f} %"
     more = (
         ""
-        if found.probability >= INTERVAL_PROBABILITY
+        if extreme.probability >= INTERVAL_PROBABILITY
         else f"; with {VALUES_FOR_INTERVAL} runs it would hold 90 %"
     )
-    return f"{found.method} ({held}{more})"
+    return f"{extreme.method} ({held}{more})"
 
 
 def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
@@ -168,10 +172,10 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
     for name in runs.contact_group.values if STAGE_TIME in runs else ():
         of = runs.sel(contact_group=name)
         stages = {str(s): of[STAGE_TIME].sel(stage=s) for s in of.stage.values}
-        for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
-            known = each.values[np.isfinite(each.values)]
-            if known.size and np.ptp(known) > 0.0:
-                at = seed_spread(known, -np.inf if what == CLEARANCE_FIGURE else 0.0)
-                unit = str(each.attrs["units"])
-                ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
-                yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]
+        for what, values in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
+            finite = values.values[np.isfinite(values.values)]
+            if finite.size and np.ptp(finite) > 0.0:
+                at = seed_spread(finite, -np.inf if what == CLEARANCE_FIGURE else 0.0)
+                unit = str(values.attrs["units"])
+                ends = Between(at.low, at.high, unit), Between(finite.min(), finite.max(), unit)
+                yield [what, str(name), Value(at.mean, unit), *ends, str(finite.size)]

@@ -98,12 +98,16 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
     if "fender_node" in run:
         gone = crawl(run)
         for axis in map(str, gone.axis.values):
-            each = _series_by_label(gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender")
-            yield from _without_rounding(Chart(f"Crawl of contact points in {axis}", "m", each))
+            lost_by_fender = _series_by_label(
+                gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender"
+            )
+            yield from _without_rounding(
+                Chart(f"Crawl of contact points in {axis}", "m", lost_by_fender)
+            )
     if CONTACT_WEIGHT in run.coords and GROUP_IMPULSE in run:
         share = transferred_fraction(run).to_dataset(name="share")
-        each = _series_by_label(share, "share", "contact_group")
-        yield Chart("Share of the weight transferred", "share", each)
+        lost_by_fender = _series_by_label(share, "share", "contact_group")
+        yield Chart("Share of the weight transferred", "share", lost_by_fender)
 
 
 def more_charts(run: xr.Dataset) -> Iterator[Chart]:
@@ -117,9 +121,9 @@ def more_charts(run: xr.Dataset) -> Iterator[Chart]:
         of = JOINT_LOADS._replace(title=f"load of joint {joint}: ")
         yield from _motions(load, joint, of, "force", "moment", True)
     for axis in map(str, run.axis.values) if "fender_friction" in run else ():
-        each = _series_by_label(run.sel(axis=axis), "fender_friction", "fender")
+        friction = _series_by_label(run.sel(axis=axis), "fender_friction", "fender")
         yield from _without_rounding(
-            Chart(f"Friction of contacts in {axis}", "N", each, folded=True)
+            Chart(f"Friction of contacts in {axis}", "N", friction, folded=True)
         )
     for body in map(str, run.body.values):
         if "velocity" in run:
@@ -135,8 +139,10 @@ def energies(run: xr.Dataset) -> Iterator[Chart]:
     """The ledger over time."""
     yield Chart("Kinetic energy", "J", {"kinetic": run.energy_kinetic.values}, folded=True)
     for part, label in ENERGY_LABELS.items():
-        each = {name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)}
-        yield from _without_rounding(Chart(f"Energy {label}", "J", each, folded=True))
+        energies_by_name = {
+            name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)
+        }
+        yield from _without_rounding(Chart(f"Energy {label}", "J", energies_by_name, folded=True))
     residual = {"residual": run.energy_residual.values}
     yield Chart("Residual of the ledger", "J", residual, folded=True)
 
@@ -158,19 +164,19 @@ def ledger(run: xr.Dataset) -> Iterator[Node]:
 
 def _ledger_names(run: xr.Dataset, part: str) -> list[str]:
     start = f"energy_{part}_"
-    found = (str(name) for name in run.data_vars if str(name).startswith(start))
-    return [name.removeprefix(start) for name in found if run[name].any()]
+    names = (str(name) for name in run.data_vars if str(name).startswith(start))
+    return [name.removeprefix(start) for name in names if run[name].any()]
 
 
 def _motions(
     of: xr.DataArray, body: str, how: Motions, linear: str, angular: str, folded: bool = False
 ) -> Iterator[Chart]:
-    each = of.sel(body=body)
+    body_motions = of.sel(body=body)
     for label, dofs, unit in (
         (linear, DOFS[:3], how.linear),
         (angular, DOFS[3:], how.angular),
     ):
-        series = {dof: _over_time(each.sel(dof=dof)) for dof in dofs}
+        series = {dof: _over_time(body_motions.sel(dof=dof)) for dof in dofs}
         title = f"{body}: {how.title}{label}"
         yield from _without_rounding(Chart(title, unit, series, folded=folded))
 
@@ -206,9 +212,9 @@ def _without_rounding(chart: Chart) -> Iterator[Chart]:
     """The chart of those lines that are more than rounding; none where there is none."""
     peaks = {name: _peak(values) for name, values in chart.series.items()}
     least = CHART_ROUNDING_FRACTION * max(peaks.values(), default=0.0)
-    kept = {name: values for name, values in chart.series.items() if peaks[name] > least}
-    if kept:
-        yield replace(chart, series=kept)
+    visible = {name: values for name, values in chart.series.items() if peaks[name] > least}
+    if visible:
+        yield replace(chart, series=visible)
 
 
 def _peak(values: np.ndarray) -> float:
