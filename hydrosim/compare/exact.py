@@ -51,19 +51,19 @@ def _variables(first: xr.Dataset, second: xr.Dataset, left_out: Collection[str])
             yield f"{name}: {_only_in(name in first.variables)}"
 
 
-def _values(name: str, one: xr.Variable, second: xr.Variable) -> Iterator[str]:
-    if dict(one.sizes) != dict(second.sizes) or one.dims != second.dims:
-        yield f"{name}: {_sizes(one)} and {_sizes(second)}"
+def _values(name: str, first: xr.Variable, second: xr.Variable) -> Iterator[str]:
+    if dict(first.sizes) != dict(second.sizes) or first.dims != second.dims:
+        yield f"{name}: {_sizes(first)} and {_sizes(second)}"
         return
-    a = _as_comparable(one.values)
+    a = _as_comparable(first.values)
     b = _as_comparable(second.values)
     if a.dtype != b.dtype:
         yield f"{name}: types {a.dtype} and {b.dtype}"
     elif (unequal := _unequal_values(a, b)).any():
         k = int(np.argmax(unequal))
         count = f"{np.count_nonzero(unequal)} of {unequal.size} values differ"
-        at = np.unravel_index(k, one.shape)
-        place = ", ".join(f"{dim} {i}" for dim, i in zip(one.dims, at, strict=True))
+        at = np.unravel_index(k, first.shape)
+        place = ", ".join(f"{dim} {i}" for dim, i in zip(first.dims, at, strict=True))
         place_text = f"first {a.ravel()[k]} and {b.ravel()[k]}" + (f" at {place}" if place else "")
         yield f"{name}: {count}, {place_text}"
 

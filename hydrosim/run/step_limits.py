@@ -66,7 +66,7 @@ def scene_combinations(
 def scene_vibrations(
     compiled: Compiled, mode_combinations: Sequence[Combination], error: float = MAX_MOTION_ERROR
 ) -> tuple[Vibration, ...]:
-    """Vibrations in the combinations ``mode_combinations`` with an error of more than ``error`` of
+    """Vibrations in the ``mode_combinations`` with an error of more than ``error`` of
     their amplitude at the step of the scene, see `accuracy`."""
     scene = compiled.scene
     of = (scene.duration, scene.solver.step, error)
@@ -187,7 +187,7 @@ def add_step_warnings(compiled: Compiled) -> Compiled:
 def _limits_below(
     step: float, compiled: Compiled, mode_combinations: Sequence[Combination], stable: float
 ) -> list[StepLimit]:
-    """Limits of a scene below this ``step``, for the combinations ``mode_combinations``. Their
+    """Limits of a scene below this ``step``, for the ``mode_combinations``. Their
     largest ``stable`` step needs eigenvalues alone. Names of limits need eigenvectors."""
     if compiled.method.any_step or stable >= step:
         return []

@@ -239,7 +239,7 @@ def _try_scene(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | Non
 def _merge_kinds(
     runs: Sequence[tuple[xr.Dataset, int]], apart: set[str], named: set[str]
 ) -> RunLayout | None:
-    """The form that holds what is ``runs`` of each kind of scene, of which there are so many."""
+    """The form that holds the ``runs`` (first run of a kind of scene, number of them)."""
     datasets = [trial for trial, _ in runs]
     labels = _all_labels(datasets)
     per_run: dict[str, xr.Variable] = {}

@@ -90,7 +90,7 @@ def add_mirrored_limits(
     figures: Sequence[RequestedStatistic],
     swells: Sequence[Swell | None],
 ) -> xr.Dataset:
-    """The limits ``limits`` with those to the other side, if these are the same; attributes say
+    """The ``limits`` with those to the other side, if these are the same; attributes say
     which they are, or why there are none."""
     headings = limits.heading.values
     images = images_of(headings)

@@ -300,7 +300,7 @@ def read_weather(folder: Path, wanted: Operability) -> Weather:
 
 
 def assess_weather(limits: xr.Dataset, weather: Weather) -> xr.Dataset:
-    """The limits ``limits`` with what they are worth in the weather: ``scatter_workable`` and
+    """The ``limits`` with what they are worth in the weather: ``scatter_workable`` and
     ``scatter_outside``; ``alpha`` [1] of each limit; of the hindcast, over the ``season``, the
     year and each month, the shares ``workable``, ``startable`` and ``never``, and ``waiting`` [s]
     by ``quantile``. The least limit of all swells counts, stages together; of all headings, too,

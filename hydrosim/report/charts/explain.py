@@ -36,7 +36,7 @@ def draw_explained(
     output: Path | Output,
     name: str = "",
 ) -> Path:
-    """Draw a run, or many runs, with the explanation ``explanations``."""
+    """Draw a run, or many runs, with its ``explanations``."""
     if "run" in explanations.dims:
         units = units_of(run.attrs)
         figure = _of_runs(explanations, body, direction, units)

@@ -179,7 +179,7 @@ CHATTER_NOTE = (
 
 
 def statistics_document(run: xr.Dataset, statistics: xr.Dataset) -> Document:
-    """What `statistics` ``statistics`` of a run."""
+    """The ``statistics`` of a run."""
     nodes = [*figures(statistics), *line_nodes(statistics), *contact_nodes(statistics)]
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
