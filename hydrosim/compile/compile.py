@@ -13,7 +13,7 @@ from hydrosim.compile import symmetry
 from hydrosim.compile.automatic import with_method, with_tolerance
 from hydrosim.compile.compiled import Compiled, derive_data
 from hydrosim.compile.drives import check_driven_start
-from hydrosim.compile.families import all_groups, members_of
+from hydrosim.compile.families import all_groups, members_of_families
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, in_states
 from hydrosim.compile.joints import with_dofs_of_joints
 from hydrosim.compile.line_drag import with_line_drag
@@ -134,7 +134,7 @@ def _at_draughts(
     bodies: Sequence[WaveBody], wet: Sequence[HydrodynamicGroup]
 ) -> Iterator[WaveBody]:
     """Bodies in waves; a body with a family of databases occurs once per member."""
-    members = members_of(wet)
+    members = members_of_families(wet)
     owners = {int(member.dofs[0]) for member in members}
     yield from (body for body in bodies if body.offset not in owners)
     for k, member in enumerate(members, len(bodies)):

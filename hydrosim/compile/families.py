@@ -49,7 +49,7 @@ def all_groups(
     return [*wet_groups(scene, seas, before), *families]
 
 
-def members_of(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGroup]:
+def members_of_families(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGroup]:
     """All members of all families, as groups."""
     return [member for group in wet for member in group.members]
 
@@ -58,7 +58,7 @@ def family_members(
     wet: Sequence[HydrodynamicGroup], bodies: int
 ) -> Iterator[tuple[np.ndarray, HydrodynamicGroup]]:
     """All databases and their DOFs (m,), with all members of families."""
-    members = members_of(wet)
+    members = members_of_families(wet)
     for group in wet:
         if not group.members:
             yield group.dofs, group
@@ -71,7 +71,7 @@ def family_constants(
 ) -> draught_interpolation.DraughtFamilies:
     """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
-    members = members_of(wet)
+    members = members_of_families(wet)
     counts = [len(group.members) for group in chosen]
     body = np.array([group.dofs[0] // 6 for group in chosen], dtype=np.int64)
     return draught_interpolation.DraughtFamilies(

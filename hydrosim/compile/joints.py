@@ -23,7 +23,7 @@ from hydrosim.multibody.tree import (
     Tree,
 )
 from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
-from hydrosim.scene.joint import Branch, JointMotion, MotionKind
+from hydrosim.scene.joint import JointMotion, MotionKind, TreeJoint
 from hydrosim.scene.scene import arrangement, tree_joints
 
 # Joints of a scene as arrays: the trees whose motions are coordinates.
@@ -120,7 +120,7 @@ def _first_coordinates(scene: Scene, first: int) -> dict[str, int]:
     return first_by_joint
 
 
-def _moves(branch: Branch, body: Body, first: int) -> Iterator[tuple[object, ...]]:
+def _moves(branch: TreeJoint, body: Body, first: int) -> Iterator[tuple[object, ...]]:
     """Entries of `MOVE` of a joint, from parent to child; its coordinates begin at ``first``."""
     axes = branch.joint.axes() @ about_z(body.heading).T
     steps = [

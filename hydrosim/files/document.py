@@ -159,7 +159,7 @@ def print_parts(out: Console, *parts: RenderableType) -> None:
         if isinstance(part, str):
             out.print(printable(part), markup=False, emoji=False, highlight=False, soft_wrap=True)
         else:
-            out.print(_Printable(part), crop=False)
+            out.print(_PrintableRendering(part), crop=False)
 
 
 def printable(text: str) -> str:
@@ -227,7 +227,7 @@ def _widths(columns: Sequence[TextColumn], width: int) -> list[int]:
     return widths
 
 
-class _Printable:
+class _PrintableRendering:
     """A grid of characters that can be printed."""
 
     def __init__(self, part: RenderableType) -> None:

@@ -93,7 +93,7 @@ def json_schema(model: type[BaseModel], title: str) -> Schema:
     whole = _tidy(model.model_json_schema(schema_generator=_Described))
     shared, whole = _with_short_names(whole.pop("$defs", {}), whole)
     definitions: dict[str, Schema] = {}
-    shared, whole = (_share_parts(document, definitions) for document in (shared, whole))
+    shared, whole = (_share_definitions(document, definitions) for document in (shared, whole))
     for document in (*shared.values(), whole):
         _append_units(document, definitions)
     shared |= definitions
@@ -180,17 +180,19 @@ def _with_short_names(shared: Schema, whole: Schema) -> tuple[Schema, Schema]:
     return renamed, rest
 
 
-def _share_parts(schema: Any, definitions: dict[str, Schema]) -> Any:
+def _share_definitions(schema: Any, definitions: dict[str, Schema]) -> Any:
     """The schema with references to its quantities, vectors and mappings of several kinds, which
-    are added to the ``definitions`` definitions."""
+    are added to the ``definitions``."""
     if isinstance(schema, list):
-        return [_share_parts(item, definitions) for item in schema]
+        return [_share_definitions(item, definitions) for item in schema]
     if not isinstance(schema, dict):
         return schema
     siblings = {
         key: sibling for key in REFERENCE_SIBLINGS if (sibling := schema.get(key)) is not None
     }
-    rest = {key: _share_parts(x, definitions) for key, x in schema.items() if key not in siblings}
+    rest = {
+        key: _share_definitions(x, definitions) for key, x in schema.items() if key not in siblings
+    }
     if isinstance(schema.get("quantity"), str):
         return {"$ref": f"{DEFINITION_PREFIX}{_quantity(siblings | rest, definitions)}"} | siblings
     if "prefixItems" in rest:

@@ -188,10 +188,12 @@ def validation_problems(error: ValidationError, data: Any, readers: Readers) -> 
     renamed = {*_renamed_keys(every, data, readers)}
     for details in every:
         if details["loc"] not in renamed:
-            yield _problem(details, data, readers, every)
+            yield _problem_of_error(details, data, readers, every)
 
 
-def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Details]) -> Problem:
+def _problem_of_error(
+    details: Details, data: Any, readers: Readers, every: Sequence[Details]
+) -> Problem:
     keys, value, context = details["loc"], details["input"], details.get("ctx", {})
     match details["type"]:
         case "hydrosim":

@@ -592,11 +592,11 @@ def make_consistent(t, run):
     if events.any_joints(run.model.elements):
         apply_impacts(t, run)
     if run.work.constraints.force.size > events.joint_rows(run.model.elements):
-        _make_consistent(t, run)
+        _make_velocities_consistent(t, run)
 
 
 @root
-def _make_consistent(t, run):
+def _make_velocities_consistent(t, run):
     state = run.state
     model = run.model
     work = run.work

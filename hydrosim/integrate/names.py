@@ -136,10 +136,12 @@ def spring_names(scene: Scene) -> list[str]:
 
 def memory_names(scene: Scene, model: Model) -> list[str]:
     """Names of the coordinates whose velocities a convolution remembers."""
-    return [coordinate_of(scene, model, dof).name for dof in np.unique(model.convolution.column)]
+    return [
+        coordinate_of_dof(scene, model, dof).name for dof in np.unique(model.convolution.column)
+    ]
 
 
-def coordinate_of(scene: Scene, model: Model, dof: int) -> Coordinate:
+def coordinate_of_dof(scene: Scene, model: Model, dof: int) -> Coordinate:
     """Coordinate of a body, or of the body that a member of a family belongs to."""
     body = dof // 6 - len(scene.bodies)
     owner = dof // 6 if body < 0 else model.family.owner[body]
@@ -276,7 +278,7 @@ def _radiation(scene: Scene, model: Model) -> Iterator[StateEntry]:
     # the model may repeat the last DOF of a group
     groups = [[*dict.fromkeys(states.dof[a:b].tolist())] for a, b in pairwise(states.member)]
     for dofs, count in zip(groups, np.diff(states.state), strict=True):
-        moved = tuple(coordinate_of(scene, model, dof) for dof in dofs)
+        moved = tuple(coordinate_of_dof(scene, model, dof) for dof in dofs)
         owner = dofs_of(dofs, bodies)
         yield from (
             StateEntry(f"radiation {k + 1}", owner, f"radiation {k + 1} of {owner}", moved)

@@ -162,7 +162,7 @@ def all_open(model: Model, state: State) -> Combination:
     time = max(
         (kind.time_of_largest_load(p) for kind, p in kinds_with_mode_sets(model)), default=0.0
     )
-    return _combination("", _at_rest(model, state), model, state, time, {})
+    return _combination("", _modes_at_rest(model, state), model, state, time, {})
 
 
 def _combination(
@@ -222,7 +222,7 @@ def _mobility(kind: KindWithModeSets, p: Any, model: Model, state: State) -> np.
         place_bodies(state.y[:n], unit, model.bodies, motion)
         rates.append(kind.rates(p, model.bodies, motion))
     J = np.array(rates)
-    rows = find_constraint_rows(model, state.y, _at_rest(model, state))
+    rows = find_constraint_rows(model, state.y, _modes_at_rest(model, state))
     freedom = nullspace_of(rows, inertia(model, state.y))
     yielding = freedom.accelerate(J.reshape(n, -1)).reshape(J.shape)
     return np.asarray((J * yielding).sum(axis=0))
@@ -320,7 +320,7 @@ def _joint_modes(model: Model, state: State) -> np.ndarray:
     return modes
 
 
-def _at_rest(model: Model, state: State) -> np.ndarray:
+def _modes_at_rest(model: Model, state: State) -> np.ndarray:
     """Modes (rows, 3) with all units at rest."""
     modes = _joint_modes(model, state)
     for kind, p in kinds_with_mode_sets(model):

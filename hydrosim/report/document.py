@@ -96,12 +96,12 @@ def _row(line: EvidenceLine) -> list[Cell]:
 
 # Report of a run: events, figures, series, energy, assumptions, and evidence.
 
-DIMENSIONS = ("time", "body", "dof")
+REQUIRED_COORDINATES = ("time", "body", "dof")
 
 
 def run_document(run: xr.Dataset) -> Document:
     """Report of a run, also of one that failed or was interrupted."""
-    if missing := [name for name in DIMENSIONS if name not in run.coords]:
+    if missing := [name for name in REQUIRED_COORDINATES if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
     nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]

@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.statistics.gaussian import (
-    Gaussian,
+    GaussianFit,
     ImpactPeaks,
     Impacts,
     find_impacts,
@@ -57,8 +57,8 @@ from hydrosim.statistics.series import (
     has_initial_transient,
     independent_samples,
     low_frequency_share,
-    moments,
     peaks,
+    skewness_and_kurtosis,
     slow_part,
     upcrossings,
 )
@@ -209,7 +209,7 @@ def extremes(
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
     share, few = low_frequency_share(z, step, slowest)
     slow = share > SLOW_FRACTION and few < MIN_MEMORIES
-    third, fourth = moments(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
+    third, fourth = skewness_and_kurtosis(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
     record = _RecordProperties(long, slow, third, ratio, contacts)
     if fourth < MIN_SLOW_KURTOSIS and not _is_regular_series(z):
         return no_extremes(ExtremeModel.BOUNDED), no_extremes(ExtremeModel.BOUNDED)
@@ -443,7 +443,10 @@ def _is_regular_series(x: np.ndarray) -> bool:
 
 
 def _extremes_by_law(
-    law: Gaussian | Gumbel | Impacts, record: _RecordProperties, count: float, basis: ExtremeModel
+    law: GaussianFit | Gumbel | Impacts,
+    record: _RecordProperties,
+    count: float,
+    basis: ExtremeModel,
 ) -> RecordExtremes:
     """Extremes by a law for the largest value in one of ``count`` windows of a record."""
     ratio = record.ratio * count

@@ -140,7 +140,7 @@ MAXIMUM_REJECTION = 1e-3
 MOMENT_REJECTION = 0.01  # probability that a Gaussian record is rejected, for each moment
 
 
-class Gaussian(NamedTuple):
+class GaussianFit(NamedTuple):
     """A fit to a record: ``mean`` and ``std``; the mean ``scores`` (4,) and draws (4, k) of their
     ``scatter``; the ``information`` (4, 4). ``crossings`` are the upcrossings of levels, and
     ``moved`` (2,) is their change with mean and std. ``counted`` (k,) are draws of the scatter of
@@ -222,7 +222,7 @@ class Gaussian(NamedTuple):
         return weights
 
 
-def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | None:
+def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> GaussianFit | None:
     """Fit to a record x (nt,) that is so many times as long as its memory; None if there is none.
     Values at the smallest value are clipped if there are several."""
     floor = x.min()
@@ -237,7 +237,7 @@ def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | 
         if np.abs(step).max() < FIT_TOLERANCE:
             draws = scatter(scores, independent)
             about = scores.mean(axis=1), draws, information
-            return Gaussian(
+            return GaussianFit(
                 mean, std, *about, *_group_statistics(x, mean, std, windows, draws.shape[1])
             )
         mean, std = mean + std * float(step[0]), std * (1.0 + float(np.clip(step[1], -0.5, 1.0)))

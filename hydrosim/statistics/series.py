@@ -92,7 +92,7 @@ def slow_part(x: np.ndarray, step: float, frequency: float) -> np.ndarray:
     return np.fft.irfft(coefficients, x.size)
 
 
-def moments(x: np.ndarray) -> tuple[float, float]:
+def skewness_and_kurtosis(x: np.ndarray) -> tuple[float, float]:
     """Skewness and kurtosis of x (nt,): 0 and 3 for a normal distribution."""
     z = x - x.mean()
     size = np.sqrt(np.mean(z**2))

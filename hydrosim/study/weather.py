@@ -274,7 +274,7 @@ class Weather:
     bearing: float | None
     operation: Operation | None
 
-    def alpha(self) -> AlphaFactors | None:
+    def alpha_factors(self) -> AlphaFactors | None:
         """The table of alpha factors, if there is one."""
         table = self.operation.alpha if self.operation is not None else None
         if table is None:
@@ -294,7 +294,7 @@ def read_weather(folder: Path, wanted: Operability) -> Weather:
             " bearing that waves come from; expected one, or no bearing."
         )
     weather = Weather(scatter or None, hindcast or None, wanted.bearing, wanted.operation)
-    if (alpha := weather.alpha()) is not None and wanted.operation is not None:
+    if (alpha := weather.alpha_factors()) is not None and wanted.operation is not None:
         alpha.factor(wanted.operation.planned, alpha.heights)
     return weather
 
@@ -314,7 +314,7 @@ def assess_weather(limits: xr.Dataset, weather: Weather) -> xr.Dataset:
         workable, outside = workability(weather.scatter, curve)
         new["scatter_workable"] = _share(workable, "share of the seas that is workable")
         new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
-    operation, alpha = weather.operation, weather.alpha()
+    operation, alpha = weather.operation, weather.alpha_factors()
     bare = limit
     if operation is not None and alpha is not None:
         factors = alpha.factor(operation.planned, limit.values)
@@ -341,7 +341,7 @@ def _assumption_attributes(weather: Weather) -> dict[str, str | float]:
             "planned": weather.operation.planned,
             "window": window_length(weather.operation),
         }
-    if (alpha := weather.alpha()) is not None:
+    if (alpha := weather.alpha_factors()) is not None:
         attributes["alpha_table"] = alpha.source
         attributes["alpha_lowest"] = float(alpha.heights[0])
     if weather.bearing is not None:

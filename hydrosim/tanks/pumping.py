@@ -54,12 +54,16 @@ def share_of_step(step, y, modes, p):
         flow = p.flows[i]
         moved = step * abs(rate_of(i, modes, p))
         if moved > 0.0:
-            least = min(least, _share(flow.source, moved, y, p), _share(flow.target, moved, y, p))
+            least = min(
+                least,
+                _share_by_tank(flow.source, moved, y, p),
+                _share_by_tank(flow.target, moved, y, p),
+            )
     return max(least, MIN_STEP_FRACTION)
 
 
 @kernel
-def _share(k, moved, y, p):
+def _share_by_tank(k, moved, y, p):
     """The fraction for tank ``k``, with the mass ``moved`` in a step. It is 1 while `MANY` steps
     remain."""
     if k == SEA_INDEX or p.each[k].liquid < 0:

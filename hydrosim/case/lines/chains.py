@@ -29,7 +29,7 @@ from hydrosim.files.yaml_nodes import compose_nodes, plain_values
 
 Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
-DEEPER = 1e-3  # of the depth: an anchor this little below the seabed is on it
+ON_SEABED_RTOL = 1e-3  # of the depth: an anchor this little below the seabed is on it
 YAML = (".yaml", ".yml")
 CASE_KEYS = {"title", "duration", "environment", "bodies", "forces", "joints", "extends"}
 MAX_PIECES = 1000
@@ -101,7 +101,7 @@ def _check_depths(system: System, source: Source) -> None:
     """Refuse points below the seabed, but for what digits of a file leave."""
     depth = inf if system.depth is None else system.depth
     for name, point in system.points.items():
-        if point.held is PointSupport.EARTH and -point.place[2] > depth * (1.0 + DEEPER):
+        if point.held is PointSupport.EARTH and -point.place[2] > depth * (1.0 + ON_SEABED_RTOL):
             source.wrong(
                 f"found point {name} {-point.place[2]:g} m below the water, and a depth of"
                 f" {depth:g} m; expected points on the seabed or above it",

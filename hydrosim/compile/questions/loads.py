@@ -40,14 +40,14 @@ NEGLIGIBLE_LOAD_FRACTION = (
 def ask_about_capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
     that are a unit away from the bodies' weights."""
-    yield from _tiny(about)
-    yield from _strengths(about)
-    yield from _stretches(about)
+    yield from _tiny_capacities(about)
+    yield from _doubtful_strengths(about)
+    yield from _stretches_at_capacity(about)
     yield from _overloaded_lines(about)
-    yield from _hanging(about)
+    yield from _bodies_too_heavy_for_lines(about)
 
 
-def _tiny(about: SceneContext) -> Iterator[Query]:
+def _tiny_capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that the weight of a few litres of water exceeds."""
     limits = [
         (
@@ -73,7 +73,7 @@ def _tiny(about: SceneContext) -> Iterator[Query]:
             yield Query(key, found_text, usual, "Is it in kN?")
 
 
-def _stretches(about: SceneContext) -> Iterator[Query]:
+def _stretches_at_capacity(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities of springs at which they are several times as long."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Spring) or not of.capacity or not isinstance(of.length, float):
@@ -91,7 +91,7 @@ def _stretches(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _strengths(about: SceneContext) -> Iterator[Query]:
+def _doubtful_strengths(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities far above or below the breaking load of a line's thinnest chain, and
     about those that stretch a rope by half of its length."""
     for name, of in about.scene.forces.items():
@@ -133,7 +133,7 @@ def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.capacity", f"{found_text} of tension at the start", usual)
 
 
-def _hanging(about: SceneContext) -> Iterator[Query]:
+def _bodies_too_heavy_for_lines(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that hang from lines whose capacities add up to less than the weight."""
     for body in about.scene.bodies:
         if not _is_dry_and_heavy(about, body):

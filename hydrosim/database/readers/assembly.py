@@ -20,7 +20,7 @@ _ODD = 1e-2  # coupling relative to the diagonals by panels that are not exactly
 _MOMENTUM = [0, 1, 5]  # surge, sway, yaw
 
 
-def inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
+def bitwise_inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
     """Numbers close to ``guess`` that ``forward`` maps to ``wanted`` to the bit, if a neighbour of
     the guess does; else the guess. So a quotient times its divisor is the original number."""
     result = np.array(guess, dtype=float)
@@ -29,10 +29,10 @@ def inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
     return result
 
 
-def quotient(value: Real, factor: Real | float) -> Real:
+def invertible_quotient(value: Real, factor: Real | float) -> Real:
     """``value`` / ``factor``, chosen so that its product with the factor is ``value`` again if
     possible."""
-    return inverse(lambda x: x * factor, value / factor, value)
+    return bitwise_inverse(lambda x: x * factor, value / factor, value)
 
 
 def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:

@@ -29,10 +29,10 @@ import numpy as np
 from hydrosim.database.changes import move_reference
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 from hydrosim.database.readers.assembly import (
-    inverse,
+    bitwise_inverse,
+    invertible_quotient,
     mirror_image,
     preferred_drift,
-    quotient,
     without_unused,
 )
 from hydrosim.errors import InputError
@@ -87,7 +87,7 @@ def _write_parameters(db: HydroDatabase, group: h5py.Group) -> None:
     w, b = db.frequency, db.heading
     deep = np.isinf(db.water_depth)
     group["w"], group["T"] = w[:, None], 2 * np.pi / w[:, None]
-    group["wave_dir"] = inverse(np.radians, np.degrees(b), b)[:, None]
+    group["wave_dir"] = bitwise_inverse(np.radians, np.degrees(b), b)[:, None]
     group["water_depth"] = np.bytes_("infinite") if deep else [[db.water_depth]]
     group["rho"], group["g"], group["scaled"] = [[db.water_density]], [[db.gravity]], [[0.0]]
 
@@ -108,17 +108,17 @@ def _write_properties(db: HydroDatabase, body: int, group: h5py.Group) -> None:
 
 def _write_coefficients(db: HydroDatabase, rows: slice, group: h5py.Group) -> None:
     density, weight = db.water_density, db.water_density * db.gravity
-    damping = quotient(db.radiation_damping, density * db.frequency[:, None, None])
-    mass = quotient(db.added_mass, density)
+    damping = invertible_quotient(db.radiation_damping, density * db.frequency[:, None, None])
+    mass = invertible_quotient(db.added_mass, density)
     group["added_mass/all"] = mass[:, rows].transpose(1, 2, 0)
     group["radiation_damping/all"] = damping[:, rows].transpose(1, 2, 0)
     if db.added_mass_infinite is not None:
-        group["added_mass/inf_freq"] = quotient(db.added_mass_infinite[rows], density)
+        group["added_mass/inf_freq"] = invertible_quotient(db.added_mass_infinite[rows], density)
     if db.hydrostatic_stiffness is not None:
         stiffness = db.hydrostatic_stiffness[rows, rows]
-        group["linear_restoring_stiffness"] = quotient(stiffness, weight)
+        group["linear_restoring_stiffness"] = invertible_quotient(stiffness, weight)
     if db.mean_drift is not None:
-        drift = quotient(db.mean_drift[..., rows].transpose(2, 1, 0), weight)
+        drift = invertible_quotient(db.mean_drift[..., rows].transpose(2, 1, 0), weight)
         group["mean_drift/control_surface/val"] = drift
     loads = {"excitation": db.excitation, "excitation/froude-krylov": db.froude_krylov}
     if db.froude_krylov is not None:
@@ -129,7 +129,10 @@ def _write_coefficients(db: HydroDatabase, rows: slice, group: h5py.Group) -> No
 
 
 def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
-    real, imaginary = quotient(value.real, weight), quotient(value.imag, weight)
+    real, imaginary = (
+        invertible_quotient(value.real, weight),
+        invertible_quotient(value.imag, weight),
+    )
     group["re"], group["im"] = real, imaginary
     group["mag"], group["phase"] = np.hypot(real, imaginary), np.arctan2(imaginary, real)
 
@@ -137,9 +140,9 @@ def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
 def _write_transfer(db: HydroDatabase, rows: slice, group: h5py.Group, name: str) -> None:
     """For each DOF, a column of n^2 numbers; the index of the first wave varies fastest."""
     w = require_array(db, "qtf_frequency")
-    period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
+    period = bitwise_inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
     pair = require_array(db, "qtf_heading")[0]
-    degrees = inverse(np.radians, np.degrees(pair), pair)
+    degrees = bitwise_inverse(np.radians, np.degrees(pair), pair)
     for kind, transfer in (("Diff", db.qtf_difference), ("Sum", db.qtf_sum)):
         if transfer is None:
             continue

@@ -64,7 +64,7 @@ _POSITIVE = {
     "PitchPositiveBow": ("down", "up"),
     "YawPositiveBow": ("port", "starboard"),
 }
-_ABSCISSA = {
+_ABSCISSA_BY_UNIT = {
     "period (s)": Abscissa.PERIOD,
     "frequency (rad/s)": Abscissa.RADIANS_PER_SECOND,
     "frequency (Hz)": Abscissa.HERTZ,
@@ -390,7 +390,7 @@ def _conventions(kind: _Node) -> _Conventions:
     kind.choice("RAOWaveUnit", ["amplitude"])
     units = {"degrees": np.pi / 180, "radians": 1.0}
     return _Conventions(
-        _ABSCISSA[kind.choice("WavesReferredToBy", list(_ABSCISSA))],
+        _ABSCISSA_BY_UNIT[kind.choice("WavesReferredToBy", list(_ABSCISSA_BY_UNIT))],
         np.array([1.0 if kind.choice(k, c) == c[0] else -1.0 for k, c in _POSITIVE.items()]),
         kind.choice("RAOPhaseConvention", ["lags", "leads"]) == "leads",
         units[kind.choice("RAOPhaseUnitsConvention", list(units))],

@@ -105,8 +105,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Gu
 
 
 @kernel
-def pressed_by(pin, contact):
-    """e of a pin, and its distance r from the axis."""
+def pin_compression(pin, contact):
+    """Compression e of the wall by a pin, and the distance r of the pin from the axis."""
     r = length(contact.offset)
     return r - pin.gap + pin.slope * contact.compression, r
 
@@ -127,7 +127,7 @@ def add_force(t, y, modes, motion, bodies, elements, wrench):
             pin = p.pins[i]
             point = elements.fenders.points[pin.point]
             c = geometry.contact_kinematics(point, bodies, motion)
-            e, r = pressed_by(pin, c)
+            e, r = pin_compression(pin, c)
             f = wall_force(i, e, modes, p)
             share = f / r if r > 0.0 else 0.0
             across = (-share * c.offset[0], -share * c.offset[1])
@@ -148,7 +148,9 @@ def _stored_energy(i, modes, motion, bodies, elements):
     if modes[p.mode + i, MODE] != PIN_PRESSED:
         return 0.0
     c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
-    return curves.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], pressed_by(p.pins[i], c)[0])
+    return curves.stored_energy(
+        p.segments[modes[p.mode + i, SEGMENT]], pin_compression(p.pins[i], c)[0]
+    )
 
 
 @root
@@ -157,7 +159,7 @@ def write_outputs(modes, motion, bodies, elements, out):
     p = elements.guides
     for i in range(p.pins.size):
         c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
-        e, _ = pressed_by(p.pins[i], c)
+        e, _ = pin_compression(p.pins[i], c)
         out[GUIDE_OUTPUTS * i + PIN_FORCE] = wall_force(i, e, modes, p)
         out[GUIDE_OUTPUTS * i + PIN_CLEARANCE] = -e
 
@@ -172,7 +174,7 @@ def find_margins(modes, motion, bodies, elements, out):
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
         c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-        e, _ = pressed_by(pin, c)
+        e, _ = pin_compression(pin, c)
         within = min(c.compression + pin.depth, INSIDE)
         for k in range(MARGINS):
             out[m + k] = 1.0
@@ -195,7 +197,7 @@ def transition(i, which, y, modes, motion, bodies, elements):
     pin = p.pins[i]
     mode = modes[p.mode + i]
     c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-    e, _ = pressed_by(pin, c)
+    e, _ = pin_compression(pin, c)
     if which == SEGMENT_MARGIN:
         mode[SEGMENT] = curves.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], e)
     elif which == CONTACT_MARGIN:
@@ -223,7 +225,7 @@ def activate(i, modes, motion, bodies, elements):
     p = elements.guides
     pin = p.pins[i]
     c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-    e, _ = pressed_by(pin, c)
+    e, _ = pin_compression(pin, c)
     modes[p.mode + i, MODE] = (
         AWAY if c.compression <= -pin.depth else PIN_BESIDE if e > 0.0 else FREE
     )
@@ -251,7 +253,7 @@ def set_initial_modes(modes, motion, bodies, elements):
         pin = p.pins[i]
         mode = modes[p.mode + i]
         c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-        e, _ = pressed_by(pin, c)
+        e, _ = pin_compression(pin, c)
         mode[MODE] = AWAY if c.compression <= -pin.depth else PIN_PRESSED if e > 0.0 else FREE
         mode[SEGMENT] = curves.find_segment(pin.first, pin.last, p.segments, e)
 

@@ -363,7 +363,7 @@ def paid_energy(line, s, pull, pieces):
 @kernel
 def find_drag(line, s, pull):
     """The linearised drag [N] at the fairlead, across the line there."""
-    u = water_velocity(line)
+    u = mean_current_past_line(line)
     T2 = pull.H * pull.H + pull.V * pull.V
     per = 1.0 / sqrt(T2) if T2 > 0.0 else 0.0
     along = (pull.H * per * s.e[0], pull.H * per * s.e[1], -pull.V * per)
@@ -374,7 +374,7 @@ def find_drag(line, s, pull):
 
 
 @kernel
-def water_velocity(line):
+def mean_current_past_line(line):
     """Velocity of the water [m/s] past a line: the mean current over its depth."""
     return line.stream[0], line.stream[1]
 

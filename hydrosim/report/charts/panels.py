@@ -321,7 +321,7 @@ def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
         spare.remove()
     for axis, panel in zip(axes, panels, strict=True):
         panel.draw(axis, frame.window)
-        _dress(axis, frame)
+        _style_axis(axis, frame)
     _level(axes)
     _name_phases(grid[0], frame.phases)
     above = 15.0 if frame.phases else 6.0  # points, for the names of phases
@@ -338,7 +338,7 @@ def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
     return figure
 
 
-def _dress(axis: Axes, frame: PictureFrame) -> None:
+def _style_axis(axis: Axes, frame: PictureFrame) -> None:
     axis.margins(x=0.0)
     axis.grid(alpha=0.3)
     axis.set_axisbelow(True)

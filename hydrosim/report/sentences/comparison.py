@@ -87,7 +87,7 @@ def names_compared(comparison: xr.Dataset) -> str:
     return " and ".join(names)
 
 
-def files(comparison: xr.Dataset, other: str) -> Iterator[tuple[str, str]]:
+def compared_files(comparison: xr.Dataset, other: str) -> Iterator[tuple[str, str]]:
     """What "ours" and the ``other`` are."""
     title = str(comparison.attrs.get("title", ""))
     yield "ours", f"{comparison.attrs.get('run', 'unknown')}{': ' if title else ''}{title}"
@@ -95,7 +95,7 @@ def files(comparison: xr.Dataset, other: str) -> Iterator[tuple[str, str]]:
 
 
 def _outcome(comparison: xr.Dataset) -> Iterator[Node]:
-    yield Table(("", "file"), list(files(comparison, "recorded")))
+    yield Table(("", "file"), list(compared_files(comparison, "recorded")))
     yield Sentence(_counts_by_difference(comparison))
     yield from _tolerances(comparison)
     channels = [comparison.isel(channel=k) for k in _order_by_difference(comparison)]
@@ -320,7 +320,7 @@ def _run_counts(comparison: xr.Dataset) -> str:
 
 
 def _study_outcome(comparison: xr.Dataset) -> Iterator[Node]:
-    yield Table(("", "file"), list(files(comparison, "theirs")))
+    yield Table(("", "file"), list(compared_files(comparison, "theirs")))
     differing, equal = _differing_channels(comparison), _is_equal(comparison)
     all_, level = comparison.sizes["channel"], float(comparison.attrs["level"])
     yield Sentence(
