@@ -428,7 +428,7 @@ class _Program:
         the way to ``volume`` (nt,)."""
         from scipy.optimize import linprog
 
-        A = self._matrix(volume)
+        A = self._moment_matrix(volume)
         limits = self._limits()
         scale = np.abs(A).max(axis=1)
         scale[scale == 0.0] = 1.0
@@ -450,7 +450,7 @@ class _Program:
         balanced = linprog(least, np.vstack(rows), room, sides, b, [*bounds, (0.0, 1.0)])
         return np.asarray(balanced.x[:n] if balanced.status == 0 else smallest.x)
 
-    def _matrix(self, volume: np.ndarray) -> np.ndarray:
+    def _moment_matrix(self, volume: np.ndarray) -> np.ndarray:
         """A (3, n): mass, and its moments about x and y, per mass moved by each pump."""
         place = np.array([self._place(k, volume[k]) for k in range(self.p.each.size)])
         return np.vstack([self.moves.sum(axis=0), place.T @ self.moves])

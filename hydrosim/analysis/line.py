@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.case.lines.chains import mooring_lines, water_of
+from hydrosim.case.lines.chains import mooring_lines, water_of_system
 from hydrosim.compile.validate_scene import STRAINED
 from hydrosim.elements.line.hang import find_touchdown
 from hydrosim.elements.line.points import line_points, line_shapes
@@ -167,7 +167,7 @@ def lines_of_system(system: System) -> list[StillLine]:
     """The lines of a mooring system, with the vessel where its file has it. Raises InputError."""
     source = Source(system.file)
     still_lines = []
-    for name, line in mooring_lines(system, water_of(system, DEFAULT_WATER), source).items():
+    for name, line in mooring_lines(system, water_of_system(system, DEFAULT_WATER), source).items():
         rows = [(s.length, s.weight, s.stiffness, s.hung) for s in line.segments]
         across = np.subtract(line.anchor, line.fairlead)
         bed = -inf if system.depth is None else min(-system.depth - line.anchor[2], 0.0)

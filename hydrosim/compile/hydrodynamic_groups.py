@@ -422,7 +422,9 @@ def each_alone(groups: Sequence[HydrodynamicGroup]) -> dict[str, HydroDatabase]:
     return {name: database for wet in groups for name, database in wet.alone.items()}
 
 
-def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> UncoupledResonance:
+def uncoupled_resonance(
+    body: Body, stiffness: np.ndarray, db: HydroDatabase | None
+) -> UncoupledResonance:
     """Resonance of each DOF of a body by itself, along its axes at rest, with ``stiffness`` (6,)
     besides hydrostatics. ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))

@@ -10,7 +10,12 @@ import numpy as np
 
 from hydrosim import elements as forces
 from hydrosim.compile import families
-from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_alone, moving, resonance
+from hydrosim.compile.hydrodynamic_groups import (
+    HydrodynamicGroup,
+    each_alone,
+    moving,
+    uncoupled_resonance,
+)
 from hydrosim.compile.hydrostatics import hulls_of, liquids_of
 from hydrosim.compile.joints import bodies_of
 from hydrosim.compile.restart import initial_headings
@@ -199,7 +204,9 @@ def _layout(
     scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
 ) -> Layout:
     def of_body(body: int, stiffness: np.ndarray) -> UncoupledResonance:
-        return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
+        return uncoupled_resonance(
+            scene.bodies[body], stiffness, alone.get(scene.bodies[body].name)
+        )
 
     def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
         return roll_mode(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))

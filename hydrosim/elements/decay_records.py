@@ -27,9 +27,9 @@ LEAD = 0.2  # of a period: the fit begins so long before the first crossing of t
 SMOOTHED = 0.1  # of a period: a moving mean, so that noise makes no crossings
 TAIL = 0.25  # of a record: the mean of its whole periods is about that of the motion
 LARGE_ROLL_FRACTION = 0.98  # of the largest roll
-PADDING = 8  # lengths of a record in its periodogram
-REGROWTH = 1.5  # ratio of swings that no decay has
-REGROWN = 0.25  # of the largest swing: swings that are no noise
+PADDING_RATIO = 8  # lengths of a record in its periodogram
+MAX_REGROWTH_RATIO = 1.5  # ratio of swings that no decay has
+MIN_REGROWN_FRACTION = 0.25  # of the largest swing: swings that are no noise
 SMALL_SWING_FRACTION = 0.05  # of the largest swing: swings that waves in the basin hide
 SMALL_TEXT = f"the roll is below {100.0 * SMALL_SWING_FRACTION:g} % of the largest"
 
@@ -160,9 +160,9 @@ def _frequency(angle: np.ndarray, step: float) -> float:
     """Frequency [rad/s] of the peak of the periodogram from the largest roll on, of at least one
     and a half cycles."""
     x = angle[min(_first_large(angle - angle.mean()), angle.size // 2) :]
-    size = PADDING * x.size
+    size = PADDING_RATIO * x.size
     power = np.abs(np.fft.rfft(x - x.mean(), size))
-    first = int(1.5 * PADDING)
+    first = int(1.5 * PADDING_RATIO)
     return float(2.0 * np.pi * (first + np.argmax(power[first:])) / (size * step))
 
 
@@ -190,7 +190,9 @@ def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
     edges = np.arange(0.0, max(swing.size - period, 1.0), 0.5 * period).astype(int)
     sizes = np.array([np.ptp(swing[k : k + int(period)]) for k in edges])
     shares = sizes / sizes.max()
-    grown = (sizes > REGROWTH * np.minimum.accumulate(sizes)) & (shares > REGROWN)
+    grown = (sizes > MAX_REGROWTH_RATIO * np.minimum.accumulate(sizes)) & (
+        shares > MIN_REGROWN_FRACTION
+    )
     ends = [
         (edges[np.argmax(grown)] if grown.any() else swing.size, "the roll grows again"),
         (

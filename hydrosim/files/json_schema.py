@@ -214,7 +214,7 @@ def _quantity(schema: Schema, definitions: dict[str, Schema]) -> str:
 
 
 def _known_as(stem: str, definition: Schema, definitions: dict[str, Schema]) -> str:
-    """The name of a ``definition``, which is added to the ``definitions`` ones if it is new."""
+    """The name of a ``definition``, which is added to the ``definitions`` if it is new."""
     tried = (stem if k == 1 else f"{stem}_{k}" for k in count(1))
     return next(name for name in tried if definitions.setdefault(name, definition) == definition)
 

@@ -262,7 +262,7 @@ def _phase(clock: Clock) -> int:
     return clock.first % clock.block if clock.block else 0
 
 
-PARTED = 0.3
+PARTING_FRACTION = 0.3
 """Error relative to the range of a motion at which two runs have parted."""
 STAYS_PARTED = 0.1
 """Median error, relative to the range, of runs that have parted for good."""
@@ -424,7 +424,7 @@ def parting_time(time: np.ndarray, relative: np.ndarray) -> float:
     """Time [s] at which errors (nt, nb) relative to the range become those of runs that have
     parted for good; NaN if they do not."""
     worst = relative.max(axis=1, initial=0.0)
-    beyond = np.flatnonzero(worst >= PARTED)
+    beyond = np.flatnonzero(worst >= PARTING_FRACTION)
     if beyond.size == 0 or np.median(worst[beyond[0] :]) < STAYS_PARTED:
         return nan
     return float(time[beyond[0]])

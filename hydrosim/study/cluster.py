@@ -30,7 +30,7 @@ from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.run.checkpoint import program_identity
 from hydrosim.study.executors import outcome_of
 from hydrosim.study.outcome import RunOutcome
-from hydrosim.study.shared import PackedTask, RunTask, pack, unpack
+from hydrosim.study.shared import PackedTask, RunTask, pack_task, unpack_task
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
@@ -146,7 +146,7 @@ class Cluster:
             self._calm = work.calm
             self._made = None
             self._digest = digest
-        self._waiting.append((future, pack(work)))
+        self._waiting.append((future, pack_task(work)))
         if len(self._waiting) >= self.size:
             self.flush()
         return future
@@ -269,7 +269,7 @@ def run_batch(
             f"--scheduler: found a worker with {program_identity()}; expected {expected}, as"
             " here. Install the same version there, and start the worker again."
         )
-    return [outcome_of(unpack(packed, calm), digest, Event()) for packed in works]
+    return [outcome_of(unpack_task(packed, calm), digest, Event()) for packed in works]
 
 
 def _program() -> str:

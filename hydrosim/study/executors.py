@@ -22,7 +22,7 @@ from hydrosim.files.yaml_nodes import source_context
 from hydrosim.results.runs_file import COMPLETE, NOT_RUN
 from hydrosim.simulation import run_compiled
 from hydrosim.study.outcome import PER_RUN_ATTRIBUTES, RunOutcome
-from hydrosim.study.shared import RunTask, pack, unpack
+from hydrosim.study.shared import RunTask, pack_task, unpack_task
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
@@ -226,7 +226,7 @@ class _Process:
     def make(self, work: RunTask, digest: Digest) -> RunOutcome:
         """One run. Raises EOFError or OSError if the process died."""
         changed = None if work.calm is self._calm else work.calm
-        self._pipe.send((changed, pack(work), digest))
+        self._pipe.send((changed, pack_task(work), digest))
         self._calm = work.calm
         answer = self._pipe.recv()
         if isinstance(answer, InputError):
@@ -259,7 +259,7 @@ def _serve(pipe: Connection, stop: Connection) -> None:
         calm = calm if changed is None else changed
         answer: RunOutcome | InputError
         try:
-            answer = outcome_of(unpack(packed, calm), digest, _Stop(stop))
+            answer = outcome_of(unpack_task(packed, calm), digest, _Stop(stop))
         except InputError as error:
             answer = error
         try:

@@ -78,7 +78,7 @@ def reduce_run(
     }
     if "fender" in run.dims:
         variables_of_run |= {
-            "first_contact": _first_contact(run),
+            "first_contact": _first_contact_times(run),
             "contact_sequence": _contact_sequence(run),
         }
     variables_of_run |= {
@@ -150,7 +150,7 @@ def _contact_sequence(run: xr.Dataset) -> xr.Variable:
     return xr.Variable((), np.int64(crc32(np.ascontiguousarray(order).tobytes())), attributes)
 
 
-def _first_contact(run: xr.Dataset) -> xr.Variable:
+def _first_contact_times(run: xr.Dataset) -> xr.Variable:
     """When each group of contacts touches first, NaN if it does not."""
     phase = run.contact_phase.transpose("contact_group", "time").values
     first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]

@@ -50,12 +50,12 @@ class PackedTask(NamedTuple):
     estimates: bool
 
 
-def pack(work: RunTask) -> PackedTask:
+def pack_task(work: RunTask) -> PackedTask:
     """The work without its sea and its compiled model."""
     return PackedTask(replace(work.scene, bodies=(), initial=None), work.estimates)
 
 
-def unpack(packed: PackedTask, calm: Compiled) -> RunTask:
+def unpack_task(packed: PackedTask, calm: Compiled) -> RunTask:
     """A work that was packed. Its sea is drawn again from its seeds."""
     scene = replace(packed.scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
     return RunTask(scene, sea(scene.environment), calm, packed.estimates)

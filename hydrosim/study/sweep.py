@@ -282,7 +282,7 @@ class _Builder:
         """The combinations of a plan. One at a time, the case itself is there once, also where it
         is among the values of parameters."""
         combinations: list[_Combination] = []
-        for row in designs.design_rows(plan, self._ends):
+        for row in designs.design_rows(plan, self._range_ends):
             case = self._case(row.settings)
             if (
                 plan.design == "one_at_a_time"
@@ -301,7 +301,7 @@ class _Builder:
         except InputError as error:
             raise InputError(str(error).replace(SETTING, f"{self.path}: ")) from None
 
-    def _ends(self, key: str, spread: Range) -> tuple[float, float]:
+    def _range_ends(self, key: str, spread: Range) -> tuple[float, float]:
         """The ends of a range in SI, each as the case reads it."""
         bounds = []
         for value in (spread.low, spread.high):

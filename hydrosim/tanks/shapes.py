@@ -201,7 +201,7 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
     volume = np.asarray(shape.volume, float)
     first = CubicSpline(volume, volume[:, None] * (np.asarray(shape.centroid) - origin))
     level, surface = level_of_table(shape), _monotone(volume, np.asarray(shape.surface, float))
-    starts = np.concatenate([_subdivide(a, b) for a, b in pairwise(volume)])
+    starts = np.concatenate([_subdivide_row(a, b) for a, b in pairwise(volume)])
     ends = np.append(starts[1:], volume[-1])
     pieces = np.zeros(starts.size, dtype=PIECE_DTYPE)
     pieces["start"] = starts
@@ -232,7 +232,7 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
     return pieces
 
 
-def _subdivide(a: float, b: float) -> np.ndarray:
+def _subdivide_row(a: float, b: float) -> np.ndarray:
     return np.linspace(a, b, PIECES_PER_ROW, endpoint=False)
 
 

@@ -490,11 +490,11 @@ def _find_core(q, yaw, forms, out):
     for m in range(forms.harmonics[q]):
         angle = (lowest + m) * yaw
         at = forms.first[q] + m * out.size
-        _add_times(cos(angle) - 1j * sin(angle), forms.core[at : at + out.size], out)
+        _add_multiple(cos(angle) - 1j * sin(angle), forms.core[at : at + out.size], out)
 
 
 @summing
-def _add_times(factor, values, out):
+def _add_multiple(factor, values, out):
     for i in range(out.size):
         out[i] += factor * values[i]
 

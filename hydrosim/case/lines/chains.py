@@ -43,7 +43,7 @@ def read_mooring_system(source: Source) -> System:
     return read_moordyn(source)
 
 
-def water_of(system: System, water: Water) -> Water:
+def water_of_system(system: System, water: Water) -> Water:
     """The water that weights in ``system`` are for: what its file says, or else ``water``."""
     density, gravity = water
     return (
@@ -232,7 +232,7 @@ def case_keys(file: Path) -> str:
     """YAML of ``forces``, and of the depth if the file says it. Raises InputError."""
     source = Source(file)
     system = read_mooring_system(source)
-    water = water_of(system, DEFAULT_WATER)
+    water = water_of_system(system, DEFAULT_WATER)
     lines = mooring_lines(system, water, source)
     keys: dict[str, object] = {}
     if system.depth is not None:

@@ -152,9 +152,11 @@ def ask_about_axes(about: SceneContext) -> Iterator[Query]:
 BURIED = 1.0
 HOVERING = 0.25  # of the water depth, for lines that know no seabed
 ABOVE_BED = 0.03  # of the water depth, for lines that do
-MIN_ABOVE_BED = 2.0
-SOFT = 1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
-AT_SIDE = 0.7  # of half of the breadth or length: fairleads further out are at a side
+MIN_HEIGHT_ABOVE_BED_M = 2.0
+MIN_STIFFNESS_OVER_WEIGHT = (
+    1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
+)
+SIDE_FRACTION = 0.7  # of half of the breadth or length: fairleads further out are at a side
 WIDE_CHAIN = 20.0  # bar diameters: coefficient times diameter, 2.4 of studless chain
 WIDEST = 10.0  # m, of other lines
 CROSSING = 0.5  # of the breadth of a hull
@@ -192,7 +194,7 @@ def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
     above = depth + of.anchor[2]
     limit = max(HOVERING * depth, BURIED)
     if of.friction is not None:
-        limit = max(ABOVE_BED * depth, MIN_ABOVE_BED)
+        limit = max(ABOVE_BED * depth, MIN_HEIGHT_ABOVE_BED_M)
     if moored and np.isfinite(depth) and above > limit:
         found_text = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
         yield Query(f"{key}.anchor", found_text, "usual is an anchor on the seabed")
@@ -204,9 +206,9 @@ def _softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Qu
         return
     weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
     stiffness = float(line.line_pieces["stiffness"].min())
-    if stiffness < SOFT * weight:
+    if stiffness < MIN_STIFFNESS_OVER_WEIGHT * weight:
         found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
-        usual = f"usual is above {SOFT:g} of the weight"
+        usual = f"usual is above {MIN_STIFFNESS_OVER_WEIGHT:g} of the weight"
         advice = "Check the diameter and its unit."
         yield Query(f"forces.{line.name}.segments", found_text, usual, advice)
 
@@ -228,7 +230,7 @@ def _under_hull(
     """Ask about a line from a side of a compact hull that crosses under it to the other side."""
     aside = (np.array(of.point[:2]) - size.centre[:2]) / size.half
     at_keel = of.point[2] < size.centre[2] - KEEL * size.draught
-    if size.filled < COMPACT or at_keel or np.abs(aside).max() < AT_SIDE:
+    if size.filled < COMPACT or at_keel or np.abs(aside).max() < SIDE_FRACTION:
         return
     turn = about.motion.rotation[about.index[of.body]]
     away = turn.T @ np.array([*line.ends.e, 0.0])

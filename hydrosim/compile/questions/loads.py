@@ -185,7 +185,7 @@ AIR = 1.225  # kg/m^3
 # because no area above the water is known
 CURRENT_DRAG = (0.002, 10.0)
 WIND_DRAG = (0.003, 30.0)
-SAME_DRAUGHT = 3.0  # ratio
+MAX_DRAUGHT_RATIO = 3.0  # ratio
 MAX_OPPOSING_FRACTION = 0.1  # part of the forces
 
 
@@ -243,7 +243,7 @@ def _other_draught(body: str, draught: float | None, size: Extents | None) -> It
     if draught is None or size is None:
         return
     ratio = draught / size.draught
-    if not 1.0 / SAME_DRAUGHT <= ratio <= SAME_DRAUGHT:
+    if not 1.0 / MAX_DRAUGHT_RATIO <= ratio <= MAX_DRAUGHT_RATIO:
         found_text = f"{draught:.3g} m"
         usual = f"the hull of its database has about {size.draught:.3g} m"
         yield Query(f"bodies.{body}.draught", found_text, usual)

@@ -155,7 +155,7 @@ def _row(path: Path, number: int, tokens: list[str], columns: tuple[int, ...]) -
 
 
 _MAX_MAGNITUDE = 1e30  # above any quantity in any unit: a larger number is of a damaged file
-_DAMAGED = "The file is damaged or of another version; export it again."
+_DAMAGED_FILE_ADVICE = "The file is damaged or of another version; export it again."
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,9 @@ class Text:
             raise self.wrong(index, repr(word.strip()[:40]), "a count")
         return int(value)
 
-    def wrong(self, index: int, text: str, expected: str, advice: str = _DAMAGED) -> InputError:
+    def wrong(
+        self, index: int, text: str, expected: str, advice: str = _DAMAGED_FILE_ADVICE
+    ) -> InputError:
         """Error to raise about a line."""
         return InputError(
             f"{self.path}: line {index + 1}: found {text}, expected {expected}. {advice}"

@@ -116,7 +116,7 @@ def page(plan: PlanRuns) -> Figure:
         for axis in axes:
             _dress(axis)
     _explain(figure, drawn[0])
-    _add_key(figure, names.key())
+    _add_letter_key(figure, names.key())
     title = str(runs_title(plan.runs))
     title = f"{title}: {_words(plan.name)}" if plan.name else title
     figure.suptitle(wrap_title(title, figure.get_figwidth()))
@@ -141,7 +141,7 @@ def _explain(figure: Figure, axis: Axes) -> None:
         figure.legend(lines, names, loc="outside lower center", ncols=len(names), frameon=False)
 
 
-def _add_key(figure: Figure, key: Sequence[str]) -> None:
+def _add_letter_key(figure: Figure, key: Sequence[str]) -> None:
     """Beside the panels, write what the letters of values mean."""
     if key:
         lines = sum(1 + text.count("\n") for text in key)

@@ -176,7 +176,7 @@ def _row(channel: xr.Dataset) -> list[Cell]:
     return [str(channel.channel.values), rms, share, peak, at, correlation]
 
 
-def _series(comparison: xr.Dataset) -> Iterator[Node]:
+def _channel_charts(comparison: xr.Dataset) -> Iterator[Node]:
     yield Sentence(CHARTS_NOTE)
     for rank, k in enumerate(_order_by_difference(comparison)):
         channel = comparison.isel(channel=k)
@@ -275,7 +275,7 @@ def _shift(seconds: float) -> str:
 
 COMPARISON_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("What differs", _outcome),
-    "series": ("Both over time", _series),
+    "series": ("Both over time", _channel_charts),
     "contacts": ("Contacts", _contacts),
     "bands": ("Slow, waves, fast", _bands),
     "assumptions": ("How it was compared", _comparison_assumptions),

@@ -128,7 +128,7 @@ def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node
         [
             *criterion_figures(criterion.worst),
             met_or_not(criterion.worst),
-            _met_text(criterion),
+            _met_count_text(criterion),
             _place(criterion, plans),
             criterion.worst.source,
         ]
@@ -156,7 +156,7 @@ def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
     return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
 
 
-def _met_text(of: JudgedCriterion) -> str:
+def _met_count_text(of: JudgedCriterion) -> str:
     return f"{of.met}/{of.runs}"
 
 
@@ -197,7 +197,7 @@ def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
 def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
     name, worst, _, margin, _ = criterion_figures(of.worst)
     at = ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values)]))
-    return [name, at, worst, margin, met_or_not(of.worst), _met_text(of)]
+    return [name, at, worst, margin, met_or_not(of.worst), _met_count_text(of)]
 
 
 MAX_WARNINGS_TOLD = 5
