@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from benchmarks.report import ROOT, Answer, Row, machine, page_table
-from hydrosim.report.evidence import FILE, Feature, Kind, Line, known_lines
+from hydrosim.report.evidence import FILE, EvidenceLine, Feature, Kind, known_lines
 
 NAME = "evidence"
 """Name of the plugin, which the fixture asks for, and of what it notes in reports."""
@@ -58,7 +58,7 @@ class Collector:
     """Lines that tests note, the largest error of each; and tests that did not run."""
 
     def __init__(self) -> None:
-        self.lines: dict[tuple[str, str], Line] = {}
+        self.lines: dict[tuple[str, str], EvidenceLine] = {}
         self.left_out: set[str] = set()
 
     def pytest_collection_modifyitems(self, items: list[Any]) -> None:
@@ -76,9 +76,9 @@ class Collector:
             self.left_out.add(report.nodeid.split("[")[0])
         for name, value in report.user_properties if report.when == "call" else ():
             if name == NAME:
-                self._note(Line.read(value))
+                self._note(EvidenceLine.read(value))
 
-    def _note(self, line: Line) -> None:
+    def _note(self, line: EvidenceLine) -> None:
         known = self.lines.get((line.claim, line.against), line)
         if replace(known, figure=line.figure, others=line.others) != line:
             raise ValueError(f"{line.claim}: noted as {known} and as {line}")
@@ -108,7 +108,7 @@ class _Named:
         config.pluginmanager.register(self._collector, NAME)
 
 
-def pages(lines: Sequence[Line]) -> dict[Path, str]:
+def pages(lines: Sequence[EvidenceLine]) -> dict[Path, str]:
     """Files that hold the lines: data of the package, the page, the README."""
     data = json.dumps([line.as_dict() for line in lines], indent=1, ensure_ascii=False) + "\n"
     return {
@@ -118,12 +118,12 @@ def pages(lines: Sequence[Line]) -> dict[Path, str]:
     }
 
 
-def page_block(lines: Sequence[Line]) -> str:
+def page_block(lines: Sequence[EvidenceLine]) -> str:
     """Tables of all lines, by kind."""
     return "\n\n".join(_section(lines, kind) for kind in _kinds(lines))
 
 
-def readme_block(lines: Sequence[Line]) -> str:
+def readme_block(lines: Sequence[EvidenceLine]) -> str:
     """The lines of the first page, in short."""
     known = {(line.claim, line.against): line for line in lines}
     first = [known[name] for name in FIRST_PAGE if name in known]
@@ -137,13 +137,13 @@ def with_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> str
     return found.sub(lambda marks: f"{marks[1]}\n\n{block}\n\n{marks[2]}", text)
 
 
-def uncovered(lines: Iterable[Line]) -> list[Feature]:
+def uncovered(lines: Iterable[EvidenceLine]) -> list[Feature]:
     """Features that no line is about."""
     covered = {feature for line in lines for feature in line.features}
     return [feature for feature in Feature if feature not in covered]
 
 
-def _with_commit(collector: Collector, commit: str) -> list[Line]:
+def _with_commit(collector: Collector, commit: str) -> list[EvidenceLine]:
     """Lines in the order of the page. Lines of tests that did not run here stay as they are."""
     left_out = collector.left_out
     kept = [x for x in known_lines() if {x.test, x.test.partition("::")[0]} & left_out]
@@ -152,12 +152,12 @@ def _with_commit(collector: Collector, commit: str) -> list[Line]:
     return sorted([*kept, *new], key=lambda line: (kinds.index(line.kind), line.test, line.claim))
 
 
-def _kinds(lines: Sequence[Line]) -> list[Kind]:
+def _kinds(lines: Sequence[EvidenceLine]) -> list[Kind]:
     used = {line.kind for line in lines}
     return [kind for kind in Kind if kind in used]
 
 
-def _section(lines: Sequence[Line], kind: Kind) -> str:
+def _section(lines: Sequence[EvidenceLine], kind: Kind) -> str:
     """The heading of a kind, a remark, and the table of its lines."""
     head = ("claim", "against", "error", "limit", "others", "commit", "test")
     table = page_table(head, [_cells(line) for line in lines if line.kind == kind])
@@ -165,13 +165,13 @@ def _section(lines: Sequence[Line], kind: Kind) -> str:
     return f"## {TITLES[kind]}\n\n{remark}{table}"
 
 
-def _cells(line: Line) -> list[str]:
+def _cells(line: EvidenceLine) -> list[str]:
     file, _, name = line.test.partition("::")
     shown = [line.claim, line.against, _shown(line.figure), f"{line.limit:g}", line.others]
     return [*shown, line.commit, f"`{file}` `{name}`"]
 
 
-def _row(line: Line) -> Row:
+def _row(line: EvidenceLine) -> Row:
     limit = f"{line.limit:g}"
     return {"claim": line.claim, "against": line.against, "error": line.figure, "limit": limit}
 

@@ -193,9 +193,9 @@ def with_states(given: Several, total: int) -> Several:
         size=model.size + more,
     )
     state = first._replace(y=np.insert(first.y, at, np.zeros(more)))
-    known = given.compiled.facts
-    facts = replace(known, model=model, layout=state_layout(given.scene, model, known.met))
-    return Several(replace(given.compiled, facts=facts, state=state), tuple(fits))
+    known = given.compiled.derived
+    derived = replace(known, model=model, layout=state_layout(given.scene, model, known.met))
+    return Several(replace(given.compiled, derived=derived, state=state), tuple(fits))
 
 
 def _split(fit: StateSpace, pairs: int) -> StateSpace:

@@ -187,7 +187,7 @@ def _lack_of_memory(error: BaseException | None) -> str:
     message raise SystemError."""
     while error is not None:
         text = str(error)
-        if isinstance(error, MemoryError | SystemError) or any(each in text for each in LACKS):
+        if isinstance(error, MemoryError | SystemError) or any(word in text for word in LACKS):
             return text or "no memory is left"
         error = error.__cause__ or error.__context__
     return ""

@@ -25,8 +25,8 @@ def about_z(heading: float) -> np.ndarray:
 
 def loads_about_z(loads: np.ndarray, heading: float) -> np.ndarray:
     """Loads (..., n) of heading axes in earth axes; n is a multiple of three (forces, moments)."""
-    each = loads.reshape(*loads.shape[:-1], -1, 3)
-    return np.asarray((each @ about_z(heading).T).reshape(loads.shape))
+    vectors = loads.reshape(*loads.shape[:-1], -1, 3)
+    return np.asarray((vectors @ about_z(heading).T).reshape(loads.shape))
 
 
 # Functions with which elements describe their mirror images in a vertical plane along x.

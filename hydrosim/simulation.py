@@ -60,7 +60,7 @@ def check_criteria(compiled: Compiled) -> None:
     if not asked:
         return
     run = blank_run(compiled)
-    reasons = [text for each in asked if (text := _refusal_reason(run, each))]
+    reasons = [text for criterion in asked if (text := _refusal_reason(run, criterion))]
     if reasons:
         raise NotAskable("\n".join(reasons))
 
@@ -70,7 +70,7 @@ def blank_run(compiled: Compiled) -> xr.Dataset:
     model = compiled.model
     record = new_record(model, compile_clock(compiled), compiled.scene.output_accelerations)
     history = compiled.first_state().history
-    layout = compiled.facts.layout
+    layout = compiled.derived.layout
     return to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})
 
 
@@ -85,9 +85,9 @@ def _refusal_reason(run: xr.Dataset, asked: dict[str, str]) -> str:
     return _unit_refusal_reason(str(figure.attrs["units"]), asked)
 
 
-def _unit_refusal_reason(own: str, asked: dict[str, str]) -> str:
-    """Why a limit cannot be compared with a figure in its ``own`` SI unit; empty if it can be."""
-    unit = "" if own == "1" else own
+def _unit_refusal_reason(channel_unit: str, asked: dict[str, str]) -> str:
+    """Why a limit cannot be compared with a figure in ``channel_unit`` (SI); empty if it can be."""
+    unit = "" if channel_unit == "1" else channel_unit
     try:
         if asked["unit"]:
             factor(asked["unit"], unit)
@@ -279,14 +279,14 @@ def prepare_scene(case: Case | Scene | str | Path, progress: Progress | None = N
 def run_compiled(
     compiled: Compiled,
     progress: Progress | None = None,
-    kept: Checkpoint | None = None,
+    checkpoint: Checkpoint | None = None,
     estimates: bool = True,
     repeats: bool = True,
 ) -> xr.Dataset:
     """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a companion
     measures the error of the run. With ``repeats``, a run that misses the accuracy of its scene is
     then made again."""
-    course = RunInProgress(compiled, kept, propagate if compiled.facts.exact else None)
+    course = RunInProgress(compiled, checkpoint, propagate if compiled.derived.exact else None)
     del compiled  # the course lets go of its waves
 
     def advance(course: RunInProgress) -> RunInProgress:
@@ -298,12 +298,12 @@ def run_compiled(
     def solve(compiled: Compiled) -> RunInProgress:
         return advance(RunInProgress(compiled))
 
-    def watch(_: float) -> None:
+    def report_repeat_progress(_: float) -> None:
         if progress is not None:
             progress(course.time, course.steps)
 
     def measure(course: RunInProgress) -> ErrorEstimate:
-        return estimate_error(course.compiled, course.run, watch)
+        return estimate_error(course.compiled, course.run, report_repeat_progress)
 
     estimate = None
     try:
@@ -323,7 +323,7 @@ def can_measure_error(course: RunInProgress) -> bool:
     called once per step, which may remember."""
     compiled = course.compiled
     once = any(external.delayed for external in externals_of(compiled.scene.forces).values())
-    return course.complete and not once and not compiled.facts.exact
+    return course.complete and not once and not compiled.derived.exact
 
 
 # `open_run`: reads the dataset of a run from its file.

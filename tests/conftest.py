@@ -19,7 +19,7 @@ from stated_lines import WRITING, unlike
 
 import hydrosim as hs
 from hydrosim.cli.terminal import announce_compiling
-from hydrosim.report.evidence import Feature, Kind, Line
+from hydrosim.report.evidence import EvidenceLine, Feature, Kind
 
 hypothesis.settings.register_profile(  # no test is about wall time
     "hydrosim", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
@@ -87,7 +87,7 @@ def validated(
         others: str = "",
     ) -> None:
         test = request.node.nodeid.split("[")[0]
-        line = Line(claim, against, kind, float(error), limit, features, test, "", others)
+        line = EvidenceLine(claim, against, kind, float(error), limit, features, test, "", others)
         record_property(WRITING, line.as_dict())
         print(f"{claim}, against {against}: {error:.2g} of {limit:g} ({others})")
         assert error <= limit

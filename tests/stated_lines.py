@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hydrosim.report.evidence import Line, known_lines
+from hydrosim.report.evidence import EvidenceLine, known_lines
 
 WRITING = "evidence"
 """Name of the plugin that writes the page, and of what it reads from reports."""
@@ -14,7 +14,7 @@ SAME = 1.25
 """Ratio of errors that are taken for equal."""
 
 
-def unlike(line: Line) -> str:
+def unlike(line: EvidenceLine) -> str:
     """How the known line differs from what a test noted; "" if it does not."""
     found = [x for x in known_lines() if (x.claim, x.against) == (line.claim, line.against)]
     if not found:

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.compile.compiled import Compiled, facts_of
+from hydrosim.compile.compiled import Compiled, derive_data
 from hydrosim.compile.hydrostatics import cut_tanks
 from hydrosim.elements import without_friction
 from hydrosim.elements.hydrostatics import add_weight
@@ -77,7 +77,7 @@ class FreeSurfaces:
         from scipy.spatial.transform import Rotation  # slow to load, and few scenes have tanks
 
         self._place(b, *self.position[b, 3:5])
-        found = self.work.contents.surface[b, [YY, XX]].copy()
+        moments = self.work.contents.surface[b, [YY, XX]].copy()
         body = self.compiled.scene.bodies[b]
         turn = Rotation.from_euler("YX", self.position[b, [4, 3]])
         for k, cut in enumerate(cut_tanks(self.compiled.scene)):
@@ -87,8 +87,8 @@ class FreeSurfaces:
                 area, x, y, xx, _, yy = section(turned, float(self.work.contents.height[k]))
                 if area > 0.0:
                     spread = np.array([yy - y * y / area, xx - x * x / area])
-                    found += cut.tank.density * cut.shape.permeability * spread
-        return found
+                    moments += cut.tank.density * cut.shape.permeability * spread
+        return moments
 
     def lever(self, b: int, heel: float) -> float:
         """Moment in heel divided by g of body ``b`` at this heel and its trim [kg m]."""
@@ -104,8 +104,8 @@ class FreeSurfaces:
         q = self.model.bodies.locked.copy()
         q[6 * b + 3] = heel
         q[6 * b + 4] = trim
-        each = self.model.bodies._replace(active=np.arange(q.size), tree=NO_TREE)
-        place_bodies(q, np.zeros(q.size), each, self.work.motion)
+        all_bodies = self.model.bodies._replace(active=np.arange(q.size), tree=NO_TREE)
+        place_bodies(q, np.zeros(q.size), all_bodies, self.work.motion)
         update_contents(self.y, self.model, self.work)
 
     def _moment(self, b: int) -> float:
@@ -199,8 +199,8 @@ def with_contents_at(compiled: Compiled, time: float) -> Compiled:
     except InputError:
         y[:n] = state.y[:n]
         y[slow] = state.y[slow]
-    facts = facts_of(scene, compiled.wet, waveless)
-    return replace(compiled, facts=facts, state=state._replace(y=y))
+    derived = derive_data(scene, compiled.wet, waveless)
+    return replace(compiled, derived=derived, state=state._replace(y=y))
 
 
 def floating_equilibrium(
@@ -220,14 +220,14 @@ def floating_equilibrium(
     step = max(0.25 * within, MIN_DIFFERENCE_STEP)
     linear = linearise(rest.model, rest.state, time=time, step=min(step, STEP))
     rows = [k for k, row in enumerate(row_names(scene)) if k == HYDROSTATIC or row == WEIGHT]
-    each = (
+    stiffness_pair = (
         linear.dynamic_stiffness(np.array([STATIC]))[0].real,
         stiffness_of(rest, rows, min(step, WIDE)),
     )
-    whole = [np.zeros((6 * len(scene.bodies),) * 2) for _ in each]
-    for K, own in zip(whole, each, strict=True):
+    whole = [np.zeros((6 * len(scene.bodies),) * 2) for _ in stiffness_pair]
+    for K, rest_stiffness in zip(whole, stiffness_pair, strict=True):
         free = linear.active[linear.active < len(K)]  # joints have no loading condition
-        K[np.ix_(free, free)] = own[: free.size, : free.size]
+        K[np.ix_(free, free)] = rest_stiffness[: free.size, : free.size]
     return FloatingEquilibrium(rest.position, *whole)
 
 
@@ -246,30 +246,37 @@ def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None)
     scene = compiled.scene
     contents = _contents(scene, volume)
     tanks = [[_tank_state(*item) for item in held] for held in contents]
-    found = floating_equilibrium(compiled, volume, time, _least_reach([*chain(*tanks)]))
-    surfaces = FreeSurfaces(compiled, volume, found.position)
-    each = []
+    equilibrium = floating_equilibrium(compiled, volume, time, _least_reach([*chain(*tanks)]))
+    surfaces = FreeSurfaces(compiled, volume, equilibrium.position)
+    conditions_in_order = []
     for b, (body, held) in enumerate(zip(scene.bodies, contents, strict=True)):
         if held:
             g = scene.environment.gravity
             k = 6 * b + np.array([2, 3, 4])
-            righting = [_righting(K[np.ix_(k, k)]) / g for K in (found.floating, found.stiffness)]
+            righting = [
+                _righting(K[np.ix_(k, k)]) / g
+                for K in (equilibrium.floating, equilibrium.stiffness)
+            ]
             lost = surfaces.slopes(b)
             lever = np.nan if heel is None else surfaces.lever(b, heel) / np.sin(heel)
-            own = found.position[b]
-            each.append(_condition(body, held, tanks[b], own, righting, lost, lever))
-    return each
+            body_position = equilibrium.position[b]
+            conditions_in_order.append(
+                _condition(body, held, tanks[b], body_position, righting, lost, lever)
+            )
+    return conditions_in_order
 
 
 def _contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]]:
     """Tanks of each body with the volumes [m^3] in them; ``volume`` (nt,) are those of the changing
     tanks."""
     moved = iter(volume)
-    each = []
+    contents_by_body = []
     for body in scene.bodies:
-        own = {tank.name: float(next(moved)) for tank in changing_tanks(body)}
-        each.append([(tank, own.get(tank.name, v)) for tank, v in at_start(body.tanks)])
-    return each
+        body_contents = {tank.name: float(next(moved)) for tank in changing_tanks(body)}
+        contents_by_body.append(
+            [(tank, body_contents.get(tank.name, v)) for tank, v in at_start(body.tanks)]
+        )
+    return contents_by_body
 
 
 def _least_reach(tanks: Sequence[TankState]) -> float:
@@ -382,7 +389,7 @@ class _Program:
         scene = compiled.scene
         self.compiled = compiled
         self.within = within
-        self.body = [each.name for each in scene.bodies].index(body)
+        self.body = [body.name for body in scene.bodies].index(body)
         self.p: Tanks = compiled.model.tanks
         pumps = scene.bodies[self.body].pumps
         self.pumps: list[tuple[str, Pump]] = [(pump.name, pump) for pump in pumps]
@@ -417,7 +424,7 @@ class _Program:
         the way to ``volume`` (nt,)."""
         from scipy.optimize import linprog
 
-        A = self._matrix(volume)
+        A = self._moment_matrix(volume)
         limits = self._limits()
         scale = np.abs(A).max(axis=1)
         scale[scale == 0.0] = 1.0
@@ -439,7 +446,7 @@ class _Program:
         balanced = linprog(least, np.vstack(rows), room, sides, b, [*bounds, (0.0, 1.0)])
         return np.asarray(balanced.x[:n] if balanced.status == 0 else smallest.x)
 
-    def _matrix(self, volume: np.ndarray) -> np.ndarray:
+    def _moment_matrix(self, volume: np.ndarray) -> np.ndarray:
         """A (3, n): mass, and its moments about x and y, per mass moved by each pump."""
         place = np.array([self._place(k, volume[k]) for k in range(self.p.each.size)])
         return np.vstack([self.moves.sum(axis=0), place.T @ self.moves])

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.case.lines.chains import mooring_lines, water_of
+from hydrosim.case.lines.chains import mooring_lines, water_of_system
 from hydrosim.compile.validate_scene import STRAINED
 from hydrosim.elements.line.hang import find_touchdown
 from hydrosim.elements.line.points import line_points, line_shapes
@@ -148,7 +148,7 @@ def lines_of_case(compiled: Compiled) -> list[StillLine]:
     """The catenaries of a compiled scene, as they are at its start."""
     model, state = compiled.model, compiled.state
     motion = motion_at(model, state.y)
-    found = line_shapes(model, compiled.scene, 0.0, state.y, state.modes, model.bodies, motion)
+    shapes = line_shapes(model, compiled.scene, 0.0, state.y, state.modes, model.bodies, motion)
     return [
         StillLine(
             line.name,
@@ -159,19 +159,19 @@ def lines_of_case(compiled: Compiled) -> list[StillLine]:
             float(line.constants["friction"]),
             float(np.arctan2(line.ends.e[1], line.ends.e[0])),
         )
-        for line in found
+        for line in shapes
     ]
 
 
 def lines_of_system(system: System) -> list[StillLine]:
     """The lines of a mooring system, with the vessel where its file has it. Raises InputError."""
     source = Source(system.file)
-    found = []
-    for name, line in mooring_lines(system, water_of(system, DEFAULT_WATER), source).items():
+    still_lines = []
+    for name, line in mooring_lines(system, water_of_system(system, DEFAULT_WATER), source).items():
         rows = [(s.length, s.weight, s.stiffness, s.hung) for s in line.segments]
         across = np.subtract(line.anchor, line.fairlead)
         bed = -inf if system.depth is None else min(-system.depth - line.anchor[2], 0.0)
-        found.append(
+        still_lines.append(
             StillLine(
                 name,
                 np.array(rows, dtype=LINE_PIECE),
@@ -182,8 +182,8 @@ def lines_of_system(system: System) -> list[StillLine]:
                 float(np.arctan2(across[1], across[0])),
             )
         )
-        _check_strain(found[-1], source)
-    return found
+        _check_strain(still_lines[-1], source)
+    return still_lines
 
 
 def _check_strain(line: StillLine, source: Source) -> None:

@@ -234,7 +234,7 @@ def responder(
     linear = linearise(model, about, time=time)
     n = model.bodies.active.size
     at_rest = replace(scene, bodies=tuple(map(_met_at_rest, scene.bodies)))
-    databases = compiled.facts.databases
+    databases = compiled.derived.databases
     met = wave_bodies(at_rest, databases, met_by_waves(at_rest, databases))
     place = positions_at(model.bodies, about.y[:n])
     bodies = [body.moved_by(at) for body, at in zip(met, place, strict=True)]
@@ -307,7 +307,7 @@ def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     scene = calm.scene
     seas = calm.sea or sea(calm.scene.environment)
     pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
-    databases = calm.facts.databases
+    databases = calm.derived.databases
     drifting = wave_bodies(pushed, databases, met_by_waves(pushed, databases))
     steady = [replace(waves, ramp=0.0) for waves in seas]
     loads = wave_loads_model(steady, drifting, time, scene.solver.step / 2, 0.0)
@@ -396,19 +396,19 @@ def contact_remarks(
     """Remarks on the assumed state of contacts, and on whether the waves of the scene would change
     it."""
     names = contact_names(compiled.scene)
-    found = pressed_points(rest.model, rest.state)
-    if not found.size:
+    points = pressed_points(rest.model, rest.state)
+    if not points.size:
         return
-    which = _join_names([names[i] for i in found])
+    which = _join_names([names[i] for i in points])
     if contacts != Contacts.STUCK:
         what = "slide without friction" if contacts == Contacts.SLIDING else "are taken as open"
         yield f"pressed at rest, {which} {what}, as requested."
         return
     rigid = compiled.model.elements.fenders.points["law"] == COULOMB
     how = "springs and dampers along the plane"
-    if rigid[found].any():
-        held = _join_names([names[i] for i in found if rigid[i]])
-        how = "no motion along the plane" if rigid[found].all() else f"{how}, none at {held}"
+    if rigid[points].any():
+        held = _join_names([names[i] for i in points if rigid[i]])
+        how = "no motion along the plane" if rigid[points].all() else f"{how}, none at {held}"
     yield (
         f"pressed at rest, {which} hold by friction: {how}. The position at rest is computed"
         " without friction."
@@ -421,10 +421,10 @@ def contact_remarks(
     model, stuck = with_contacts(compiled.model, rest.state, contacts, names)
     forces = np.concatenate([about.reactions(w) for w in compiled.sea])
     held_by = find_rigid_tractions(model, stuck, forces)
-    for i in found:
-        each = grip(int(i), compiled, rest)
-        traction = _traction(each, int(i), compiled, omega, motions) + held_by[:, i]
-        yield from _let_go(names[i], each, int(i), compiled, motions, traction)
+    for i in points:
+        point_grip = grip(int(i), compiled, rest)
+        traction = _traction(point_grip, int(i), compiled, omega, motions) + held_by[:, i]
+        yield from _let_go(names[i], point_grip, int(i), compiled, motions, traction)
 
 
 def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
@@ -439,11 +439,12 @@ def grip(i: int, compiled: Compiled, rest: Rest) -> Grip:
     contact = contact_kinematics(point, model.bodies, motion)
     load = normal_load_of(i, rest.time, rest.state.y, rest.state.modes, contact, fenders)
     still = (0.0, 0.0)
-    one = (1.0, 0.0)
+    slip_direction = (1.0, 0.0)
     if point["law"] == FRICTIONLESS:
         return Grip(contact, load.N, np.inf, 0.0, 0.0)
     stiffness, damping = (
-        -friction(STICK, load, v, s, point).force[0] for v, s in ((still, one), (one, still))
+        -friction(STICK, load, v, s, point).force[0]
+        for v, s in ((still, slip_direction), (slip_direction, still))
     )
     return Grip(contact, load.N, float(point["static"]) * load.N, stiffness, damping)
 

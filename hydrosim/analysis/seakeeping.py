@@ -97,7 +97,7 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
             _gust_dataset(scene, about),
         ]
     )
-    start = describe_start(scene, compiled.facts, compiled.state, compiled.sea, scene.duration)
+    start = describe_start(scene, compiled.derived, compiled.state, compiled.sea, scene.duration)
     remarks = [
         *describe_doubts(start, QUESTIONS_OF_RUNS),
         *(text for group in compiled.wet for text in group.cut_lengths),
@@ -269,7 +269,7 @@ def _in_unit_waves(scene: Scene, about: Responder, wanted: LinearRequest) -> Uni
 
 def _rao_dataset(scene: Scene, about: Responder, answer: UnitWaveAmplitudes) -> xr.Dataset:
     headings, omega, free = answer
-    motions = np.array([about.expand_amplitudes(each) for each in free])
+    motions = np.array([about.expand_amplitudes(amplitudes) for amplitudes in free])
     motions = motions.reshape(len(headings), omega.size, len(scene.bodies), 6)
     dims = ("heading", "frequency", *MOTION_DIMS)
     return xr.Dataset(
@@ -336,8 +336,8 @@ def _regular_wave_dataset(
     """Amplitude and phase of every motion in each regular wave of the scene."""
     if not waves:
         return xr.Dataset()
-    motions = np.concatenate([about.motions(each) for each in waves]).reshape(len(waves), -1, 6)
-    lead = motions / np.array([each.amplitudes_at(0.0, 0.0)[0] for each in waves])[:, None, None]
+    motions = np.concatenate([about.motions(wave) for wave in waves]).reshape(len(waves), -1, 6)
+    lead = motions / np.array([wave.amplitudes_at(0.0, 0.0)[0] for wave in waves])[:, None, None]
     dims, first = (
         ("wave", *MOTION_DIMS),
         [(w.omega[0], w.amplitude[0], w.heading[0]) for w in waves],
@@ -385,7 +385,7 @@ def _sea_dataset(
     m1 = omega @ energy
     m2 = omega**2 @ energy
     period = 2.0 * np.pi * np.sqrt(np.divide(m0, m2, out=np.full_like(m0, np.nan), where=m2 > 0))
-    largest = [_most_probable(*each, exposure) for each in zip(m0, m1, m2, strict=True)]
+    largest = [_most_probable(*moments, exposure) for moments in zip(m0, m1, m2, strict=True)]
     edges = np.linspace(0.0, omega.max(), SPECTRUM_BINS + 1)
     density = [np.histogram(omega, edges, weights=e)[0] / edges[1] for e in energy.T]
 

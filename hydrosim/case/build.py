@@ -132,7 +132,7 @@ def _forces(
     data: schema.CaseFile, path: Path, bodies: Mapping[str, scene.Body]
 ) -> dict[str, scene.ForceElement]:
     """The force elements. Files with lines are several elements each."""
-    found: dict[str, scene.ForceElement] = {}
+    elements_by_name: dict[str, scene.ForceElement] = {}
     joints = {name: joint.build() for name, joint in data.joints.items()}
     for name, element in data.forces.items():
         where = BuildContext(f"forces.{name}", path, _density(data.water), joints)
@@ -142,11 +142,11 @@ def _forces(
             several = element.elements(where, Vessel(*place, data.water.water_depth))
         else:
             several = {name: element.build_active(where)}
-        if twice := {*several} & {*found, *data.forces} - {name}:
+        if twice := {*several} & {*elements_by_name, *data.forces} - {name}:
             text = f'found two elements of the name "{min(twice)}"; expected another name of one'
             raise InputError(f"{path}: forces.{name}: {text}; lines have names NAME_LINE")
-        found |= several
-    return found
+        elements_by_name |= several
+    return elements_by_name
 
 
 def _clearance(form: schema.Clearance) -> scene.Clearance:
@@ -182,10 +182,10 @@ def _density(water: schema.Environment) -> tuple[float, float]:
 
 
 def _environment(water: schema.Environment, path: Path) -> scene.Environment:
-    found = scene.Environment(
+    environment = scene.Environment(
         water.water_depth, water.water_density, water.gravity, wave_trains(water, path)
     )
-    return with_streams(found, water.current, water.wind, f"{path}: environment")
+    return with_streams(environment, water.current, water.wind, f"{path}: environment")
 
 
 def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
@@ -229,9 +229,14 @@ def _mass(
         return body.mass, body.centre_of_gravity or (0.0, 0.0, 0.0), _inertia(body, body.mass)
     from hydrosim.tanks.timeline import at_start, loaded_body  # slow to load
 
-    own = body.lightship
-    found = loaded_body(own.mass, own.centre_of_gravity, _inertia(own, own.mass), at_start(tanks))
-    return found.mass, tuple(found.centre.tolist()), found.inertia
+    lightship = body.lightship
+    mass_properties = loaded_body(
+        lightship.mass,
+        lightship.centre_of_gravity,
+        _inertia(lightship, lightship.mass),
+        at_start(tanks),
+    )
+    return mass_properties.mass, tuple(mass_properties.centre.tolist()), mass_properties.inertia
 
 
 def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:

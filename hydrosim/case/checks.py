@@ -68,8 +68,8 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
 
 def _check_joint(case: CaseFile, keys: Keys, joint: str) -> Iterator[Problem]:
     if joint not in case.joints:
-        known = ", ".join(case.joints) or "there is none"
-        text = f"found {value_text(joint)}; expected a joint of this case: {known}"
+        joint_names = ", ".join(case.joints) or "there is none"
+        text = f"found {value_text(joint)}; expected a joint of this case: {joint_names}"
         yield Problem(keys, with_hint(text, suggestion(joint, case.joints)))
 
 
@@ -97,16 +97,16 @@ def _check_joints(case: CaseFile) -> Iterator[Problem]:
         if joint.to == joint.body:
             text = f"found {value_text(joint.to)} on both sides; expected another body, or none"
             yield Problem(("joints", name, "to"), f"{text}; a joint without to is to the earth")
-    known = {*case.bodies, None}
-    if all({joint.body, joint.to} <= known for joint in case.joints.values()):
+    body_names = {*case.bodies, None}
+    if all({joint.body, joint.to} <= body_names for joint in case.joints.values()):
         yield from _check_tree(case)
 
 
 def _check_tree(case: CaseFile) -> Iterator[Problem]:
     """Keys that bodies on joints, and joints that close loops, do not have."""
     joints = {name: joint.build() for name, joint in case.joints.items()}
-    found = arrange_joints(joints, list(case.bodies))
-    for branch in found.branches:
+    joint_tree = arrange_joints(joints, list(case.bodies))
+    for branch in joint_tree.branches:
         body = case.bodies[branch.child]
         if "dofs" in body.model_fields_set:
             text = f"found dofs of {branch.child}, which the joint {branch.name} carries; expected"
@@ -116,7 +116,7 @@ def _check_tree(case: CaseFile) -> Iterator[Problem]:
             text = f"found a start of {branch.child}, which the joint {branch.name} carries"
             remedy = f"expected none; give joints.{branch.name}.initial"
             yield Problem(("bodies", branch.child, "initial"), f"{text}; {remedy}")
-    for name in found.loops:
+    for name in joint_tree.loops:
         acting = [r for r in joints[name].resistances if r.acts or r.position or r.velocity]
         if acting:
             text = "found a spring, damping, stops, friction or a start in a joint that closes a"

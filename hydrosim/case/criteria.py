@@ -83,8 +83,8 @@ class RunCriterion(of.SchemaModel):
         of_channel = self.keys_with_value("channel", "statistic", "phase")
         of_contacts = self.keys_with_value("result", "group")
         if bool(of_channel) == bool(of_contacts) or (of_contacts and self.result is None):
-            found = " and ".join([*of_channel, *of_contacts]) or "no channel"
-            raise problem(found, "either channel and statistic, or result")
+            given_keys = " and ".join([*of_channel, *of_contacts]) or "no channel"
+            raise problem(given_keys, "either channel and statistic, or result")
         if of_channel and (self.channel is None or self.statistic is None):
             raise problem(" and ".join(of_channel), "channel and statistic")
         return self
@@ -93,13 +93,13 @@ class RunCriterion(of.SchemaModel):
 def as_attributes(report: Report, criteria: Mapping[str, RunCriterion]) -> dict[str, str]:
     """What the results of a case keep of both; nothing where the case says nothing."""
     block = {key: text for key, text in report if text}
-    asked = [_plain(name, each) for name, each in criteria.items()]
-    found = {TITLE_BLOCK: block, CRITERIA: asked}
-    return {key: json.dumps(value) for key, value in found.items() if value}
+    asked = [_plain(name, criterion) for name, criterion in criteria.items()]
+    attributes = {TITLE_BLOCK: block, CRITERIA: asked}
+    return {key: json.dumps(value) for key, value in attributes.items() if value}
 
 
 def _plain(name: str, of: RunCriterion) -> dict[str, object]:
     names = ("channel", "statistic", "phase", "result", "group")
-    known = {key: getattr(of, key) for key in names}
+    values = {key: getattr(of, key) for key in names}
     written = {"limit": of.limit.value, "unit": of.limit.unit or "", "text": of.limit.text}
-    return {"name": name, **known, **written, "source": of.source}
+    return {"name": name, **values, **written, "source": of.source}

@@ -73,8 +73,8 @@ class DatabaseFile(SchemaModel):
     @model_validator(mode="after")
     def _check_range(self) -> Self:
         if self.frequencies is not None and not self.frequencies[0] < self.frequencies[1]:
-            found = "frequencies {:g} to {:g} rad/s".format(*self.frequencies)
-            raise problem(found, "the lower one first")
+            range_text = "frequencies {:g} to {:g} rad/s".format(*self.frequencies)
+            raise problem(range_text, "the lower one first")
         return self
 
     def build(self, place: Place) -> scene.ChangedDatabase:
@@ -256,7 +256,7 @@ def hull_of(value: Any, key: str, folder: Path, body: int) -> Hull | None:
     if value == MATRIX:
         return None
     try:
-        found: Hull = value.read(folder, body)
+        hull: Hull = value.read(folder, body)
     except InputError as error:
         raise InputError(f"{key}: {error}") from None
-    return found
+    return hull

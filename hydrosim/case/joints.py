@@ -116,10 +116,10 @@ FRICTION_KEYS = ("coefficient", "static_coefficient", "kinetic_coefficient", "ra
 
 
 def _without_reaction(data: Any, instead: str) -> Any:
-    found = [key for key in FRICTION_KEYS if isinstance(data, dict) and key in data]
-    if found:
+    given_keys = [key for key in FRICTION_KEYS if isinstance(data, dict) and key in data]
+    if given_keys:
         raise problem(
-            f"{' and '.join(found)}, a friction that depends on the load in the joint",
+            f"{' and '.join(given_keys)}, a friction that depends on the load in the joint",
             f"a given {instead}",
             "run without friction, read joint_force, and give coefficient x radius x its mean",
         )
@@ -262,7 +262,7 @@ class JointForm(Exemplary):
         limited = self.keys_with_value("active", "window", "breaks_at")
         if self.breaks_at is not None and not self.breaks_at > 0.0:
             raise problem(f"breaks_at {self.breaks_at:g} N", "a force above 0")
-        if limited and any(each.acts for each in self.resistances()):
+        if limited and any(resistance.acts for resistance in self.resistances()):
             raise problem(
                 f"{limited[0]}, and a spring, damping, stops or friction in the joint",
                 "one of them",
@@ -281,7 +281,7 @@ class JointForm(Exemplary):
     @property
     def moves(self) -> bool:
         """Whether it has a rate or speed at the start."""
-        return any(each.velocity for each in self.resistances())
+        return any(resistance.velocity for resistance in self.resistances())
 
     def build(self) -> scene.Joint:
         """The joint of the scene."""

@@ -154,7 +154,7 @@ class Particulars:
     def _moving(self) -> dict[str, float]:
         """Inertia with added mass."""
         added = self.added_mass()
-        return {dof: own + added[dof] for dof, own in self.inertia().items()}
+        return {dof: inertia + added[dof] for dof, inertia in self.inertia().items()}
 
 
 @dataclass(frozen=True)

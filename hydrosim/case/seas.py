@@ -62,8 +62,8 @@ def _columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray
     names = [name_and_unit(name)[0].strip().lower() for name in table.names]
     unknown = [name for name in names if name not in COLUMN_UNITS]
     if unknown or len({*names}) < len(names) or not names:
-        found = ", ".join(table.names) or "no names of columns"
-        source.wrong(f"found {found}; expected the columns {EXPECTED}, each once")
+        column_names = ", ".join(table.names) or "no names of columns"
+        source.wrong(f"found {column_names}; expected the columns {EXPECTED}, each once")
     for k, name in enumerate(names):
         unit = unit_of_column(table, k)
         values = table.rows[:, k]
@@ -78,8 +78,8 @@ def _columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray
 def _scale(source: Source, name: str, unit: str) -> float:
     """What a number in a unit is multiplied with to be in SI."""
     others = {"amplitude": 1.0} | ({} if name == "frequency" else {"period": 1.0})
-    one = _wave_component(source, {**others, name: f"1 {unit}"})
-    return float(getattr(one, name))
+    unit_component = _wave_component(source, {**others, name: f"1 {unit}"})
+    return float(getattr(unit_component, name))
 
 
 def _wave_component(source: Source, values: dict[str, Any], line: int | None = None) -> Component:
@@ -239,11 +239,11 @@ def _given_components(train: waves.Components, where: BuildContext) -> scene.Giv
     given = train.components
     if isinstance(given, waves.ComponentsFile):
         at_key = BuildContext(f"{where.key}.components", where.path)
-        each = read_components(_source(at_key, given.file))
+        components = read_components(_source(at_key, given.file))
     else:
-        each = given
-    omega = [c.frequency or 2.0 * np.pi / (c.period or np.nan) for c in each]
-    heading = [train.heading if c.heading is None else c.heading for c in each]
-    amplitude = [c.amplitude for c in each]
-    phase = [c.phase for c in each]
+        components = given
+    omega = [c.frequency or 2.0 * np.pi / (c.period or np.nan) for c in components]
+    heading = [train.heading if c.heading is None else c.heading for c in components]
+    amplitude = [c.amplitude for c in components]
+    phase = [c.phase for c in components]
     return scene.GivenComponents(*map(np.array, (omega, amplitude, phase, heading)))

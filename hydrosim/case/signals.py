@@ -164,14 +164,14 @@ def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
 def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
-    said = series.unit or series.label
-    found_text = f"found a column {f'in {said}' if said else 'without a unit'}"
+    unit_text = series.unit or series.label
+    found_text = f"found a column {f'in {unit_text}' if unit_text else 'without a unit'}"
     if scale is None:
         try:
-            return 1.0 if said is None else factor(said, unit)
+            return 1.0 if unit_text is None else factor(unit_text, unit)
         except ValueError:
             source.wrong(f'{found_text}; expected {unit}; give a factor, such as "98100 kN/m"')
-    known = series.unit or ("" if unit in MOTION_UNITS else None)
-    if known is not None and scale.unit and not same_dimension(known, scale.unit, unit):
+    column_unit = series.unit or ("" if unit in MOTION_UNITS else None)
+    if column_unit is not None and scale.unit and not same_dimension(column_unit, scale.unit, unit):
         source.wrong(f"{found_text} and a factor in {scale.unit}; expected {unit} of both together")
     return scale.value

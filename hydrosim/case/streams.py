@@ -210,11 +210,11 @@ def with_streams(
     """The ``water`` of a scene with its current and its wind. ``key`` is that of the environment in
     the case file."""
     stream, profile = current_of(current, water.water_depth, f"{key}.current.profile")
-    found = replace(water, current=stream, current_profile=profile)
+    environment = replace(water, current=stream, current_profile=profile)
     if wind is None:
-        return found
+        return environment
     return replace(
-        found,
+        environment,
         wind=scene.Stream(wind.speed, wind.heading),
         wind_profile=wind.build_profile(),
         gusts=None if wind.gusts is None else wind.gusts.build(),

@@ -115,9 +115,9 @@ def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
 
 def _train(train: Mapping[str, Any], labels: Mapping[str, str]) -> Sentence:
     """A train of waves: each of its ``labels`` with the value."""
-    known = [key for key in labels if key in train]
-    text = ", ".join(f"{labels[key]} {{}}".strip() for key in known)
-    return Sentence(text, [_value(train[key], SEA_ROWS[key][1]) for key in known])
+    given_keys = [key for key in labels if key in train]
+    text = ", ".join(f"{labels[key]} {{}}".strip() for key in given_keys)
+    return Sentence(text, [_value(train[key], SEA_ROWS[key][1]) for key in given_keys])
 
 
 def _bodies(bodies: Any) -> Iterator[tuple[str, Sentence]]:
@@ -141,8 +141,8 @@ def _joints(joints: Any) -> Iterator[tuple[str, str, str]]:
 
 def _value_text(value: Any, unit: str) -> Sentence:
     """A value of a case, or each of a list of them."""
-    each = value if isinstance(value, list) else [value]
-    return Sentence(", ".join("{}" for _ in each), [_value(x, unit) for x in each])
+    items = value if isinstance(value, list) else [value]
+    return Sentence(", ".join("{}" for _ in items), [_value(x, unit) for x in items])
 
 
 def _value(value: Any, unit: str) -> Value | str:

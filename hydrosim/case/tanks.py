@@ -45,8 +45,8 @@ class Lightship(SchemaModel):
     def _check_inertia(self) -> Self:
         given = self.keys_with_value("radii_of_gyration", "inertia")
         if len(given) != 1:
-            found = " and ".join(given) or "neither radii_of_gyration nor inertia"
-            raise problem(found, "one of radii_of_gyration, inertia")
+            given_keys = " and ".join(given) or "neither radii_of_gyration nor inertia"
+            raise problem(given_keys, "one of radii_of_gyration, inertia")
         return self
 
 
@@ -72,8 +72,8 @@ class TankTable(SchemaModel):
         names = ("level", "volume", "centroid", "longitudinal", "transverse", "mixed")
         sizes = {name: len(x) for name in names if (x := getattr(self, name)) is not None}
         if len({*sizes.values()}) > 1:
-            found = ", ".join(f"{size} of {name}" for name, size in sizes.items())
-            raise problem(found, "as many of each: one a row")
+            sizes_text = ", ".join(f"{size} of {name}" for name, size in sizes.items())
+            raise problem(sizes_text, "as many of each: one a row")
         return self
 
     def build(self) -> scene.TankTable:
@@ -138,8 +138,8 @@ class Tank(SchemaModel):
     def _check_shape(self) -> Self:
         given = self.keys_with_value("box", "table", "mesh", "recipe")
         if len(given) != 1:
-            found = " and ".join(given) or "none of them"
-            raise problem(found, "one of box, table, mesh, recipe")
+            given_keys = " and ".join(given) or "none of them"
+            raise problem(given_keys, "one of box, table, mesh, recipe")
         for key, owner in (*((key, "mesh") for key in PLACING), ("depth", "recipe")):
             if self.keys_with_value(key) and given[0] != owner:
                 raise problem(f"{key} of a {given[0]}", f"it of a {owner}")

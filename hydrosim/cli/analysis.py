@@ -124,10 +124,10 @@ def linear(
     )
     scene = case.scene()
     with made.hold_lock(), announce_compiling(err), progress("linear analysis"):
-        found = linear_analysis(scene, wanted)
-        write_run(found, made)
-    draw_response(found, page)
-    show_document(linear_document(found, raos=bool(periods)), verbose)
+        analysis = linear_analysis(scene, wanted)
+        write_run(analysis, made)
+    draw_response(analysis, page)
+    show_document(linear_document(analysis, raos=bool(periods)), verbose)
     print_lines(f"result    {made.path}, {page.path}")
 
 
@@ -178,9 +178,9 @@ def line(
         raise InputError(f"--offset: found {largest:g} m; expected a length above 0.")
     page = output_for(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
     with page.hold_lock(), announce_compiling(err), progress("lines"):
-        found = _of_file(file) if of_others else _of_case(file, settings)
-    chosen = _chosen(file, found.lines, name)
-    shown = found._replace(lines=[chosen] if name else found.lines)
+        lines_to_show = _of_file(file) if of_others else _of_case(file, settings)
+    chosen = _chosen(file, lines_to_show.lines, name)
+    shown = lines_to_show._replace(lines=[chosen] if name else lines_to_show.lines)
     _show(shown, chosen, largest, page, verbose)
 
 
@@ -202,7 +202,7 @@ def _of_file(file: Path) -> LinesToShow:
     from hydrosim.files.text import Source
 
     system = read_mooring_system(Source(file))
-    left_out = [each.message for each in system.left_out]
+    left_out = [entry.message for entry in system.left_out]
     return LinesToShow(file.name, lines_of_system(system), DEFAULT, left_out)
 
 
@@ -220,16 +220,20 @@ def _of_case(file: Path, settings: list[str]) -> LinesToShow:
 
 def _chosen(file: Path, lines: list[StillLine], name: str | None) -> StillLine:
     """The line that is asked for, or the first."""
-    known = {each.name: each for each in lines}
-    if not known:
+    lines_by_name = {line.name: line for line in lines}
+    if not lines_by_name:
         raise InputError(f"{file}: found no catenary; expected one under forces.")
-    if name is not None and name not in known:
-        raise InputError(f"--line: found {name}; expected one of {', '.join(known)}.")
-    return known[name] if name is not None else lines[0]
+    if name is not None and name not in lines_by_name:
+        raise InputError(f"--line: found {name}; expected one of {', '.join(lines_by_name)}.")
+    return lines_by_name[name] if name is not None else lines[0]
 
 
 def _show(
-    found: LinesToShow, chosen: StillLine, largest: float | None, page: Output, verbose: bool
+    lines_to_show: LinesToShow,
+    chosen: StillLine,
+    largest: float | None,
+    page: Output,
+    verbose: bool,
 ) -> None:
     from hydrosim.analysis.line import offsets_to, response
     from hydrosim.report.charts.analysis import draw_line
@@ -237,9 +241,11 @@ def _show(
 
     offsets = offsets_to(largest or chosen.usual_offset())
     along, up = (response(chosen, offsets, way) for way in (False, True))
-    named = f"{found.title}: line {chosen.name}"
-    draw_line(named, chosen, (along, up), page, found.units)
-    document = line_document(named, found.lines, (along, up), found.units, found.left_out)
+    named = f"{lines_to_show.title}: line {chosen.name}"
+    draw_line(named, chosen, (along, up), page, lines_to_show.units)
+    document = line_document(
+        named, lines_to_show.lines, (along, up), lines_to_show.units, lines_to_show.left_out
+    )
     show_document(document, verbose)
     print_lines(f"picture   {page.path}")
 
@@ -310,7 +316,7 @@ def ballast(
             ' A number without a unit is in rad: write "5 deg".'
         )
     scene = case.scene()
-    having = [each.name for each in scene.bodies if each.tanks]
+    having = [body.name for body in scene.bodies if body.tanks]
     if not having:
         raise InputError(
             f"{case_file}: no body has tanks; expected at least one. Add them under"
@@ -320,7 +326,7 @@ def ballast(
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
     with announce_compiling(err), progress("loading condition"):
         compiled = compile_in_calm(scene)
-        found = conditions(compiled, at, angle)
+        conditions_found = conditions(compiled, at, angle)
         planned: PumpPlan | None = None
         if lift is not None or rise is not None:
             weight = quantity("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
@@ -328,8 +334,8 @@ def ballast(
             span = quantity("--within", within, "time", "s", "1 hour")
             planned = find_pump_plan(compiled, body or having[0], span, weight, up)
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
-    draw_loading(found, at, page, units_of(scene.source))
-    show_document(ballast_document(scene, found, at, angle, planned, waiting), verbose)
+    draw_loading(conditions_found, at, page, units_of(scene.source))
+    show_document(ballast_document(scene, conditions_found, at, angle, planned, waiting), verbose)
     print_lines(f"picture   {page.path}")
 
 
@@ -353,7 +359,7 @@ def converge(
 ) -> None:
     """Compare error and run time of methods and steps; print a table, draw it, write netCDF."""
     from hydrosim.case.load import load_case
-    from hydrosim.files.display_units import choice_in, units_of
+    from hydrosim.files.display_units import unit_choice_attribute, units_of
     from hydrosim.report.charts.analysis import draw_work_precision
     from hydrosim.report.sentences.run import study_document
     from hydrosim.results.dataset import write_run
@@ -391,7 +397,7 @@ def converge(
                 report(remark=trial)
 
             study = study_of(scene, chosen, all_steps, all_tolerances, tell)
-        dataset = to_dataset(study, scene.title).assign_attrs(choice_in(scene.source))
+        dataset = to_dataset(study, scene.title).assign_attrs(unit_choice_attribute(scene.source))
         write_run(dataset, made)
     draw_work_precision(dataset, page)
     show_document(study_document(study, scene.title, units_of(scene.source)))

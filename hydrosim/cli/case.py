@@ -68,12 +68,12 @@ def check(
 
     with announce_compiling(err), progress("checking") as report:
 
-        def watch(items: Sequence[Any], what: str) -> Iterator[Any]:
+        def report_items(items: Sequence[Any], what: str) -> Iterator[Any]:
             for k, item in enumerate(items):
                 report(k, len(items), f"step limits by {what}")
                 yield item
 
-        document = check_document(case.scene(), times, watch)
+        document = check_document(case.scene(), times, report_items)
     show_document(document, verbose)
     if any(isinstance(node, Verdict) and node.outcome is Outcome.BAD for node in document.nodes):
         raise typer.Exit(1)
@@ -141,8 +141,8 @@ def schema_of(kind: FileKind) -> dict[str, Any]:
         case FileKind.RECIPE:
             from hydrosim.database.build.recipe import OneBody, SeveralBodies
 
-            one, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))
-            return either_schema("Recipe of a database of hydrosim", "bodies", several, one)
+            single, several = (json_schema(model, "") for model in (OneBody, SeveralBodies))
+            return either_schema("Recipe of a database of hydrosim", "bodies", several, single)
 
 
 # `hydrosim new`: a commented case from main particulars, to begin with.
@@ -165,12 +165,14 @@ def example(
     Case files go to cases/NAME, and their databases to hydro_db. Existing files are kept.
     """
     home = _home()
-    known = sorted(path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml")))
+    case_names = sorted(
+        path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml"))
+    )
     if name is None:
-        print_lines(*known)
+        print_lines(*case_names)
         return
-    if name not in known:
-        raise InputError(f"example: found {name!r}; expected one of {', '.join(known)}")
+    if name not in case_names:
+        raise InputError(f"example: found {name!r}; expected one of {', '.join(case_names)}")
     for file in _files(home, home / "cases" / name):
         made = output / file.relative_to(home.resolve())
         if not os.path.lexists(made):  # a broken link also counts as existing
@@ -194,17 +196,17 @@ def _home() -> Path:
 def _files(home: Path, folder: Path) -> list[Path]:
     """Case files and studies of a folder, and all files that they name."""
     waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")]
-    found = set[Path]()
+    paths = set[Path]()
     while waiting:
         path = waiting.pop().resolve()
-        if path in found or not path.is_file():
+        if path in paths or not path.is_file():
             continue
-        found.add(path)
+        paths.add(path)
         if path.suffix == ".yaml":
             waiting += [
                 path.parent / name for name in FILE_NAME_PATTERN.findall(path.read_text("utf-8"))
             ]
-    return sorted(path for path in found if path.is_relative_to(home.resolve()))
+    return sorted(path for path in paths if path.is_relative_to(home.resolve()))
 
 
 FREQUENCY_STEP = 0.03  # rad/s: a memory of 105 s
@@ -339,10 +341,12 @@ def new(
     texts = sea | _texts(barge, recipe, depth, kg) | {"name": case_file.name}
     if database is None:
         _write(recipe, RECIPE_TEMPLATE.format(**texts, **_resolution(barge, sea["period"], depth)))
-        own = COEFFICIENTS_TEMPLATE.format(**texts, **_coefficients(barge))
+        coefficients_text = COEFFICIENTS_TEMPLATE.format(**texts, **_coefficients(barge))
         _write(
             case_file,
-            CASE_TEMPLATE.format(**texts, hydrodynamics=own, start=INITIAL_TEMPLATE, bilges=""),
+            CASE_TEMPLATE.format(
+                **texts, hydrodynamics=coefficients_text, start=INITIAL_TEMPLATE, bilges=""
+            ),
         )
         print_lines(f"case      {case_file}", f"recipe    {recipe}")
         print_lines(
@@ -351,10 +355,14 @@ def new(
         )
         return
     texts |= _of_database(database, depth, barge)
-    own = f"    hydrodynamics: {Path(os.path.relpath(database, case_file.parent)).as_posix()}"
+    coefficients_text = (
+        f"    hydrodynamics: {Path(os.path.relpath(database, case_file.parent)).as_posix()}"
+    )
     _write(
         case_file,
-        CASE_TEMPLATE.format(**texts, hydrodynamics=own, start="", bilges=BILGES_TEMPLATE),
+        CASE_TEMPLATE.format(
+            **texts, hydrodynamics=coefficients_text, start="", bilges=BILGES_TEMPLATE
+        ),
     )
     print_lines(f"case      {case_file}", f"next      hydrosim check {_shell_path(case_file)}")
 
@@ -406,16 +414,16 @@ def _block(box: Particulars, block: str, displacement: str) -> float:
         raise InputError(
             "--block-coefficient, --displacement: found both; expected one of them. Leave one out."
         )
-    found = _read("--block-coefficient", block or "1", "ratio", "", "0.9")
+    coefficient = _read("--block-coefficient", block or "1", "ratio", "", "0.9")
     if displacement:
-        found = _read("--displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
-    if not 0.5 <= found <= 1.0:
+        coefficient = _read("--displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
+    if not 0.5 <= coefficient <= 1.0:
         raise InputError(
-            f"found a block coefficient of {found:.3g}, the displacement over the"
+            f"found a block coefficient of {coefficient:.3g}, the displacement over the"
             f" {box.mass / 1e3:.6g} tonne of a box; expected 0.5 to 1. Mend --block-coefficient,"
             " --displacement or the sides."
         )
-    return found
+    return coefficient
 
 
 def _depth(text: str, barge: Particulars) -> float:

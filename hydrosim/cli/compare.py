@@ -30,7 +30,7 @@ from hydrosim.cli.terminal import (
     window_of,
 )
 from hydrosim.errors import InputError
-from hydrosim.files.display_units import choice_in, units_of
+from hydrosim.files.display_units import unit_choice_attribute, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -155,7 +155,7 @@ def compare(
     between = window_of(start, end)
     given = dict(_tolerance(text) for text in tolerance)
     run = open_run(run_file)
-    found = comparison_of(
+    comparison = comparison_of(
         run,
         read_recording(recorded),
         None if mapping is None else read_mapping(mapping),
@@ -164,52 +164,60 @@ def compare(
         edges=_edges(bands),
         only=_patterns(channels) or ("*",),
     )
-    out_of = exceeded_tolerances(found, given)
-    said = _comparison_attributes(run, run_file, recorded)
-    dataset = to_dataset(found, said, by_channel(found, given))
+    out_of = exceeded_tolerances(comparison, given)
+    attributes = _comparison_attributes(run, run_file, recorded)
+    dataset = to_dataset(comparison, attributes, by_channel(comparison, given))
     write_run(dataset, result)
     title = f"{run_file.name} and {recorded.name}"
-    draw_comparison(found, title, page, units_of(dataset.attrs))
+    draw_comparison(comparison, title, page, units_of(dataset.attrs))
     show_document(comparison_tables(dataset), verbose)
     print_lines(f"result    {result.path}, {page.path}")
     if out_of:
         raise typer.Exit(1)
 
 
-def _of_many(ours: xr.Dataset, one: Path, other: Path, result: Output, verbose: bool) -> None:
-    """Compare two files of many runs. Raises InputError if ``other`` is not such a file."""
+def _of_many(
+    ours: xr.Dataset, run_file: Path, recorded: Path, result: Output, verbose: bool
+) -> None:
+    """Compare two files of many runs. Raises InputError if ``recorded`` is not such a file."""
     from hydrosim.compare.dataset import studies_dataset
     from hydrosim.compare.studies import compare_studies
     from hydrosim.report.sentences.comparison import studies_tables
     from hydrosim.results.dataset import write_run
     from hydrosim.results.runs_file import open_runs
 
-    theirs = open_runs(other)
+    theirs = open_runs(recorded)
     if theirs is None:
         raise InputError(
-            f"{other}: is a result of one run; expected a file of many runs, because {one} is one."
+            f"{recorded}: is a result of one run; expected a file of many runs, because"
+            f" {run_file} is one."
         )
-    found = compare_studies(ours, theirs)
-    dataset = studies_dataset(found, _comparison_attributes(ours, one, other))
+    comparison = compare_studies(ours, theirs)
+    dataset = studies_dataset(comparison, _comparison_attributes(ours, run_file, recorded))
     write_run(dataset, result)
     show_document(studies_tables(dataset), verbose)
     print_lines(f"result    {result.path}")
 
 
-def _comparison_attributes(ours: xr.Dataset, one: Path, other: Path) -> dict[str, object]:
+def _comparison_attributes(ours: xr.Dataset, run_file: Path, recorded: Path) -> dict[str, object]:
     """Title, files and units of a comparison, for the attributes of its result."""
     title = str(ours.attrs.get("title", ""))
-    return {"title": title, "run": str(one), "recording": str(other), **choice_in(ours.attrs)}
+    return {
+        "title": title,
+        "run": str(run_file),
+        "recording": str(recorded),
+        **unit_choice_attribute(ours.attrs),
+    }
 
 
-def _compare_exactly(one: Path, other: Path, but: Sequence[str]) -> None:
+def _compare_exactly(first_file: Path, second_file: Path, but: Sequence[str]) -> None:
     """Print the differences between two results, or that they are identical. Exit code 1 if any."""
     from hydrosim.compare.dataset import OF_MAKING, differences, read_result
 
-    first, second = read_result(one), read_result(other)
-    found = differences(first, second, but)
-    print_lines(*found)
-    if found:
+    first, second = read_result(first_file), read_result(second_file)
+    difference_lines = differences(first, second, but)
+    print_lines(*difference_lines)
+    if difference_lines:
         raise typer.Exit(1)
     apart = ", ".join(sorted({*OF_MAKING, *but}))
     counts = f"{len(first.variables)} variables and {len(first.attrs)} attributes"
@@ -325,7 +333,7 @@ def export(
             " output times of the run."
         )
     suffix = _suffix(output)
-    kept = _chosen_units(units, suffix)
+    unit_system = _chosen_units(units, suffix)
     begin = _date(date, suffix)
     window = window_of(start, end)
     result = output_for(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
@@ -337,7 +345,7 @@ def export(
         )
     run = read_run(run_file)
     table = table_of(run, names_in(channels), *window)
-    if kept is ExportUnits.CASE:
+    if unit_system is ExportUnits.CASE:
         table = table.read_in(units_of(run.attrs))
     with progress("writing"):
         _write(table, result, begin)
@@ -362,7 +370,7 @@ def _record(
     step: str,
     digits: int,
     overwrite: bool,
-    kept: ExportUnits,
+    unit_system: ExportUnits,
 ) -> None:
     """Write channels as a recording. Without names, it has the channels of motions, waves, forces,
     fenders and springs that are not zero."""
@@ -377,8 +385,8 @@ def _record(
         raise InputError(f"--step: found {every:g} s; expected a positive time, such as 0.5 s.")
     run = open_run(run_file)
     names = match_channels(columns_of(run), asked, "--channels") if asked else default_channels(run)
-    own = units_of(run.attrs).display_unit if kept is ExportUnits.CASE else None
-    write_recording(run, result, names, every, digits, own)
+    case_units = units_of(run.attrs).display_unit if unit_system is ExportUnits.CASE else None
+    write_recording(run, result, names, every, digits, case_units)
     print_lines(f"result    {result.path}, {len(names)} channels")
 
 
@@ -404,12 +412,12 @@ def _date(text: str, suffix: str) -> datetime | None:
             " run. Leave --date out."
         )
     try:
-        found = datetime.fromisoformat(text)
+        date = datetime.fromisoformat(text)
     except ValueError:
         raise InputError(
             f"--date: found {text!r}; expected a date such as 2026-05-31T06:00."
         ) from None
-    return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
+    return date.astimezone(UTC) if date.tzinfo else date.replace(tzinfo=UTC)
 
 
 def _write(table: ExportTable, result: Output, date: datetime | None) -> None:

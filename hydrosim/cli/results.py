@@ -279,13 +279,17 @@ def statistics(
             f" {least:g} s. The record itself holds many samples of shorter durations."
         )
     asked = names_in(channels)
-    known = channel_names(run)
-    asked += ["utilisation.*"] if any(name.startswith("utilisation.") for name in known) else []
+    known_channels = channel_names(run)
+    asked += (
+        ["utilisation.*"] if any(name.startswith("utilisation.") for name in known_channels) else []
+    )
     with progress("statistics"):
-        found = of_run(run, begin, exposure, match_channels(known, asked, "--channels"))
-        write_run(found, result)
+        statistics_found = of_run(
+            run, begin, exposure, match_channels(known_channels, asked, "--channels")
+        )
+        write_run(statistics_found, result)
     print_lines(*not_complete(run.attrs))
-    show_document(statistics_document(run, found), verbose)
+    show_document(statistics_document(run, statistics_found), verbose)
     print_lines(f"result    {result.path}")
 
 
@@ -346,11 +350,11 @@ def explain(
         run = read_run(run_file)
     try:
         with progress("explaining"):
-            found, parts = _of_many(run, between) if many else _of_one(run, between)
+            explanations, parts = _of_many(run, between) if many else _of_one(run, between)
     except InputError as error:
         raise InputError(f"{run_file}: {error}") from None
-    moved = _body(found, direction, body)
-    write_run(found, result)
+    moved = _body(explanations, direction, body)
+    write_run(explanations, result)
     print_lines(*so_far(run))
     first, of_first = next(iter(parts.items()))
     draw_explained(run, of_first, moved, direction, page, first)
@@ -365,8 +369,8 @@ Parts = dict[str, "xr.Dataset"]
 def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.statistics.explain import explain_run
 
-    found = explain_run(run, *between)
-    return found, {"": found}
+    explanations = explain_run(run, *between)
+    return explanations, {"": explanations}
 
 
 def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
@@ -375,12 +379,12 @@ def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset
 
     if between != (-inf, inf):
         raise InputError("found a study; expected one run, because of --from or --to.")
-    found = explanations_of_runs(runs)
+    explanations = explanations_of_runs(runs)
     complete = runs.status.values == COMPLETE
     if not complete.any():
         raise InputError("found no complete run; see the variable status_message of the file.")
-    return found, {
-        t: found.isel(run=at) for t, at in _runs_by_combination(runs) if complete[at].any()
+    return explanations, {
+        t: explanations.isel(run=at) for t, at in _runs_by_combination(runs) if complete[at].any()
     }
 
 
@@ -401,11 +405,11 @@ def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
             yield ": ".join(part for part in (plan.name, values_text) if part), plan_runs[at]
 
 
-def _body(found: xr.Dataset, direction: str, name: str | None) -> str:
+def _body(explanations: xr.Dataset, direction: str, name: str | None) -> str:
     """Body that was asked for, or the first that moves."""
-    known = [str(body) for body in found.body.values]
-    if name is not None and name not in known:
-        raise InputError(f"--body: found {name}; expected one of {', '.join(known)}.")
-    displacement = abs(found.displacement.sel(dof=direction)).fillna(0.0)
+    body_names = [str(body) for body in explanations.body.values]
+    if name is not None and name not in body_names:
+        raise InputError(f"--body: found {name}; expected one of {', '.join(body_names)}.")
+    displacement = abs(explanations.displacement.sel(dof=direction)).fillna(0.0)
     moved = displacement.max([dim for dim in displacement.dims if dim != "body"]).values
-    return name or (known[int(moved.argmax())])
+    return name or (body_names[int(moved.argmax())])

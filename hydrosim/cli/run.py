@@ -84,9 +84,9 @@ def run(
         try:
             dataset = simulate_case(case, result)
         except SimulationError as error:
-            print_lines(f"result    {_save(error.dataset, result)}")
+            print_lines(f"result    {_save_result(error.dataset, result)}")
             raise
-        path = _save(dataset, result)
+        path = _save_result(dataset, result)
     show_document(run_document(_with_places(dataset, case)), verbose)
     print_lines(f"result    {path}")
     if plot_too:
@@ -127,7 +127,7 @@ def _planned_pictures(result: Output) -> None:
     picture_outputs(result.path.parent, result.path.stem, result.path, result.overwrite)
 
 
-def _save(dataset: xr.Dataset, result: Output) -> Path:
+def _save_result(dataset: xr.Dataset, result: Output) -> Path:
     """Write the result of a run; return its path. A run that did not complete never replaces a
     complete one. No run replaces a file that appeared while it was computed."""
     from hydrosim.results.dataset import status_of, write_run

@@ -152,10 +152,10 @@ def _until(
         return runs
 
     with print_resume_hint("--resume"), announce_compiling(err), progress("runs"):
-        said = run_until(study, study.seeds, wanted, run, result, resume)
+        summary = run_until(study, study.seeds, wanted, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None
-    print_lines(said)
+    print_lines(summary)
     _show_runs(runs, study, result.path, table, result.overwrite, plot_too, verbose)
 
 
@@ -284,25 +284,26 @@ def operability(
             report(done, study.seas, f"{sea}, {runs} runs")
 
         limits = limits_of(study, workers or os.cpu_count() or 1, tell, journal)
-        found = assess_weather(limits, weather)
-        write_run(found, result)
+        assessed = assess_weather(limits, weather)
+        write_run(assessed, result)
         journal.remove()
-    draw_limits(found, page)
-    show_document(limits_tables(found), verbose)
+    draw_limits(assessed, page)
+    show_document(limits_tables(assessed), verbose)
     print_lines(f"result    {result.path}, {page.path}")
-    if remedy := _nowhere(found.sel(stage="all")):
+    if remedy := _nowhere(assessed.sel(stage="all")):
         raise InputError(f"{study_file}: operability.heights: {remedy}. The result was written.")
 
 
-def _nowhere(found: xr.Dataset) -> str:
+def _nowhere(assessed: xr.Dataset) -> str:
     """Remedy if the limit of no sea state lies between the heights; empty if one does."""
     from hydrosim.report.sentences.limits import side_of
 
-    limits = found.limit.values.ravel().tolist()
-    sides = {side_of(limit, found) for limit in limits}
+    limits = assessed.limit.values.ravel().tolist()
+    sides = {side_of(limit, assessed) for limit in limits}
     if "" in sides:
         return ""
-    text = f"found no limit from {found.attrs['lowest']:g} m to {found.attrs['highest']:g} m in any"
+    lowest, highest = assessed.attrs["lowest"], assessed.attrs["highest"]
+    text = f"found no limit from {lowest:g} m to {highest:g} m in any"
     match sorted(sides):
         case ["above"]:
             return (

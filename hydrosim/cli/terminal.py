@@ -193,13 +193,13 @@ def output_for(
 def numbers(text: str, option: str, positive: bool = True) -> list[float]:
     """Numbers of an option, separated by commas. Raises InputError that names the option."""
     try:
-        found = [float(part) for part in text.split(",")]
+        values = [float(part) for part in text.split(",")]
     except ValueError:
-        found = [float("nan")]
-    if not all(isfinite(x) and (x > 0.0 or not positive) for x in found):
+        values = [float("nan")]
+    if not all(isfinite(x) and (x > 0.0 or not positive) for x in values):
         kind = "positive numbers" if positive else "numbers"
         raise InputError(f"{option}: found {text!r}; expected {kind}, such as 0.1,0.05.")
-    return found
+    return values
 
 
 def quantity(option: str, text: str | None, what: str, unit: str, example: str) -> float:
@@ -315,8 +315,8 @@ def tells_absent_variables(command: Callable[..., Any]) -> Callable[..., Any]:
             path = next(value for value in given.values() if isinstance(value, Path))
             from hydrosim.results.validation import CHANGED_FILE_HINT  # loads the models of cases
 
-            found = f"found no variable {absent[1] or absent[2]}, which this page needs"
-            raise InputError(f"{path}: {found}. {CHANGED_FILE_HINT}") from error
+            problem_text = f"found no variable {absent[1] or absent[2]}, which this page needs"
+            raise InputError(f"{path}: {problem_text}. {CHANGED_FILE_HINT}") from error
 
     return show
 
@@ -443,8 +443,8 @@ class ProgressLines:
         """ "simulating: 35 %, 35 of 100 s, 250 steps/s (6 s so far)"."""
         far = self._far
         parts = [part for part in (far.share, far.text(self._unit)) if part]
-        said = f"{self._what}: {', '.join(parts)}" if parts else self._what
-        return f"{said} ({elapsed:.0f} s so far)"
+        text = f"{self._what}: {', '.join(parts)}" if parts else self._what
+        return f"{text} ({elapsed:.0f} s so far)"
 
 
 def pauses() -> Iterator[float]:
@@ -480,8 +480,8 @@ def case_summary_line(case: Case) -> str:
     return f"case      {data.title}: {', '.join([*counted, seas, lasts])}"
 
 
-def _count_text(number: int, one: str, several: str) -> str:
-    return f"{number} {one if number == 1 else several}"
+def _count_text(number: int, singular: str, plural: str) -> str:
+    return f"{number} {singular if number == 1 else plural}"
 
 
 def run_earlier_stages(case: Case, run: Callable[[Case, Output], xr.Dataset]) -> None:
@@ -499,7 +499,7 @@ def simulate_with_progress(
     from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
     from hydrosim.simulation import simulate
 
-    kept = Checkpoint(checkpoint_of(result), every, resume, print_status)
+    checkpoint = Checkpoint(checkpoint_of(result), every, resume, print_status)
     scene = open_start(case.scene())
     start = start_time(scene)
     begun = perf_counter()
@@ -513,4 +513,4 @@ def simulate_with_progress(
             report(time - start, scene.duration, done)
             reached = time
 
-        return simulate(scene, tell, kept)
+        return simulate(scene, tell, checkpoint)

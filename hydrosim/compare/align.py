@@ -155,14 +155,14 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Channe
     same = [(c.name, number) for number, c in numbered if c.name in names]
     free = [channel for channel in channels if channel.name not in dict(same)]
     others = [(number, c) for number, c in numbered if c.name not in names] if free else []
-    found = [(name, ChannelPlace(column=number)) for name, number in same]
+    guesses = [(name, ChannelPlace(column=number)) for name, number in same]
     for number, column in others:
         for name, unit in _readings(column):
             if channel := _matching_channel(name, unit, free):
-                found.append((channel, ChannelPlace(column=number, unit=unit)))
+                guesses.append((channel, ChannelPlace(column=number, unit=unit)))
                 break
-    claims = Counter(name for name, _ in found)
-    return {name: place for name, place in found if claims[name] == 1}
+    claims = Counter(name for name, _ in guesses)
+    return {name: place for name, place in guesses if claims[name] == 1}
 
 
 def _readings(column: RecordedColumn) -> Iterator[tuple[str, str | None]]:
@@ -189,10 +189,10 @@ def _matching_channel(name: str, unit: str | None, channels: Sequence[Channel]) 
 
 
 def _matches_channel(words: frozenset[str], channel: str) -> bool:
-    own = _words(channel)
-    tells = {word for word in own if word in DOFS or word.isdigit()}
+    channel_words = _words(channel)
+    tells = {word for word in channel_words if word in DOFS or word.isdigit()}
     spoken = any(not word.isdigit() for word in words)
-    return spoken and tells <= words <= own
+    return spoken and tells <= words <= channel_words
 
 
 def _words(name: str) -> frozenset[str]:
@@ -264,7 +264,7 @@ def align(
         )
         with _naming(place):
             ours, unit = _channel_of_run(run, channel, place)
-            values, said, precision = _recorded_channel(
+            values, recorded_unit, precision = _recorded_channel(
                 recording, channel, place, unit, overlap.recorded
             )
             column = recording.column(place.column).name
@@ -272,7 +272,7 @@ def align(
             channel,
             column,
             unit,
-            said,
+            recorded_unit,
             _resample(overlap.time, run.time.values[overlap.ours], ours[overlap.ours], interpolate),
             _resample(
                 overlap.time, stamps[overlap.recorded], values[overlap.recorded], interpolate
@@ -393,9 +393,9 @@ def _recorded_channel(
     """The whole recorded channel in our unit, its unit in the recording, and its precision over the
     compared part."""
     column = recording.column(place.column)
-    said = column.unit if place.unit is None else place.unit
+    recorded_unit = column.unit if place.unit is None else place.unit
     try:
-        scale = place.sign * (1.0 if said is None else factor(said, unit))
+        scale = place.sign * (1.0 if recorded_unit is None else factor(recorded_unit, unit))
         if place.offset.unit is not None:
             factor(place.offset.unit, unit)  # units of different kinds: ValueError
     except ValueError as error:
@@ -408,7 +408,7 @@ def _recorded_channel(
     compared[part] = column.value[part]
     require_finite(recording.source, compared, recording.lines, f" in {value_text(column.name)}")
     precision = abs(scale) * precision_of(column.value[part])
-    return scale * column.value + place.offset.value, said or "", precision
+    return scale * column.value + place.offset.value, recorded_unit or "", precision
 
 
 def precision_of(values: np.ndarray) -> float:

@@ -122,10 +122,10 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
         return -abs(correlation(curve(even[inside] - lag), r[inside]))
 
     bounds = (start - step, start + step)
-    found = float(
+    lag = float(
         scipy.optimize.minimize_scalar(miss, bounds=bounds, options={"xatol": 1e-4 * step}).x
     )
-    return found if miss(found) < miss(0.0) else 0.0
+    return lag if miss(lag) < miss(0.0) else 0.0
 
 
 def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -> GainLagFit:
@@ -285,7 +285,7 @@ UNIT_WORDS = {"deg": "degrees", "rad": "radians", "tonne_force": "tonne-force"}
 def diagnose(
     time: np.ndarray,
     pair: ChannelPair,
-    found: Figures,
+    differences: Figures,
     fitted: GainLagFit,
     edges: tuple[float, float],
     most: float,
@@ -295,32 +295,36 @@ def diagnose(
     largest = float(np.abs(np.concatenate([ours, recorded])).max())
     if largest == 0.0:
         return "both zero"
-    if found.peak <= 1.001 * pair.precision + SERIES_ROUNDING_FRACTION * largest:
+    if differences.peak <= 1.001 * pair.precision + SERIES_ROUNDING_FRACTION * largest:
         return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
-    if found.std == 0.0 or std_above_rounding(ours) == 0.0:
-        return _constant(pair, found, std_above_rounding(ours))
-    if found.relative < EQUAL_RMS_RATIO:
-        return f"equal within {100.0 * found.relative:.2g} % of the std"
+    if differences.std == 0.0 or std_above_rounding(ours) == 0.0:
+        return _constant(pair, differences, std_above_rounding(ours))
+    if differences.relative < EQUAL_RMS_RATIO:
+        return f"equal within {100.0 * differences.relative:.2g} % of the std"
     other = _other_waves(time, pair, edges, most)
     if other and abs(fitted.correlation) < MIN_WAVE_CORRELATION:
         return "another realisation (same spectrum, no correlation): another seed?"
     if abs(fitted.correlation) < MIN_NAMED_CORRELATION:
-        said = f"different (correlation {fitted.correlation:.2f}){_worst_band(found)}"
+        verdict = f"different (correlation {fitted.correlation:.2f}){_worst_band(differences)}"
     else:
-        said = ", ".join(_describe_differences(time, pair, found, fitted, most))
-    return f"{said}; its waves, {_share(found)}, are another realisation" if other else said
+        verdict = ", ".join(_describe_differences(time, pair, differences, fitted, most))
+    return (
+        f"{verdict}; its waves, {_share(differences)}, are another realisation"
+        if other
+        else verdict
+    )
 
 
-def _share(found: Figures) -> str:
+def _share(differences: Figures) -> str:
     """Fraction of the recorded standard deviation in the wave band."""
-    return f"{100.0 * found.band_recorded[1] / found.std:.2g} % of the std"
+    return f"{100.0 * differences.band_recorded[1] / differences.std:.2g} % of the std"
 
 
-def _constant(pair: ChannelPair, found: Figures, ours: float) -> str:
-    if found.std == 0.0 and ours == 0.0:
+def _constant(pair: ChannelPair, differences: Figures, ours: float) -> str:
+    if differences.std == 0.0 and ours == 0.0:
         offset = float(pair.recorded.mean() - pair.ours.mean())
         return f"both constant, offset {_amount(offset, pair.unit)}"
-    return "constant in the " + ("recording" if found.std == 0.0 else "run")
+    return "constant in the " + ("recording" if differences.std == 0.0 else "run")
 
 
 def _other_waves(
@@ -338,7 +342,7 @@ def _other_waves(
 
 
 def _describe_differences(
-    time: np.ndarray, pair: ChannelPair, found: Figures, fitted: GainLagFit, most: float
+    time: np.ndarray, pair: ChannelPair, differences: Figures, fitted: GainLagFit, most: float
 ) -> Iterator[str]:
     """Differences: sign, unit, gain, lag, offset, and the remainder."""
     sign = float(np.sign(fitted.gain))
@@ -353,13 +357,13 @@ def _describe_differences(
         return
     if sign < 0.0 or unit:
         fitted = fit(time, pair.ours, mended, most)
-    std = found.std / size
+    std = differences.std / size
     causes = list(_causes(fitted, pair.unit, before, std))
     yield from causes
     if causes and fitted.rest > max(EQUAL_RMS_RATIO * std, MIN_EFFECT_FRACTION * before):
         yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
     if not causes and before > EQUAL_RMS_RATIO * std:
-        yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(found)}"
+        yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(differences)}"
 
 
 def _causes(fitted: GainLagFit, unit: str, before: float, std: float) -> Iterator[str]:
@@ -398,10 +402,10 @@ def _word(unit: str) -> str:
     return UNIT_WORDS.get(unit, unit)
 
 
-def _worst_band(found: Figures) -> str:
+def _worst_band(differences: Figures) -> str:
     """Band of frequencies that holds most of the difference, if one does."""
-    squares = np.square(found.band_rms)
-    squares[0] += found.mean**2
+    squares = np.square(differences.band_rms)
+    squares[0] += differences.mean**2
     worst = int(np.argmax(squares))
     if squares[worst] < DOMINANT_FRACTION * squares.sum():
         return ""
@@ -492,30 +496,34 @@ def compare(
     )
 
 
-def exceeded_tolerances(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+def exceeded_tolerances(
+    comparison: Comparison, tolerances: Mapping[str, float]
+) -> dict[str, float]:
     """``tolerances``, as for `by_channel`, that channels exceed, by channel."""
-    held = by_channel(found, tolerances)
-    return {name: limit for name, limit in held.items() if not found.results[name].error <= limit}
+    held = by_channel(comparison, tolerances)
+    return {
+        name: limit for name, limit in held.items() if not comparison.results[name].error <= limit
+    }
 
 
-def by_channel(found: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+def by_channel(comparison: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
     """Tolerance of each channel. ``tolerances`` are by channel or pattern; the last match applies.
     Raises InputError if one matches no channel."""
-    match_channels([*found.results, *found.zero], list(tolerances), "--tolerance")
+    match_channels([*comparison.results, *comparison.zero], list(tolerances), "--tolerance")
     return {
         name: limit
         for pattern, limit in tolerances.items()
-        for name in found.results
+        for name in comparison.results
         if fnmatchcase(name, pattern)
     }
 
 
 def _result(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> ChannelResult:
-    found = figures(time, pair, edges)
+    differences = figures(time, pair, edges)
     most = min(MAX_LAG_FRACTION * float(np.ptp(time)), MAX_LAG_S)
     fitted = fit(time, pair.ours, pair.recorded, most)
-    verdict = diagnose(time, pair, found, fitted, edges, most)
-    return ChannelResult(pair, found, fitted, contact(time, pair), verdict)
+    verdict = diagnose(time, pair, differences, fitted, edges, most)
+    return ChannelResult(pair, differences, fitted, contact(time, pair), verdict)
 
 
 def _shift(time: np.ndarray, pairs: Sequence[ChannelPair]) -> float:
@@ -525,7 +533,7 @@ def _shift(time: np.ndarray, pairs: Sequence[ChannelPair]) -> float:
         fit(time, pair.ours, pair.recorded, MAX_SHIFT_FRACTION * float(np.ptp(time)))
         for pair in pairs
     ]
-    lags = [-found.lag for found in fits if abs(found.correlation) > MIN_SHIFT_CORRELATION]
+    lags = [-fit.lag for fit in fits if abs(fit.correlation) > MIN_SHIFT_CORRELATION]
     return float(np.median(lags)) if lags else float("nan")
 
 
@@ -534,5 +542,5 @@ def _unused_columns(
 ) -> list[str]:
     stamp = recording.time_column() if time.column is None else recording.column(time.column)
     used = [stamp, *(recording.column(place.column) for place in places.values())]
-    left = [c.name for c in recording.columns if not any(c is one for one in used)]
+    left = [c.name for c in recording.columns if not any(c is place for place in used)]
     return [*left, *recording.left_out]

@@ -64,13 +64,13 @@ CONTACT = dict(
 
 
 def to_dataset(
-    found: Comparison,
+    comparison: Comparison,
     attributes: Mapping[str, object],
     tolerances: Mapping[str, float] = NO_TOLERANCES,
 ) -> xr.Dataset:
     """Dataset with dimensions time, channel, band. Units of channels are in the coordinate
     ``units``; ``tolerances`` are by channel."""
-    results = list(found.results.values())
+    results = list(comparison.results.values())
     pairs = [result.pair for result in results]
     ours, recorded = (
         np.stack(x, axis=1) for x in zip(*((p.ours, p.recorded) for p in pairs), strict=True)
@@ -87,11 +87,15 @@ def to_dataset(
         | {name: ("channel", [_of_contact(r, name) for r in results]) for name in CONTACT}
         | {
             "verdict": ("channel", [result.verdict for result in results]),
-            "tolerance": ("channel", [tolerances.get(name, nan) for name in found.results]),
+            "tolerance": ("channel", [tolerances.get(name, nan) for name in comparison.results]),
         },
         coords={
-            "time": ("time", found.overlap.time, {"units": "s", "long_name": "time of the run"}),
-            "channel": ("channel", list(found.results)),
+            "time": (
+                "time",
+                comparison.overlap.time,
+                {"units": "s", "long_name": "time of the run"},
+            ),
+            "channel": ("channel", list(comparison.results)),
             "units": ("channel", [pair.unit for pair in pairs]),
             "column": ("channel", [pair.column for pair in pairs]),
             "recorded_in": ("channel", [pair.said for pair in pairs]),
@@ -101,36 +105,49 @@ def to_dataset(
     for name, text in (OVER_TIME | PER_CHANNEL | OF_FIT | PER_BAND | CONTACT).items():
         dataset[name].attrs["long_name"] = text
     dataset.tolerance.attrs["long_name"] = "largest permitted rms over std, or rms of a constant"
-    dataset.attrs.update(attributes, compared=found.overlap.method, band_edges=found.edges)
-    dataset.attrs.update(guessed=int(found.guessed), unused="\n".join(found.unused))
-    dataset.attrs["zero_in_both"] = "\n".join(found.zero)
-    if found.shift is not None:
-        dataset.attrs["shift"] = found.shift
+    dataset.attrs.update(
+        attributes, compared=comparison.overlap.method, band_edges=comparison.edges
+    )
+    dataset.attrs.update(guessed=int(comparison.guessed), unused="\n".join(comparison.unused))
+    dataset.attrs["zero_in_both"] = "\n".join(comparison.zero)
+    if comparison.shift is not None:
+        dataset.attrs["shift"] = comparison.shift
     return dataset
 
 
-def studies_dataset(found: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
+def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr.Dataset:
     """Dataset with dimensions channel, run (of ours) and other_run (of theirs). Paired runs have
     the same index."""
-    each = found.channels
+    channels = comparison.channels
     values = {
-        name: (("channel", dim), np.stack([one.values[k] for one in each]), {"long_name": said})
-        for k, (name, dim, said) in enumerate(
+        name: (
+            ("channel", dim),
+            np.stack([channel.values[k] for channel in channels]),
+            {"long_name": meaning},
+        )
+        for k, (name, dim, meaning) in enumerate(
             (("ours", "run", "in each of our runs"), ("theirs", "other_run", "in each of theirs"))
         )
     }
     figures = {
-        name: ("channel", [_number(getattr(one, field)) for one in each], {"long_name": said})
-        for name, (field, said) in OF_STUDIES.items()
+        name: (
+            "channel",
+            [_number(getattr(channel, field)) for channel in channels],
+            {"long_name": meaning},
+        )
+        for name, (field, meaning) in OF_STUDIES.items()
     }
     coords = {
-        "channel": ("channel", [one.channel for one in each]),
-        "units": ("channel", [one.unit for one in each]),
+        "channel": ("channel", [channel.channel for channel in channels]),
+        "units": ("channel", [channel.unit for channel in channels]),
     }
-    said = {"compared": found.kind, "paired": int(found.paired)}
-    said |= {"codes_apart": " ".join(found.codes), "durations": "\n".join(found.durations)}
-    said |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
-    return xr.Dataset(values | figures, coords, {**attributes, **said})
+    counts = {"compared": comparison.kind, "paired": int(comparison.paired)}
+    counts |= {
+        "codes_apart": " ".join(comparison.codes),
+        "durations": "\n".join(comparison.durations),
+    }
+    counts |= {"interval_probability": INTERVAL_PROBABILITY, "level": SIGNIFICANCE_LEVEL}
+    return xr.Dataset(values | figures, coords, {**attributes, **counts})
 
 
 def _number(value: float | bool) -> float | int:
@@ -149,13 +166,16 @@ OF_MAKING = frozenset({"wall_time", "history", "settings", "date_created", "host
 """Variables and attributes that differ between two makings of one result."""
 
 
-def differences(one: xr.Dataset, other: xr.Dataset, ignored: Collection[str] = ()) -> list[str]:
+def differences(first: xr.Dataset, second: xr.Dataset, ignored: Collection[str] = ()) -> list[str]:
     """All differences between two results, one per line; empty if they are identical.
 
     `OF_MAKING` and the names in ``ignored`` are skipped, variables and attributes alike.
     """
     left_out = {*OF_MAKING, *ignored}
-    return [*_attributes("", one.attrs, other.attrs, left_out), *_variables(one, other, left_out)]
+    return [
+        *_attributes("", first.attrs, second.attrs, left_out),
+        *_variables(first, second, left_out),
+    ]
 
 
 def read_result(path: Path) -> xr.Dataset:
@@ -168,44 +188,44 @@ def read_result(path: Path) -> xr.Dataset:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); is it complete?") from None
 
 
-def _variables(one: xr.Dataset, other: xr.Dataset, left_out: Collection[str]) -> Iterator[str]:
-    for name in sorted({*map(str, one.variables), *map(str, other.variables)} - {*left_out}):
-        if name in one.variables and name in other.variables:
-            here = one.variables[name]
-            there = other.variables[name]
+def _variables(first: xr.Dataset, second: xr.Dataset, left_out: Collection[str]) -> Iterator[str]:
+    for name in sorted({*map(str, first.variables), *map(str, second.variables)} - {*left_out}):
+        if name in first.variables and name in second.variables:
+            here = first.variables[name]
+            there = second.variables[name]
             yield from _values(name, here, there)
             yield from _attributes(f"{name}: ", here.attrs, there.attrs, left_out)
         else:
-            yield f"{name}: {_only_in(name in one.variables)}"
+            yield f"{name}: {_only_in(name in first.variables)}"
 
 
-def _values(name: str, one: xr.Variable, other: xr.Variable) -> Iterator[str]:
-    if dict(one.sizes) != dict(other.sizes) or one.dims != other.dims:
-        yield f"{name}: {_sizes(one)} and {_sizes(other)}"
+def _values(name: str, first: xr.Variable, second: xr.Variable) -> Iterator[str]:
+    if dict(first.sizes) != dict(second.sizes) or first.dims != second.dims:
+        yield f"{name}: {_sizes(first)} and {_sizes(second)}"
         return
-    a = _as_comparable(one.values)
-    b = _as_comparable(other.values)
+    a = _as_comparable(first.values)
+    b = _as_comparable(second.values)
     if a.dtype != b.dtype:
         yield f"{name}: types {a.dtype} and {b.dtype}"
     elif (unequal := _unequal_values(a, b)).any():
         k = int(np.argmax(unequal))
         count = f"{np.count_nonzero(unequal)} of {unequal.size} values differ"
-        at = np.unravel_index(k, one.shape)
-        place = ", ".join(f"{dim} {i}" for dim, i in zip(one.dims, at, strict=True))
-        first = f"first {a.ravel()[k]} and {b.ravel()[k]}" + (f" at {place}" if place else "")
-        yield f"{name}: {count}, {first}"
+        at = np.unravel_index(k, first.shape)
+        place = ", ".join(f"{dim} {i}" for dim, i in zip(first.dims, at, strict=True))
+        place_text = f"first {a.ravel()[k]} and {b.ravel()[k]}" + (f" at {place}" if place else "")
+        yield f"{name}: {count}, {place_text}"
 
 
 def _attributes(
-    of: str, one: Mapping[Any, Any], other: Mapping[Any, Any], left_out: Collection[str]
+    of: str, first: Mapping[Any, Any], second: Mapping[Any, Any], left_out: Collection[str]
 ) -> Iterator[str]:
-    for name in sorted({*one, *other} - {*left_out}):
-        if (name in one) != (name in other):
-            yield f"{of}attribute {name}: {_only_in(name in one)}"
+    for name in sorted({*first, *second} - {*left_out}):
+        if (name in first) != (name in second):
+            yield f"{of}attribute {name}: {_only_in(name in first)}"
             continue
-        a, b = (_as_comparable(np.ravel(side[name])) for side in (one, other))
+        a, b = (_as_comparable(np.ravel(side[name])) for side in (first, second))
         if a.dtype != b.dtype or a.shape != b.shape or _unequal_values(a, b).any():
-            yield f"{of}attribute {name}: {_shorten(one[name])} and {_shorten(other[name])}"
+            yield f"{of}attribute {name}: {_shorten(first[name])} and {_shorten(second[name])}"
 
 
 def _as_comparable(values: Any) -> np.ndarray:
@@ -214,14 +234,14 @@ def _as_comparable(values: Any) -> np.ndarray:
     return array.astype(object) if array.dtype.kind in "US" else array
 
 
-def _unequal_values(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _unequal_values(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Unequal values of two arrays of one type and shape, flattened."""
-    if one.dtype.kind == "O":
-        return np.asarray(one.ravel() != other.ravel(), dtype=bool)
-    bits = f"V{one.dtype.itemsize}"
-    a, b = (np.ascontiguousarray(array).ravel() for array in (one, other))
+    if first.dtype.kind == "O":
+        return np.asarray(first.ravel() != second.ravel(), dtype=bool)
+    bits = f"V{first.dtype.itemsize}"
+    a, b = (np.ascontiguousarray(array).ravel() for array in (first, second))
     differ = np.asarray(a.view(bits) != b.view(bits))
-    return differ & ~(np.isnan(a) & np.isnan(b)) if one.dtype.kind == "f" else differ
+    return differ & ~(np.isnan(a) & np.isnan(b)) if first.dtype.kind == "f" else differ
 
 
 def _only_in(in_first: bool) -> str:

@@ -84,12 +84,12 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
             " expected an interval that contains some."
         )
     recorded = [*columns_of(run), *columns_of(run, modes=True)]
-    known = dict.fromkeys([*recorded, *channel_names(run)]) if patterns else recorded
-    picked, run = match_channels(known, patterns or ["*"], "--channels"), run.isel(time=inside)
+    channels = dict.fromkeys([*recorded, *channel_names(run)]) if patterns else recorded
+    picked, run = match_channels(channels, patterns or ["*"], "--channels"), run.isel(time=inside)
     of = {name: select(RUN, run, name) for name in recorded if name in {*picked}}
     columns = [_column(run, name, *(of.get(name) or channel_series(run, name))) for name in picked]
-    said = {name: run.attrs[name] for name in EXPORTED_ATTRIBUTES if name in run.attrs}
-    return ExportTable(time[inside], columns, said)
+    attributes = {name: run.attrs[name] for name in EXPORTED_ATTRIBUTES if name in run.attrs}
+    return ExportTable(time[inside], columns, attributes)
 
 
 def _read_in(column: ExportColumn, units: Units) -> ExportColumn:
@@ -122,12 +122,12 @@ def _ends() -> Iterator[str]:
 
 def _column(run: xr.Dataset, name: str, values: np.ndarray, unit: str) -> ExportColumn:
     kind, *of = name.split(".")
-    said = run[kind].attrs if kind in run else {}
-    what = " ".join(str(said.get("long_name", kind.replace("_", " "))).split())
+    attributes = run[kind].attrs if kind in run else {}
+    what = " ".join(str(attributes.get("long_name", kind.replace("_", " "))).split())
     what = f"{', '.join(of)}: {what}" if of else what
-    if "flag_values" in said:
+    if "flag_values" in attributes:
         return ExportColumn(
-            name, "1", what, values.astype(np.int8), str(said.get("flag_meanings", ""))
+            name, "1", what, values.astype(np.int8), str(attributes.get("flag_meanings", ""))
         )
     return ExportColumn(name, unit, what, values)
 
@@ -185,11 +185,11 @@ def write_netcdf(table: ExportTable, path: Path, mark: str, date: datetime | Non
 
 
 def _attributes(column: ExportColumn) -> dict[str, object]:
-    said: dict[str, object] = {"long_name": column.what, "channel": column.name}
+    attributes: dict[str, object] = {"long_name": column.what, "channel": column.name}
     if column.meanings:
         values = np.arange(len(column.meanings.split()), dtype=column.values.dtype)
-        return {**said, "flag_values": values, "flag_meanings": column.meanings}
-    return {**said, "units": column.unit} if column.unit else said
+        return {**attributes, "flag_values": values, "flag_meanings": column.meanings}
+    return {**attributes, "units": column.unit} if column.unit else attributes
 
 
 # MATLAB, version 5: columns ``time`` and one variable for each channel. The rows of ``channels``
@@ -203,15 +203,15 @@ def write_matlab(table: ExportTable, path: Path, mark: str) -> None:
     """Write the columns of a table for MATLAB."""
     from scipy.io import savemat
 
-    own = ("source", "time", "channels", "run")
-    named = list(identifiers(table.columns, MAX_MATLAB_NAME_LETTERS, *own))
+    reserved_names = ("source", "time", "channels", "run")
+    named = list(identifiers(table.columns, MAX_MATLAB_NAME_LETTERS, *reserved_names))
     rows = [[name, c.name, c.unit, c.what, c.meanings] for name, c in named]
-    said = {name: str(value) for name, value in table.attributes.items()}
+    attributes = {name: str(value) for name, value in table.attributes.items()}
     variables = {
         "source": mark,
         "time": table.time,
         "channels": np.array(rows, dtype=object),
-        "run": said,
+        "run": attributes,
         **{name: column.values for name, column in named},
     }
     savemat(path, variables, appendmat=False, long_field_names=True, oned_as="column")
@@ -228,8 +228,8 @@ def write_parquet(table: ExportTable, path: Path, mark: str) -> None:
     from pyarrow import parquet
 
     arrays = {"time": table.time} | {column.name: column.values for column in table.columns}
-    said = {name: str(value) for name, value in table.attributes.items()}
-    said["channels"] = json.dumps(
+    attributes = {name: str(value) for name, value in table.attributes.items()}
+    attributes["channels"] = json.dumps(
         {"time": {"units": "s"}}
         | {column.name: _column_attributes(column) for column in table.columns}
     )
@@ -237,7 +237,7 @@ def write_parquet(table: ExportTable, path: Path, mark: str) -> None:
     with parquet.ParquetWriter(path, columns.schema, store_schema=False) as file:
         file.write_table(columns)
         # last, because `outputs` looks for it there
-        file.add_key_value_metadata({**said, "source": mark})
+        file.add_key_value_metadata({**attributes, "source": mark})
 
 
 def _column_attributes(column: ExportColumn) -> dict[str, str]:

@@ -45,10 +45,10 @@ def codes_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str
 
 def durations_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str, ...]:
     """Durations of ours and theirs as text, if they differ and both files state them."""
-    one, other = _durations(ours), _durations(theirs)
-    if not one.size or not other.size or not _differ(one, other, paired):
+    first, second = _durations(ours), _durations(theirs)
+    if not first.size or not second.size or not _differ(first, second, paired):
         return ()
-    return _range_text(one), _range_text(other)
+    return _range_text(first), _range_text(second)
 
 
 def _differ(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
@@ -60,8 +60,8 @@ def _differ(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
 def _durations(runs: xr.Dataset) -> np.ndarray:
     """Duration of each run [s] (n,) from its case; empty if a case does not state it."""
     cases = runs[CASE].values.tolist() if CASE in runs and runs[CASE].dims == (RUN,) else []
-    found = [DURATION.search(case) for case in cases]
-    return np.array([float(one[1]) for one in found if one] if all(found) else [])
+    matches = [DURATION.search(case) for case in cases]
+    return np.array([float(match[1]) for match in matches if match] if all(matches) else [])
 
 
 def _range_text(durations: np.ndarray) -> str:
@@ -123,18 +123,18 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> StudyComparison:
     pairs = _pairs(ours, theirs)
     if pairs is not None:
         ours, theirs = (
-            each.isel({RUN: at}) for each, at in zip((ours, theirs), pairs, strict=True)
+            study.isel({RUN: at}) for study, at in zip((ours, theirs), pairs, strict=True)
         )
     else:
         _refuse_pooled(ours, theirs)
     paired = pairs is not None
-    known = dict(_channels(theirs))
-    found = [
-        _test_channel(name, values, known[name], paired)
+    their_channels = dict(_channels(theirs))
+    tests = [
+        _test_channel(name, values, their_channels[name], paired)
         for name, values in _channels(ours)
-        if name in known
+        if name in their_channels
     ]
-    tested = [each for each in found if each is not None]
+    tested = [test for test in tests if test is not None]
     if not tested:
         raise InputError(
             f"compare: found no recorded number that at least {MIN_RUNS} runs of each file have;"
@@ -152,14 +152,14 @@ def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] 
     names = [name for name in shared if name != RUN and theirs[name].dims == (RUN,)]
     if "seed" not in names:
         return None
-    one, other = (
+    first, second = (
         {key: k for k, key in enumerate(zip(*(of[n].values.tolist() for n in names), strict=True))}
         for of in (ours, theirs)
     )
-    both = [key for key in one if key in other]
-    if len(one) < ours.sizes[RUN] or len(other) < theirs.sizes[RUN] or len(both) < MIN_RUNS:
+    both = [key for key in first if key in second]
+    if len(first) < ours.sizes[RUN] or len(second) < theirs.sizes[RUN] or len(both) < MIN_RUNS:
         return None
-    return [one[key] for key in both], [other[key] for key in both]
+    return [first[key] for key in both], [second[key] for key in both]
 
 
 def _refuse_pooled(*sets: xr.Dataset) -> None:
@@ -179,17 +179,19 @@ def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
     """All numbers of a run by name, such as "crawl" and "motion.barge.surge.largest"."""
     for name, variable in runs.data_vars.items():
         others = [str(dim) for dim in variable.dims if dim != RUN]
-        kept = RUN in variable.dims and variable.dtype.kind == "f" and name not in IGNORED_FIELDS
-        if not kept or is_code(variable) or {"time", "frequency", "extreme"} & {*others}:
+        is_compared = (
+            RUN in variable.dims and variable.dtype.kind == "f" and name not in IGNORED_FIELDS
+        )
+        if not is_compared or is_code(variable) or {"time", "frequency", "extreme"} & {*others}:
             continue
         values = variable
         if "statistic" in others:
             values = variable.sel(statistic=[s for s in STATISTICS if s in variable.statistic])
         labels = [values[dim].values.tolist() for dim in others]
         for at in product(*labels):
-            one = values.sel(dict(zip(others, at, strict=True)))
-            unit = unit_of(one.attrs, [*map(str, at)])
-            yield ".".join(map(str, (name, *at))), one.assign_attrs(units=unit)
+            series = values.sel(dict(zip(others, at, strict=True)))
+            unit = unit_of(series.attrs, [*map(str, at)])
+            yield ".".join(map(str, (name, *at))), series.assign_attrs(units=unit)
 
 
 def _test_channel(
@@ -197,8 +199,8 @@ def _test_channel(
 ) -> ChannelDifference | None:
     values = a, b = ours.values.astype(float), theirs.values.astype(float)
     if paired:
-        known = np.isfinite(a) & np.isfinite(b)
-        a, b = a[known], b[known]
+        is_paired = np.isfinite(a) & np.isfinite(b)
+        a, b = a[is_paired], b[is_paired]
     a, b = a[np.isfinite(a)], b[np.isfinite(b)]
     if min(a.size, b.size) < MIN_RUNS:
         return None
@@ -218,12 +220,12 @@ def _test_channel(
     return ChannelDifference(name, unit, *means, difference, *ends, chance, False, values)
 
 
-def _mark_differences(found: list[ChannelDifference]) -> list[ChannelDifference]:
+def _mark_differences(tests: list[ChannelDifference]) -> list[ChannelDifference]:
     """Channels with those marked that differ, by Holm's procedure."""
-    order = np.argsort([each.chance for each in found])
-    differs = np.zeros(len(found), dtype=bool)
+    order = np.argsort([test.chance for test in tests])
+    differs = np.zeros(len(tests), dtype=bool)
     for rank, k in enumerate(order):
-        if found[k].chance > SIGNIFICANCE_LEVEL / (len(found) - rank):
+        if tests[k].chance > SIGNIFICANCE_LEVEL / (len(tests) - rank):
             break
         differs[k] = True
-    return [each._replace(differs=bool(d)) for each, d in zip(found, differs, strict=True)]
+    return [test._replace(differs=bool(d)) for test, d in zip(tests, differs, strict=True)]

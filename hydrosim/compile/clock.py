@@ -208,8 +208,8 @@ def _tolerances(scene: Scene, model: Model) -> np.ndarray:
         absolute[model.radiation + first :][:size] = reach
     slow = (model.draught - model.slow) // STATES_PER_FOLLOWED_BODY
     filters = np.repeat([tolerance.position, tolerance.position, tolerance.angle], 3)
-    known = np.full(STATES_PER_FOLLOWED_BODY - filters.size, np.inf)
-    absolute[model.slow : model.draught] = np.tile([*filters, *known], slow)
+    no_limit = np.full(STATES_PER_FOLLOWED_BODY - filters.size, np.inf)
+    absolute[model.slow : model.draught] = np.tile([*filters, *no_limit], slow)
     absolute[model.draught : model.energy] = tolerance.position
     fenders = model.elements.fenders
     for i, reach in enumerate(fenders.points["reach"]):
@@ -224,13 +224,13 @@ def _tolerate_drums(absolute: np.ndarray, model: Model, length: float) -> None:
     get what makes such an error in the delayed length."""
     winches = model.elements.winches
     delays = winches.state + winch.WINCH_STATES * winches.each.size
-    for i, one in enumerate(winches.each):
-        own = absolute[winches.state + winch.WINCH_STATES * i :]
-        if one["drum"]["control"] != winch.LENGTH_CONTROL:
-            own[[winch.WIRE_LENGTH, winch.DRUM_SPEED]] = length
-        if one["delay"] != NO_INDEX:
-            a, b = one["factors"].T
-            late = absolute[delays + one["delay"] :][: drum.DELAY_STATES]
+    for i, unit in enumerate(winches.each):
+        winch_tolerances = absolute[winches.state + winch.WINCH_STATES * i :]
+        if unit["drum"]["control"] != winch.LENGTH_CONTROL:
+            winch_tolerances[[winch.WIRE_LENGTH, winch.DRUM_SPEED]] = length
+        if unit["delay"] != NO_INDEX:
+            a, b = unit["factors"].T
+            late = absolute[delays + unit["delay"] :][: drum.DELAY_STATES]
             late[0::2] = length / b
             late[1::2] = length / (2.0 * a)
 
@@ -268,7 +268,7 @@ def with_method(compiled: Compiled) -> Compiled:
     if before is not None:
         chosen = Method(before)
         why = "as in the run that it starts from"
-    elif compiled.facts.exact:
+    elif compiled.derived.exact:
         chosen = Method.DOPRI5
         why = "propagated exactly"
     else:
@@ -328,7 +328,7 @@ def _frequency(looked_at: Sequence[Combination]) -> float:
 def _growth(compiled: Compiled) -> float:
     """Factor on the errors of a run because it is long and nothing restores some motion."""
     longer = compiled.scene.duration / MEASURED
-    if longer <= 1.0 or compiled.facts.exact or not _drifts(compiled):
+    if longer <= 1.0 or compiled.derived.exact or not _drifts(compiled):
         return 1.0
     return longer**GROWS
 

@@ -130,21 +130,21 @@ def describe_dropped(scene: Scene, model: Model, state: State) -> Iterator[str]:
     names = constraint_names(scene)
     for i, (name, lock) in enumerate(zip(names, p.each, strict=True)):
         mode = state.modes[p.mode + i]
-        kept = int(mode[SEGMENT]).bit_count()
-        if mode[MODE] == CLOSED and kept < lock["count"]:
+        kept_rows = int(mode[SEGMENT]).bit_count()
+        if mode[MODE] == CLOSED and kept_rows < lock["count"]:
             yield (
-                f"joints.{name}: other joints or locked directions hold {lock['count'] - kept} of"
-                f" its {lock['count']} constraints already. joint_force shows one of several"
-                " possible shares of them. Let a joint leave more free (ball, cylindrical), or use"
-                " a bushing."
+                f"joints.{name}: other joints or locked directions hold"
+                f" {lock['count'] - kept_rows} of its {lock['count']} constraints already."
+                " joint_force shows one of several possible shares of them. Let a joint leave more"
+                " free (ball, cylindrical), or use a bushing."
             )
 
 
 def moves_freely(model: Model) -> bool:
     """Whether all bodies that no joint carries move in six directions."""
     tree = model.bodies.tree
-    own = model.bodies.active.size - tree.coordinates
-    return own == 6 * (model.bodies.each.size - tree.branches.size)
+    free_dofs = model.bodies.active.size - tree.coordinates
+    return free_dofs == 6 * (model.bodies.each.size - tree.branches.size)
 
 
 def singular_joints(scene: Scene, model: Model, state: State) -> str:
@@ -200,9 +200,9 @@ def _unit_rows(model: Model, y: np.ndarray, rows: Rows) -> np.ndarray:
 
 def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
     for i, name in enumerate(constraint_names(scene)):
-        own = rows.residual * (rows.lock == i)
-        gap = float(np.linalg.norm(own[rows.slides]))
-        sine = min(float(np.linalg.norm(own[~rows.slides])), 1.0)
+        residual = rows.residual * (rows.lock == i)
+        gap = float(np.linalg.norm(residual[rows.slides]))
+        sine = min(float(np.linalg.norm(residual[~rows.slides])), 1.0)
         turn = float(np.degrees(np.arcsin(sine)))
         if max(gap, np.radians(turn)) > CLOSURE_ATOL:
             raise InputError(

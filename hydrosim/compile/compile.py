@@ -12,15 +12,15 @@ import numpy as np
 from hydrosim import elements as forces
 from hydrosim.compile import families, symmetry
 from hydrosim.compile.clock import with_method, with_tolerance
-from hydrosim.compile.compiled import Compiled, Facts, facts_of
+from hydrosim.compile.compiled import Compiled, DerivedData, derive_data
 from hydrosim.compile.drives import check_driven_start
-from hydrosim.compile.families import all_groups, members_of
+from hydrosim.compile.families import all_groups, members_of_families
 from hydrosim.compile.hydrodynamic_groups import (
     HydrodynamicGroup,
     each_alone,
     in_states,
     moving,
-    resonance,
+    uncoupled_resonance,
 )
 from hydrosim.compile.hydrostatics import hulls_of, liquids_of
 from hydrosim.compile.joints import bodies_of, with_dofs_of_joints
@@ -41,8 +41,8 @@ from hydrosim.elements.kind import (
     JoinedBodies,
     KindConstants,
     Layout,
-    ResonanceTerms,
     RollMode,
+    UncoupledResonance,
     acting_joints,
     carried_weights,
     constraint_names,
@@ -85,10 +85,10 @@ SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 
 
 def model_of(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], known: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
 ) -> Model:
     """Model of a scene in calm water; its elements and tanks are compiled unless they are
-    ``known``.
+    ``kind_constants``.
 
     Raises InputError if radiation or an element does not fit the scene.
     """
@@ -97,23 +97,23 @@ def model_of(
     free = moving(scene.bodies)
     family = families.family_constants(scene, wet)
     size = 6 * (len(scene.bodies) + family.owner.size)
-    each = list(families.family_members(wet, len(scene.bodies)))
-    groups = [fit for dofs, group in each for fit in _groups(group, dofs, free)]
+    members = list(families.family_members(wet, len(scene.bodies)))
+    groups = [fit for dofs, group in members for fit in _groups(group, dofs, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
-    own = radiating + states.decay.size
-    if known is None:
+    own_states = radiating + states.decay.size
+    if kind_constants is None:
         tanks = tanks_of(scene)
         elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
-        known = forces.IndexedConstants(elements, tanks)
-    elif bodies.tree.moves.size or forces.driven_coordinates(known.elements).size:
+        kind_constants = forces.IndexedConstants(elements, tanks)
+    elif bodies.tree.moves.size or forces.driven_coordinates(kind_constants.elements).size:
         # numbers of coordinates may differ
-        layout = _layout(scene, bodies, alone, known.tanks)
-        known = forces.renumber_coordinates(known, scene.forces, layout)
-    slow = own + forces.state_count(known, scene)
+        layout = _layout(scene, bodies, alone, kind_constants.tanks)
+        kind_constants = forces.renumber_coordinates(kind_constants, scene.forces, layout)
+    slow = own_states + forces.state_count(kind_constants, scene)
     draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
     energy = draught + draught_interpolation.DRAUGHT_STATES * family.body.size
-    parts = forces.assign_indices(known, scene, own, energy)
+    parts = forces.assign_indices(kind_constants, scene, own_states, energy)
     rows = row_names(scene)
     impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
@@ -128,7 +128,7 @@ def model_of(
         states=states,
         convolution=_convolution(6 * len(scene.bodies), wet, free),
         damping=radiation.constant_damping(
-            _assemble_blocks(size, [(dofs, group.damping) for dofs, group in each])
+            _assemble_blocks(size, [(dofs, group.damping) for dofs, group in members])
         ),
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
@@ -139,7 +139,7 @@ def model_of(
         weights=weights_of(scene, alone, rows),
         rows=len(rows),
         radiation=radiating,
-        own=own,
+        own=own_states,
         slow=slow,
         draught=draught,
         energy=energy,
@@ -230,8 +230,10 @@ def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
 def _layout(
     scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
 ) -> Layout:
-    def of_body(body: int, stiffness: np.ndarray) -> ResonanceTerms:
-        return resonance(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
+    def of_body(body: int, stiffness: np.ndarray) -> UncoupledResonance:
+        return uncoupled_resonance(
+            scene.bodies[body], stiffness, alone.get(scene.bodies[body].name)
+        )
 
     def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
         return roll_mode(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
@@ -268,12 +270,14 @@ def _layout(
 
 def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
     """The bodies of all joints that are constraints."""
-    found = {
+    bodies_by_name = {
         body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
         for i, body in enumerate(scene.bodies)
     }
     return {
-        name: JoinedBodies(found[joint.body], found[joint.to] if joint.to else None, bodies.exact)
+        name: JoinedBodies(
+            bodies_by_name[joint.body], bodies_by_name[joint.to] if joint.to else None, bodies.exact
+        )
         for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
     }
 
@@ -287,31 +291,31 @@ SHARE_OF_WAVES = 0.1
 
 
 def compile_calm(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], known: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
 ) -> Compiled:
     """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its
-    elements and tanks if they are ``known``.
+    elements and tanks if they are ``kind_constants``.
 
     Raises InputError if the scene cannot be compiled or started.
     """
-    model = model_of(scene, wet, known)
-    facts = facts_of(scene, wet, model)
+    model = model_of(scene, wet, kind_constants)
+    derived = derive_data(scene, wet, model)
     try:
         fresh = first_state(scene, model)
     except InputError as error:
-        causes = _odd_values(scene, facts) if scene.at_rest else []
+        causes = _odd_values(scene, derived) if scene.at_rest else []
         raise InputError("\n".join([str(error), *causes])) from None
     check_start(scene, model, fresh)
-    state = start_of(scene, model, facts.layout, fresh)
+    state = start_of(scene, model, derived.layout, fresh)
     check_driven_start(scene, model, state, start_time(scene))
-    return with_method(Compiled(scene, tuple(wet), facts, state))
+    return with_method(Compiled(scene, tuple(wet), derived, state))
 
 
-def _odd_values(scene: Scene, facts: Facts) -> list[str]:
+def _odd_values(scene: Scene, derived: DerivedData) -> list[str]:
     """What questions ask of a scene that has no place at rest: the cause may be among it."""
     where = replace(scene, at_rest=False)
-    fresh = first_state(where, facts.model)
-    about = describe_start(where, facts, fresh, (), start_time(scene) + scene.duration)
+    fresh = first_state(where, derived.model)
+    about = describe_start(where, derived, fresh, (), start_time(scene) + scene.duration)
     return [f"A cause may be: {text}" for text in describe_doubts(about, ())]
 
 
@@ -321,7 +325,7 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     database does not fit the sea, or if sea or gusts are shorter than the run."""
     end = start_time(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
-    loaded = wave_bodies(scene, calm.facts.databases, calm.facts.met)
+    loaded = wave_bodies(scene, calm.derived.databases, calm.derived.met)
     bodies = [_as_locked(body, scene) for body in loaded]
     # from 0, wherever the run begins: its loads then equal those of a longer run to the bit
     bodies = list(_at_draughts(bodies, calm.wet))
@@ -333,21 +337,21 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     elements = in_gusts(calm.model.elements, gusts)
     model = calm.model._replace(waves=loads, following=following, elements=elements)
     model, drag = with_line_drag(scene, model, calm.state, sea, _met_at_rest(calm, scene))
-    state = with_slow_places(scene, model, calm.facts.met, calm.state)
-    facts = facts_of(scene, calm.wet, model)
-    compiled = replace(calm, scene=scene, facts=facts, state=state, sea=tuple(sea))
-    known = calm.notes.of_memory(calm.memory_errors)
-    notes = notes_of_sea(scene, calm.wet, facts, state, sea, known)
-    about = describe_start(scene, facts, state, sea, end)
+    state = with_slow_places(scene, model, calm.derived.met, calm.state)
+    derived = derive_data(scene, calm.wet, model)
+    compiled = replace(calm, scene=scene, derived=derived, state=state, sea=tuple(sea))
+    notes_so_far = calm.notes.of_memory(calm.memory_errors)
+    notes = notes_of_sea(scene, calm.wet, derived, state, sea, notes_so_far)
+    about = describe_start(scene, derived, state, sea, end)
     return replace(compiled, notes=replace(notes, drag=drag).with_warnings(query_messages(about)))
 
 
 def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
-    if not any(each.dragging_streams() for _, each in elements_of(scene, Catenary)):
+    if not any(line.dragging_streams() for _, line in elements_of(scene, Catenary)):
         return []
-    met = {body.name: replace(calm.facts.met[body.name], **MEAN) for body in scene.bodies}
-    return wave_bodies(scene, calm.facts.databases, met)
+    met = {body.name: replace(calm.derived.met[body.name], **MEAN) for body in scene.bodies}
+    return wave_bodies(scene, calm.derived.databases, met)
 
 
 def wave_load_error(solver: Solver) -> float:
@@ -364,13 +368,13 @@ def _at_draughts(
     bodies: Sequence[WaveBody], wet: Sequence[HydrodynamicGroup]
 ) -> Iterator[WaveBody]:
     """Bodies in waves; a body with a family of databases occurs once per member."""
-    members = members_of(wet)
+    members = members_of_families(wet)
     owners = {int(member.dofs[0]) for member in members}
     yield from (body for body in bodies if body.offset not in owners)
     for k, member in enumerate(members, len(bodies)):
-        (own,) = member.alone.values()
+        (wave_body,) = member.alone.values()
         owner = int(member.dofs[0]) // 6
-        loads = own if own.heading.size else None
+        loads = wave_body if wave_body.heading.size else None
         yield replace(bodies[owner], database=loads, offset=6 * k, owner=owner)
 
 

@@ -57,20 +57,20 @@ class Notes:
     def of_memory(self, errors: Iterable[MemoryErrors]) -> Notes:
         """Notes with messages on the ``errors`` of the radiation memory."""
         errors = tuple(errors)
-        largest = max((each.largest for each in errors), default=nan)
-        found = replace(self, memory=tuple(map(str, errors)), radiation_error=largest)
-        return found.with_warnings(text for each in errors for text in each.warnings())
+        largest = max((error.largest for error in errors), default=nan)
+        notes = replace(self, memory=tuple(map(str, errors)), radiation_error=largest)
+        return notes.with_warnings(text for error in errors for text in error.warnings())
 
     def with_warnings(self, more: Iterable[str]) -> Notes:
         """Notes with ``more`` warnings."""
         return replace(self, warnings=(*self.warnings, *more))
 
 
-# `Facts`: derived data of a compiled scene.
+# `DerivedData`: derived data of a compiled scene.
 
 
 @dataclass(frozen=True, eq=False)
-class Facts:
+class DerivedData:
     """Data derived from a scene, its databases and its ``model``.
 
     ``rows`` are the names of the rows of forces, ``layout`` is the layout of y. ``databases`` has,
@@ -90,13 +90,13 @@ class Facts:
     exact: bool
 
 
-def facts_of(scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model) -> Facts:
-    """Facts of a scene of `open_start`. Raises InputError if waves cannot act on a body as
+def derive_data(scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model) -> DerivedData:
+    """Derived data of a scene of `open_start`. Raises InputError if waves cannot act on a body as
     asked."""
     databases = each_alone(wet)
     nonlinear = tuple(nonlinearities(scene, model))
     met = met_by_waves(scene, databases)
-    return Facts(
+    return DerivedData(
         model=model,
         rows=force_names(scene),
         layout=state_layout(scene, model, met),
@@ -108,11 +108,11 @@ def facts_of(scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model) -> Fa
     )
 
 
-def solution(scene: Scene, facts: Facts) -> str:
+def solution(scene: Scene, derived: DerivedData) -> str:
     """Text on how the motions of a scene are computed."""
     if scene.solver.linear == LinearScenes.STEP:
         return "stepped, as solver.linear asks"
-    reasons = "; ".join(facts.nonlinear)
+    reasons = "; ".join(derived.nonlinear)
     return f"stepped, not linear: {reasons}" if reasons else "propagated exactly: linear"
 
 
@@ -123,7 +123,7 @@ class Compiled:
     ``scene`` is the scene that is solved: the run that it starts from is in memory, and motions
     that are zero by symmetry are left out. ``whole`` is the same scene in calm water in all degrees
     of freedom. ``vibrations`` are modes that the step does not resolve; they matter if a run
-    excites them. ``wet`` are the databases of the scene. ``facts`` hold its ``model`` (the
+    excites them. ``wet`` are the databases of the scene. ``derived`` holds its ``model`` (the
     constants) and derived data. ``state`` is the state at the start. ``sea`` holds its drawn waves
     (empty in calm water). ``notes`` are messages. ``stable_step`` is the largest stable step [s] of
     a method with fixed steps, if it is known, and ``step_warnings`` are about a step above it. It
@@ -132,7 +132,7 @@ class Compiled:
 
     scene: Scene
     wet: tuple[HydrodynamicGroup, ...]
-    facts: Facts
+    derived: DerivedData
     state: State
     sea: tuple[WaveComponents, ...] = ()
     notes: Notes = field(default_factory=Notes)
@@ -147,7 +147,7 @@ class Compiled:
     @property
     def model(self) -> Model:
         """Its constants."""
-        return self.facts.model
+        return self.derived.model
 
     @property
     def method(self) -> IntegrationMethod:

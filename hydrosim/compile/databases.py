@@ -154,37 +154,37 @@ class DatabaseGroup(NamedTuple):
 def database_groups(scene: Scene) -> list[DatabaseGroup]:
     """Databases of the scene as read, without families, and their bodies in order. Raises
     InputError if one cannot be read, or has no loads though the scene has waves."""
-    known: dict[Source, HydroDatabase] = {}
-    found: dict[tuple[object, ...], DatabaseGroup] = {}
+    databases: dict[Source, HydroDatabase] = {}
+    groups: dict[tuple[object, ...], DatabaseGroup] = {}
     for i, body in enumerate(scene.bodies):
         source = body.hydrodynamics
         if source is None or isinstance(source, Family):
             continue
-        db, body = _of_body(body, source, scene.environment, known)
+        db, body = _of_body(body, source, scene.environment, databases)
         # several bodies may be copies of the body of one database, far from each other
         key = (i,) if db.bodies == 1 else (source, *body.location, body.heading)
-        group = found.setdefault(key, DatabaseGroup(db, [], []))
+        group = groups.setdefault(key, DatabaseGroup(db, [], []))
         group.bodies.append(body)
         group.places.append(i)
-    for group in found.values():
+    for group in groups.values():
         order = np.argsort([body.database_body for body in group.bodies], kind="stable")
         group.bodies[:] = [group.bodies[k] for k in order]
         group.places[:] = [group.places[k] for k in order]
-    return list(found.values())
+    return list(groups.values())
 
 
 def _of_body(
     body: Body,
     source: Source | Coefficients,
     water: Environment,
-    known: dict[Source, HydroDatabase],
+    databases: dict[Source, HydroDatabase],
 ) -> tuple[HydroDatabase, Body]:
     """Database of the body, read once, and the body as a body of that database."""
     if isinstance(source, Coefficients):
         db = database_of(source, body, water)
         body = replace(body, radiation=ConstantRadiation(CONSTANT))
     else:
-        db = known[source] = known[source] if source in known else open_database(source)
+        db = databases[source] = databases[source] if source in databases else open_database(source)
         if BODIES_APART in db.attributes and 1 <= body.database_body <= db.bodies:
             db = body_of(db, body.database_body - 1)
             body = replace(body, database_body=1)
@@ -245,8 +245,8 @@ def database_warnings(
     database as read, in the ``seas``. Raises InputError if such data cannot be right."""
     if db.source == SOURCE:  # checked where it is made
         return ()
-    found = doubt_warnings(db, _use(db, bodies, free, seas))
-    return (*found, *_unsaid_points(db, free))
+    warnings = doubt_warnings(db, _use(db, bodies, free, seas))
+    return (*warnings, *_unsaid_points(db, free))
 
 
 def _use(
@@ -361,18 +361,18 @@ def _lacking_centres(db: HydroDatabase, bodies: Sequence[Body]) -> Fault:
     """Fault: nobody says with which centres of gravity the stiffness was made. It may be those of
     the case, or the weight is left out, which is a centre at the waterline. A stiffness that
     capsizes in roll or pitch was made without weight."""
-    own = [[float(x) for x in body.centre_of_gravity] for body in bodies]
-    at_waterline = [[x, y, 0.0] for x, y, _ in own]
+    centres = [[float(x) for x in body.centre_of_gravity] for body in bodies]
+    at_waterline = [[x, y, 0.0] for x, y, _ in centres]
     reason = (
         "It does not state the centres of gravity with which its stiffness was made, and its"
-        f" bodies roll or pitch. They are those of the bodies, {_example(own)}, if the weight is in"
-        f" the stiffness, and {_example(at_waterline)} if it was made without weight, as OpenFAST's"
-        " .hst is."
+        f" bodies roll or pitch. They are those of the bodies, {_example(centres)}, if the weight"
+        f" is in the stiffness, and {_example(at_waterline)} if it was made without weight, as"
+        " OpenFAST's .hst is."
     )
     stiffness = db.hydrostatic_stiffness
     turns = np.zeros(1) if stiffness is None else np.diag(stiffness).reshape(-1, 6)[:, 3:5]
-    if own == at_waterline:
-        return Fault(reason, (f"centre_of_gravity: {_example(own)}",))
+    if centres == at_waterline:
+        return Fault(reason, (f"centre_of_gravity: {_example(centres)}",))
     if np.any(turns < 0.0):
         weightless = " Its roll or pitch stiffness is negative, so it was made without weight."
         return Fault(reason + weightless, (f"centre_of_gravity: {_example(at_waterline)}",))
@@ -389,12 +389,17 @@ def _lacking_volumes(bodies: Sequence[Body], density: float) -> Fault:
     )
     carried = [body.weight == Weight.CARRIED for body in bodies]
     if any(carried):
-        names = ", ".join(body.name for body, own in zip(bodies, carried, strict=True) if own)
+        names = ", ".join(
+            body.name for body, is_carried in zip(bodies, carried, strict=True) if is_carried
+        )
         reason += (
             f" The weight of {names} is carried, not balanced, so the volume does not follow from"
             " the mass: give that of the hull below the water at rest."
         )
-        volumes = [UNKNOWN_NAME if own else v for v, own in zip(volumes, carried, strict=True)]
+        volumes = [
+            UNKNOWN_NAME if is_carried else v
+            for v, is_carried in zip(volumes, carried, strict=True)
+        ]
     return Fault(reason, (f"volume: {_example(volumes)}",))
 
 

@@ -90,8 +90,8 @@ def _problems_of_place(scene: Scene, bodies: Mapping[str, Body], drive: Drive) -
 def _problems_of_joint(scene: Scene, drive: Drive) -> Iterator[str]:
     joints = tree_joints(scene)
     if drive.joint not in scene.joints:
-        known = ", ".join(scene.joints) or "there is none"
-        yield f".joint: found {drive.joint}; expected a joint of the scene: {known}"
+        joint_names = ", ".join(scene.joints) or "there is none"
+        yield f".joint: found {drive.joint}; expected a joint of the scene: {joint_names}"
         return
     if drive.joint not in joints:
         yield (
@@ -126,7 +126,7 @@ def _problems_of_quantity(scene: Scene, drive: Drive) -> Iterator[str]:
 
 
 def _has_friction(joint: Joint, motion: str) -> bool:
-    names = [each.name for each in joint.motions]
+    names = [joint_motion.name for joint_motion in joint.motions]
     acting = joint.resistances[names.index(motion)] if joint.resistances else None
     return acting is not None and acting.friction is not None
 

@@ -49,7 +49,7 @@ def all_groups(
     return [*wet_groups(scene, seas, before), *families]
 
 
-def members_of(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGroup]:
+def members_of_families(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGroup]:
     """All members of all families, as groups."""
     return [member for group in wet for member in group.members]
 
@@ -58,7 +58,7 @@ def family_members(
     wet: Sequence[HydrodynamicGroup], bodies: int
 ) -> Iterator[tuple[np.ndarray, HydrodynamicGroup]]:
     """All databases and their DOFs (m,), with all members of families."""
-    members = members_of(wet)
+    members = members_of_families(wet)
     for group in wet:
         if not group.members:
             yield group.dofs, group
@@ -71,7 +71,7 @@ def family_constants(
 ) -> draught_interpolation.DraughtFamilies:
     """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
-    members = members_of(wet)
+    members = members_of_families(wet)
     counts = [len(group.members) for group in chosen]
     body = np.array([group.dofs[0] // 6 for group in chosen], dtype=np.int64)
     return draught_interpolation.DraughtFamilies(
@@ -113,10 +113,12 @@ def _family(
         )
         (group,) = database_groups(replace(scene, bodies=(alone,)))
         _check_draught(group.database, body, member.draught, rest)
-        found = group_of(group._replace(places=[i]), scene, seas, before)
-        found = found.with_states(radiation.TOLERANCE)  # a family cannot use convolutions
-        radiation.check(found.fits, found.database.source)
-        members.append(replace(found, draught=member.draught))
+        member_group = group_of(group._replace(places=[i]), scene, seas, before)
+        member_group = member_group.with_states(
+            radiation.TOLERANCE
+        )  # a family cannot use convolutions
+        radiation.check(member_group.fits, member_group.database.source)
+        members.append(replace(member_group, draught=member.draught))
     return _at_start(body, rest, tuple(members), scene)
 
 
@@ -130,27 +132,27 @@ def _by_states(body: Body) -> Body:
 def _check(body: Body, family: Family, scene: Scene) -> None:
     draughts = [member.draught for member in family.members]
     key = f"bodies.{body.name}"
-    found = ", ".join(f"{d:g}" for d in draughts)
+    draughts_text = ", ".join(f"{d:g}" for d in draughts)
     if len({*draughts}) < max(len(draughts), 2):
         raise InputError(
-            f"{key}.hydrodynamics: found draughts of {found} m; expected two or more different"
-            " draughts."
+            f"{key}.hydrodynamics: found draughts of {draughts_text} m; expected two or more"
+            " different draughts."
         )
     if body.hydrostatics is None:
         raise InputError(
-            f"{key}.hydrostatics: found a matrix, and databases at draughts of {found} m;"
+            f"{key}.hydrostatics: found a matrix, and databases at draughts of {draughts_text} m;"
             f" expected a closed hull, {{mesh: FILE}} or {{recipe: FILE, depth: ...}}. An"
             " interpolated stiffness would create energy."
         )
     if isinstance(radiation_of(body), ConvolutionRadiation):
         raise InputError(
-            f"{key}.radiation: found convolution, and databases at draughts of {found} m;"
+            f"{key}.radiation: found convolution, and databases at draughts of {draughts_text} m;"
             " expected state_space or automatic, which uses states for a family. A convolution"
             " has one velocity history per body, and a family needs one per draught."
         )
     if scene.environment.current.speed != 0.0:
         raise InputError(
-            f"{key}.hydrodynamics: found databases at draughts of {found} m, and a current;"
+            f"{key}.hydrodynamics: found databases at draughts of {draughts_text} m, and a current;"
             " expected still water. The effect of a current on changing added mass is not"
             " modelled. Use one database, or a current of 0."
         )
@@ -170,15 +172,19 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
             f" {high:.4g} m above the water; expected the water surface between them. Correct the"
             " draught, or the hull."
         )
-    own = integrals(immersed_triangles(corners))
-    if db.volume is not None and abs(db.volume[0] - own.volume) > VOLUME * own.volume:
+    body_integrals = integrals(immersed_triangles(corners))
+    if (
+        db.volume is not None
+        and abs(db.volume[0] - body_integrals.volume) > VOLUME * body_integrals.volume
+    ):
         raise InputError(
             f"{key}: found a displaced volume of {db.volume[0]:.6g} m^3; expected the volume of"
-            f" the hull at this draught, {own.volume:.6g} m^3. Correct the draught, or the hull."
+            f" the hull at this draught, {body_integrals.volume:.6g} m^3. Correct the draught, or"
+            " the hull."
         )
     if db.centre_of_buoyancy is not None:
         there = db.centre_of_buoyancy[0, :2]
-        here = own.centre_of_buoyancy[:2]
+        here = body_integrals.centre_of_buoyancy[:2]
         if np.abs(there - here).max() > CENTRE * np.ptp(corners[..., 0]):
             raise InputError(
                 f"{key}: found its centre of buoyancy at x = {there[0]:.4g}, y = {there[1]:.4g}"
@@ -254,7 +260,7 @@ def _weighted_mean(
     )
 
 
-def _interpolate_matrices(omega: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Matrices (nw, n, n) at other frequencies, linear between the ``known`` ones."""
-    each = values.reshape(known.size, -1).T
-    return np.array([np.interp(omega, known, value) for value in each]).T.reshape(-1, 6, 6)
+def _interpolate_matrices(omega: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Matrices (nw, n, n) at other frequencies, linear between the ``nodes``."""
+    columns = values.reshape(nodes.size, -1).T
+    return np.array([np.interp(omega, nodes, value) for value in columns]).T.reshape(-1, 6, 6)

@@ -23,7 +23,7 @@ from hydrosim.compile.hydrostatics import with_hulls
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
 from hydrosim.dofs import DOFS
-from hydrosim.elements.kind import ResonanceTerms
+from hydrosim.elements.kind import UncoupledResonance
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import dofs_of
 from hydrosim.scene import (
@@ -99,9 +99,12 @@ class HydrodynamicGroup:
     def doubts(self, seas: Sequence[WaveComponents]) -> tuple[str, ...]:
         """Warnings from the checks of the database. Only data count that the scene uses in its
         ``seas``, one for each wave train. Raises InputError if a check refuses such data."""
-        each = self.members or (self,)
-        found = (database_warnings(one.read, one.bodies, one.free_dofs, seas) for one in each)
-        return tuple(dict.fromkeys(text for texts in found for text in texts))
+        members = self.members or (self,)
+        warning_sets = (
+            database_warnings(member.read, member.bodies, member.free_dofs, seas)
+            for member in members
+        )
+        return tuple(dict.fromkeys(text for texts in warning_sets for text in texts))
 
     @property
     def names(self) -> list[str]:
@@ -118,28 +121,31 @@ class HydrodynamicGroup:
             return self
         fits = _fits(self, chosen.tolerance)
         members = tuple(member.with_states(tolerance) for member in self.members)
-        own = replace(self, bodies=bodies, radiation=chosen, fits=fits, convolved=())
-        return replace(own, members=members)
+        group = replace(self, bodies=bodies, radiation=chosen, fits=fits, convolved=())
+        return replace(group, members=members)
 
     def provenance(self) -> dict[str, str]:
         """Record entries of a run about the radiation of the group."""
         if self.members:
-            each = [(member.draught, member.provenance()) for member in self.members]
-            keys = dict.fromkeys(key for _, said in each for key in said)
+            provenances = [(member.draught, member.provenance()) for member in self.members]
+            keys = dict.fromkeys(key for _, attributes in provenances for key in attributes)
             return {
-                key: "; ".join(f"at {draught:g} m: {said.get(key)}" for draught, said in each)
+                key: "; ".join(
+                    f"at {draught:g} m: {attributes.get(key)}"
+                    for draught, attributes in provenances
+                )
                 for key in keys
             }
         if self.has_given_coefficients:
             return {"database": self.read.source, "radiation": self._radiation_text()}
-        said = {
+        provenance = {
             f"database_{key}": self.read.attributes.get(key)
             for key in (CHANGED_ATTRIBUTE, ACCEPTED_ATTRIBUTE)
         }
         return {
             "database": self.read.source,
             "database_checksum": self.read.checksum,
-            **{key: text for key, text in said.items() if text},
+            **{key: text for key, text in provenance.items() if text},
             "radiation": self._radiation_text(),
             "retardation": str(self.memory.report),
         }
@@ -150,14 +156,14 @@ class HydrodynamicGroup:
         resolve."""
         if self.members:
             return tuple(text for member in self.members for text in member.cut_lengths)
-        found = self.radiation.length if isinstance(self.radiation, Memory) else None
-        known = radiation.resolved_length(self.read.frequency)
-        if self.has_given_coefficients or found is None or found <= known:
+        length = self.radiation.length if isinstance(self.radiation, Memory) else None
+        resolved = radiation.resolved_length(self.read.frequency)
+        if self.has_given_coefficients or length is None or length <= resolved:
             return ()
         keys = ", ".join(f"bodies.{name}.radiation.length" for name in self.names)
         return (
-            f"{keys}: found {found:g} s, but the frequencies of {self.read.source} are"
-            f" {np.pi / known:.3g} rad/s apart and resolve {known:.3g} s. The memory ends at"
+            f"{keys}: found {length:g} s, but the frequencies of {self.read.source} are"
+            f" {np.pi / resolved:.3g} rad/s apart and resolve {resolved:.3g} s. The memory ends at"
             f" {self.memory.time[-1]:g} s. Remove `length`, or compute frequencies in between.",
         )
 
@@ -174,9 +180,11 @@ class HydrodynamicGroup:
                 return f"constant added mass and damping at {period:g} s"
             case None:
                 return "none"
-        found = "; ".join([*self._states(), *self._convolutions()]) or "no motion radiates waves"
+        model_text = (
+            "; ".join([*self._states(), *self._convolutions()]) or "no motion radiates waves"
+        )
         chosen = isinstance(self.radiation, AutomaticRadiation)
-        return f"{RadiationModel.AUTOMATIC}: {found}" if chosen else found
+        return f"{RadiationModel.AUTOMATIC}: {model_text}" if chosen else model_text
 
     def _states(self) -> Iterator[str]:
         for fit in self.fits:
@@ -259,8 +267,8 @@ def _with_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGr
         case StateSpaceRadiation(tolerance):
             return _chosen(wet, _fits(wet, tolerance), before, radiation.is_tolerable)
         case ConvolutionRadiation():
-            found = radiation.free_groups(wet.memory, wet.free_dofs)
-            return replace(wet, convolved=tuple(map(Convolved, found)))
+            memory = radiation.free_groups(wet.memory, wet.free_dofs)
+            return replace(wet, convolved=tuple(map(Convolved, memory)))
         case AutomaticRadiation(tolerance):
             return _chosen(wet, _fits(wet, tolerance), before, radiation.is_within_tolerance)
     return wet
@@ -364,19 +372,19 @@ def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
     models."""
     first = bodies[0]
     if [body.database_body for body in bodies] != list(range(1, db.bodies + 1)):
-        found = ", ".join(f"{body.database_body} ({body.name})" for body in bodies)
+        body_names = ", ".join(f"{body.database_body} ({body.name})" for body in bodies)
         x, y = first.location
         raise InputError(
             f"bodies.{first.name}.database_body: {db.source} has {db.bodies} bodies, and those of"
             f" the scene at location [{x:g}, {y:g}], heading {np.degrees(first.heading):g} deg,"
-            f" are {found}; expected each of 1 to {db.bodies} once. All have the location and"
+            f" are {body_names}; expected each of 1 to {db.bodies} once. All have the location and"
             " heading of the database's frame. A body that does not move has `dofs: []`."
         )
     models = {radiation_of(body): body.radiation for body in bodies}
     if len(models) > 1:
-        found = " and ".join(sorted(map(str, models.values())))
+        body_names = " and ".join(sorted(map(str, models.values())))
         raise InputError(
-            f"bodies.{first.name}.radiation: found {found} for bodies of one database,"
+            f"bodies.{first.name}.radiation: found {body_names} for bodies of one database,"
             f" {db.source}; expected one model for all, because their radiated waves are coupled."
         )
 
@@ -411,22 +419,24 @@ def each_database(groups: Sequence[HydrodynamicGroup]) -> Iterator[HydrodynamicG
 
 def each_alone(groups: Sequence[HydrodynamicGroup]) -> dict[str, HydroDatabase]:
     """Own part of its database for each wet body, by name."""
-    return {name: own for wet in groups for name, own in wet.alone.items()}
+    return {name: database for wet in groups for name, database in wet.alone.items()}
 
 
-def resonance(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> ResonanceTerms:
+def uncoupled_resonance(
+    body: Body, stiffness: np.ndarray, db: HydroDatabase | None
+) -> UncoupledResonance:
     """Resonance of each DOF of a body by itself, along its axes at rest, with ``stiffness`` (6,)
     besides hydrostatics. ``db`` is the body's own part of its database, None if it is dry."""
     mass = np.array([body.mass] * 3 + list(np.diag(body.inertia)))
     if db is None:
-        return ResonanceTerms(stiffness, mass)
+        return UncoupledResonance(stiffness, mass)
     total = stiffness + np.diag(database.require_array(db, "hydrostatic_stiffness"))
     A = np.diagonal(db.added_mass, axis1=1, axis2=2)
     added = [
         _added_mass_in_resonance(db.frequency, a, m, k)
         for a, m, k in zip(A.T, mass, np.maximum(total, 0.0), strict=True)
     ]
-    return ResonanceTerms(total, mass + added)
+    return UncoupledResonance(total, mass + added)
 
 
 def _added_mass_in_resonance(

@@ -46,7 +46,7 @@ HEIGHT_WEIGHT = (
 def solids_of(meshes: Sequence[Triangles]) -> Solids:
     """Constants of closed meshes."""
     parcels = [_parcels(_faces(corners)) for corners in meshes]
-    parts = [part for own in parcels for part in own]
+    parts = [part for body_parcels in parcels for part in body_parcels]
     every = np.concatenate([np.zeros((0, 3, 3)), *parts])
     return Solids(
         first=np.cumsum([0, *map(len, parcels)]).astype(np.int64),
@@ -79,7 +79,7 @@ def _split_in_groups(middles: np.ndarray) -> list[np.ndarray]:
         return [rows]
     order = np.argsort(middles[:, np.ptp(middles, axis=0).argmax()], kind="stable")
     halves = np.array_split(order, 2)
-    return [half[own] for half in halves for own in _split_in_groups(middles[half])]
+    return [half[indices] for half in halves for indices in _split_in_groups(middles[half])]
 
 
 def _box(corners: np.ndarray) -> np.ndarray:
@@ -104,14 +104,14 @@ ROLL_INDEX = 3  # index among a body's six coordinates
 def hulls_of(scene: Scene, bodies: Bodies) -> MeshHulls:
     """Constants of the hulls of all bodies that have one."""
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
-    each = [(b, body, hull) for b, body, hull in chosen if hull is not None]
+    meshes = [(b, body, hull) for b, body, hull in chosen if hull is not None]
     water = scene.environment
-    places = [6 * b + ROLL_INDEX for b, *_ in each]
+    places = [6 * b + ROLL_INDEX for b, *_ in meshes]
     return MeshHulls(
-        body=np.array([b for b, *_ in each], dtype=np.int64),
-        solids=solids_of([hull.corners - np.array(b.centre_of_gravity) for _, b, hull in each]),
-        height=np.array([body.centre_of_gravity[2] for _, body, _ in each], dtype=float),
-        weight=np.reshape([_weight(body, hull) for _, body, hull in each], (-1, 4)),
+        body=np.array([b for b, *_ in meshes], dtype=np.int64),
+        solids=solids_of([hull.corners - np.array(b.centre_of_gravity) for _, b, hull in meshes]),
+        height=np.array([body.centre_of_gravity[2] for _, body, _ in meshes], dtype=float),
+        weight=np.reshape([_weight(body, hull) for _, body, hull in meshes], (-1, 4)),
         density=water.water_density * water.gravity,
         roll=np.flatnonzero(np.isin(bodies.active, places)),
     )
@@ -119,10 +119,10 @@ def hulls_of(scene: Scene, bodies: Bodies) -> MeshHulls:
 
 def at_rest(body: Body, hull: Hull, water: Environment) -> tuple[Hydrostatics, np.ndarray]:
     """Hydrostatics of a hull at rest, and its stiffness (6, 6) about the centre of gravity."""
-    found, (x, y, z) = integrals(immersed_triangles(hull.corners)), body.centre_of_gravity
-    below = np.array([x, y, found.centre_of_buoyancy[2]])
-    about = replace(found, centre_of_buoyancy=below)
-    return found, about.stiffness(z, water.water_density, water.gravity)
+    hull_integrals, (x, y, z) = integrals(immersed_triangles(hull.corners)), body.centre_of_gravity
+    below = np.array([x, y, hull_integrals.centre_of_buoyancy[2]])
+    about = replace(hull_integrals, centre_of_buoyancy=below)
+    return hull_integrals, about.stiffness(z, water.water_density, water.gravity)
 
 
 def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> HydroDatabase:
@@ -141,9 +141,9 @@ def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) ->
                 require_array(db, "centre_of_buoyancy")[k],
             )
             continue
-        found, own = at_rest(body, body.hydrostatics, water)
-        volume[k], centre[k] = found.volume, found.centre_of_buoyancy
-        stiffness[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = own
+        body_hydrostatics, body_stiffness = at_rest(body, body.hydrostatics, water)
+        volume[k], centre[k] = body_hydrostatics.volume, body_hydrostatics.centre_of_buoyancy
+        stiffness[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = body_stiffness
     return replace(db, hydrostatic_stiffness=stiffness, volume=volume, centre_of_buoyancy=centre)
 
 
@@ -153,14 +153,14 @@ def asymmetric_hulls(p: MeshHulls, bodies: Bodies) -> Iterator[int]:
     motion, draw = new_motion(bodies), np.random.default_rng(1)
     for h, b in enumerate(p.body):
         solids = p.solids._replace(first=p.solids.first[h : h + 2])
-        own = p._replace(body=p.body[h : h + 1], solids=solids)
-        own = own._replace(height=p.height[h : h + 1], weight=p.weight[h : h + 1])
+        single_hull = p._replace(body=p.body[h : h + 1], solids=solids)
+        single_hull = single_hull._replace(height=p.height[h : h + 1], weight=p.weight[h : h + 1])
         size, depth = (np.ptp(p.solids.corners[..., axis]) for axis in (1, 2))
         for _ in range(COMPARED_ATTITUDES):
             heave, trim, heel = draw.uniform(-0.5, 0.5, 3) * (depth, 0.1, depth / size)
             motion.coordinates[6 * b + 2] = heave
             port, starboard = (
-                _hydrostatic_energy(own, bodies, motion, b, trim, x) for x in (heel, -heel)
+                _hydrostatic_energy(single_hull, bodies, motion, b, trim, x) for x in (heel, -heel)
             )
             if abs(port - starboard) > SYMMETRY_RTOL * abs(port):
                 yield int(b)
@@ -181,9 +181,9 @@ def _weight(body: Body, hull: Hull) -> np.ndarray:
     weight."""
     if body.weight == Weight.CARRIED:
         return np.zeros(4)
-    found = integrals(immersed_triangles(hull.corners))
-    over = found.centre_of_buoyancy - body.centre_of_gravity
-    return found.volume * np.array([1.0, over[0], over[1], 0.0])
+    hull_integrals = integrals(immersed_triangles(hull.corners))
+    over = hull_integrals.centre_of_buoyancy - body.centre_of_gravity
+    return hull_integrals.volume * np.array([1.0, over[0], over[1], 0.0])
 
 
 # Tanks whose surface stays level at any heel and trim, as constants of a model.
@@ -225,7 +225,7 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
     tables = [pieces(cut.shape, at) for cut, at in zip(every, origins, strict=True)]
     ends = pairwise(np.cumsum([0, *map(len, tables)]))
     index = _places_of_volumes(scene)
-    each = [
+    liquids = [
         (
             cut.body,
             index.get((cut.body, cut.tank.name), CONSTANT_CONTENTS),
@@ -241,7 +241,7 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
     meshes = [triangles(cut.shape) - at for cut, at in zip(every, origins, strict=True)]
     rolls = [6 * cut.body + ROLL_COORDINATE for cut in every]
     return Liquids(
-        each=np.array(each, dtype=LIQUID),
+        each=np.array(liquids, dtype=LIQUID),
         pieces=np.concatenate([np.zeros(0, dtype=PIECE_DTYPE), *tables]),
         solids=solids_of(meshes),
         roll=np.flatnonzero(np.isin(bodies.active, rolls)),

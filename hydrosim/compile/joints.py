@@ -23,7 +23,7 @@ from hydrosim.multibody.tree import (
     Tree,
 )
 from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
-from hydrosim.scene.joint import Branch, JointMotion, MotionKind
+from hydrosim.scene.joint import JointMotion, MotionKind, TreeJoint
 from hydrosim.scene.scene import arrangement, tree_joints
 
 # Joints of a scene as arrays: the trees whose motions are coordinates.
@@ -34,13 +34,15 @@ TREE_JOINT_CODES = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL
 
 def check_trees(scene: Scene) -> Iterator[str]:
     """Problems of joints and of what they carry that a case file cannot contain."""
-    found = arrangement(scene)
+    joint_tree = arrangement(scene)
     bodies = {body.name: body for body in scene.bodies}
     little = scene.solver.kinematics == Kinematics.LINEAR
-    roots = (body for name, body in bodies.items() if name not in found.children)
-    if not any(body.dofs for body in roots) and not any(b.joint.motions for b in found.branches):
+    roots = (body for name, body in bodies.items() if name not in joint_tree.children)
+    if not any(body.dofs for body in roots) and not any(
+        b.joint.motions for b in joint_tree.branches
+    ):
         yield "joints: found that they hold all bodies; expected at least one that can move"
-    for branch in found.branches:
+    for branch in joint_tree.branches:
         child = bodies[branch.child]
         parent = bodies.get(str(branch.parent), child)
         if little and Weight.CARRIED in (child.weight, parent.weight):
@@ -51,28 +53,31 @@ def check_trees(scene: Scene) -> Iterator[str]:
         if any(child.position) or any(child.velocity):
             yield f"bodies.{child.name}: found a start of a body that {branch.name} carries"
     for name, joint in scene.joints.items():
-        each = joint.resistances
-        if each and len(each) != len(joint.motions):
-            yield f"joints.{name}.resistances: found {len(each)}; expected {len(joint.motions)}"
-        turning = [r for r, m in zip(each, joint.motions, strict=False) if m.kind == SWIVEL]
+        resistances = joint.resistances
+        count, expected = len(resistances), len(joint.motions)
+        if resistances and count != expected:
+            yield f"joints.{name}.resistances: found {count}; expected {expected}"
+        turning = [r for r, m in zip(resistances, joint.motions, strict=False) if m.kind == SWIVEL]
         if any(r.stiffness or r.stops or r.friction for r in turning):
             yield f"joints.{name}.resistances: turns of a ball have damping alone; use a bushing"
-        if name in found.loops and any(r.acts or r.position or r.velocity for r in each):
+        if name in joint_tree.loops and any(
+            r.acts or r.position or r.velocity for r in resistances
+        ):
             yield f"joints.{name}: found forces or a start in a joint that closes a loop"
 
 
-def tree_of(scene: Scene, own: np.ndarray, origins: np.ndarray) -> Tree:
-    """Tree of the joints of a scene. ``own`` are the indices of the free coordinates of its roots,
-    which come first; ``origins`` (nb, 3) are the centres of gravity at rest."""
+def tree_of(scene: Scene, own_dofs: np.ndarray, origins: np.ndarray) -> Tree:
+    """Tree of the joints of a scene. ``own_dofs`` are the indices of the free coordinates of its
+    roots, which come first; ``origins`` (nb, 3) are the centres of gravity at rest."""
     names = [body.name for body in scene.bodies]
-    found = arrangement(scene).branches
-    if not found:
+    tree_branches = arrangement(scene).branches
+    if not tree_branches:
         return NO_TREE
     index = {name: i for i, name in enumerate(names)}
-    first = _first_coordinates(scene, own.size)
+    first = _first_coordinates(scene, own_dofs.size)
     moves: list[tuple[object, ...]] = []
     branches = []
-    for branch in found:
+    for branch in tree_branches:
         child = index[branch.child]
         parent = NO_BODY if branch.parent is None else index[branch.parent]
         body = index[branch.joint.body]
@@ -97,7 +102,7 @@ def tree_of(scene: Scene, own: np.ndarray, origins: np.ndarray) -> Tree:
         np.zeros((0, 0)),
     )
     tree.branch[tree.branches["child"]] = np.arange(len(branches))
-    return tree._replace(slopes=_slopes_at_rest(tree, own, origins))
+    return tree._replace(slopes=_slopes_at_rest(tree, own_dofs, origins))
 
 
 def place_at_rest(joint: Joint, body: Body, origin: np.ndarray) -> np.ndarray:
@@ -108,14 +113,14 @@ def place_at_rest(joint: Joint, body: Body, origin: np.ndarray) -> np.ndarray:
 
 def _first_coordinates(scene: Scene, first: int) -> dict[str, int]:
     """First coordinate of every joint of the trees, the first of all being ``first``."""
-    found = {}
+    first_by_joint = {}
     for name, joint in tree_joints(scene).items():
-        found[name] = first
+        first_by_joint[name] = first
         first += len(joint.motions)
-    return found
+    return first_by_joint
 
 
-def _moves(branch: Branch, body: Body, first: int) -> Iterator[tuple[object, ...]]:
+def _moves(branch: TreeJoint, body: Body, first: int) -> Iterator[tuple[object, ...]]:
     """Entries of `MOVE` of a joint, from parent to child; its coordinates begin at ``first``."""
     axes = branch.joint.axes() @ about_z(body.heading).T
     steps = [
@@ -149,7 +154,7 @@ def _start(scene: Scene) -> np.ndarray:
     """Values and rates (nq, 2) of the coordinates of joints at the start."""
     branches = arrangement(scene).branches
     backwards = {branch.name for branch in branches if branch.reversed}
-    found = []
+    starts = []
     for name, joint in tree_joints(scene).items():
         resistances = joint.resistances or (None,) * len(joint.motions)
         values = [(0.0, 0.0) if r is None else (r.position, r.velocity) for r in resistances]
@@ -158,8 +163,8 @@ def _start(scene: Scene) -> np.ndarray:
             if name in backwards:
                 start[:, 1] = _seen_from_body(start[:, 1], start[:, 0])
             start[:, 0] = rodrigues(start[:, 0])
-        found.append(start)
-    return np.concatenate(found)
+        starts.append(start)
+    return np.concatenate(starts)
 
 
 def _seen_from_body(rate: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -181,11 +186,11 @@ def rodrigues(rotation: np.ndarray) -> np.ndarray:
     return rotation if angle == 0.0 else rotation * (4.0 * tan(0.25 * nearest) / angle)
 
 
-def _slopes_at_rest(tree: Tree, own: np.ndarray, origins: np.ndarray) -> np.ndarray:
+def _slopes_at_rest(tree: Tree, own_dofs: np.ndarray, origins: np.ndarray) -> np.ndarray:
     """S (6 nb, n) at rest."""
-    n = own.size + tree.coordinates  # none, if all is fixed
+    n = own_dofs.size + tree.coordinates  # none, if all is fixed
     S = np.zeros((len(origins), 6, n))
-    S.reshape(6 * len(origins), n)[own, np.arange(own.size)] = 1.0
+    S.reshape(6 * len(origins), n)[own_dofs, np.arange(own_dofs.size)] = 1.0
     for branch in tree.branches:
         child, parent = branch["child"], branch["parent"]
         if parent != NO_BODY:
@@ -213,7 +218,7 @@ SAMPLED_CONFIGURATIONS = 3  # at which joints are looked at, besides rest
 def bodies_of(scene: Scene) -> Bodies:
     """Constants of all bodies of a scene and of their joints."""
     carried = arrangement(scene).children
-    own = np.array(
+    own_dofs = np.array(
         [
             6 * i + DOFS.index(dof)
             for i, body in enumerate(scene.bodies)
@@ -222,7 +227,7 @@ def bodies_of(scene: Scene) -> Bodies:
         ],
         dtype=np.int64,
     )
-    each = [
+    body_rows = [
         (
             b.mass,
             b.inertia,
@@ -232,11 +237,11 @@ def bodies_of(scene: Scene) -> Bodies:
         )
         for b in scene.bodies
     ]
-    constants = np.array(each, dtype=BODY)
-    tree = tree_of(scene, own, constants["origin"])
+    constants = np.array(body_rows, dtype=BODY)
+    tree = tree_of(scene, own_dofs, constants["origin"])
     return Bodies(
         each=constants,
-        active=np.concatenate([own, 6 * len(each) + np.arange(tree.coordinates)]),
+        active=np.concatenate([own_dofs, 6 * len(body_rows) + np.arange(tree.coordinates)]),
         locked=np.concatenate([b.position for b in scene.bodies]).astype(float),
         exact=scene.solver.kinematics == Kinematics.EXACT,
         tree=tree,
@@ -255,8 +260,8 @@ def with_dofs_of_joints(scene: Scene) -> Scene:
     places = [np.zeros(n), *(draw.uniform(-1.0, 1.0, n) for _ in range(SAMPLED_CONFIGURATIONS))]
     size = np.max([np.abs(slopes_at(bodies, q)).max(axis=1, initial=0.0) for q in places], axis=0)
     moves = size.reshape(-1, 6) > DISPLACEMENT_RTOL
-    each = [
-        replace(body, dofs=tuple(np.array(DOFS)[own])) if body.name in carried else body
-        for body, own in zip(scene.bodies, moves, strict=True)
+    free_bodies = [
+        replace(body, dofs=tuple(np.array(DOFS)[may_move])) if body.name in carried else body
+        for body, may_move in zip(scene.bodies, moves, strict=True)
     ]
-    return replace(scene, bodies=tuple(each))
+    return replace(scene, bodies=tuple(free_bodies))

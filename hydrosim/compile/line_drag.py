@@ -87,19 +87,19 @@ def with_line_drag(
     there = {line.name: _fairlead(line, scene, model, state) for line in now}
     gone = Fairlead(np.zeros((3, n)), np.zeros(3), np.zeros(0), np.zeros(0))
     fairleads = [there.get(name, gone) for name in names]
-    found = _fixed_point(model, state, seas, bodies, fairleads)
+    linearised = _fixed_point(model, state, seas, bodies, fairleads)
     texts = []
     lines = p.lines.copy()
-    for name, line, (drag, sigma) in zip(names, lines, found, strict=True):
+    for name, line, (drag, sigma) in zip(names, lines, linearised, strict=True):
         c = drag.damping
         m = drag.drift
-        kept = name in before
-        if kept:
+        is_kept = name in before
+        if is_kept:
             c, m = before[name]
         line["damping"] = c
         line["drift"] = m
         if line["width"]:
-            texts.append(f"{name}: {_drag_text(c, sigma, kept)}")
+            texts.append(f"{name}: {_drag_text(c, sigma, is_kept)}")
     elements = model.elements._replace(**{CATENARY_KIND.field: p._replace(lines=lines)})
     return DraggedLines(model._replace(elements=elements), (*texts, *_friction(scene)))
 
@@ -114,8 +114,8 @@ def _friction(scene: Scene) -> Iterator[str]:
             )
 
 
-def _drag_text(damping: float, sigma: float, kept: bool) -> str:
-    if kept:
+def _drag_text(damping: float, sigma: float, is_kept: bool) -> str:
+    if is_kept:
         return f"drag of {damping:.4g} N s/m across the line at the fairlead, as in the earlier run"
     if damping == 0.0:
         return "drag without damping (c = 0), because neither waves nor a current move it"
@@ -132,8 +132,8 @@ def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
     run: xr.Dataset = scene.initial.run  # type: ignore[assignment]
     if LINE_DAMPING not in run:
         return {}
-    each = zip(run.line.values, run[LINE_DAMPING].values, run[DRIFT].values, strict=True)
-    return {str(name): (float(c), float(m)) for name, c, m in each}
+    line_rows = zip(run.line.values, run[LINE_DAMPING].values, run[DRIFT].values, strict=True)
+    return {str(name): (float(c), float(m)) for name, c, m in line_rows}
 
 
 def _fairlead(now: LineShape, scene: Scene, model: Model, state: State) -> Fairlead:
@@ -171,19 +171,19 @@ def _fixed_point(
     regular = sum(sea.omega.size for sea in waves) == 1
     omega, loads = _loads(model, state, waves, bodies)
     D = _stiffness(model, state, omega)
-    found: list[tuple[LinearisedDrag, float]] = []
+    linearised: list[tuple[LinearisedDrag, float]] = []
     c = np.zeros(len(fairleads))
     for _ in range(ROUNDS):
         B = sum(ci * at.across.T @ at.across for ci, at in zip(c, fairleads, strict=True))
         H = np.linalg.inv(D + 1j * omega[:, None, None] * B)
         spread = H @ loads @ H.conj().transpose(0, 2, 1)
         S = np.real((omega[:, None, None] ** 2 * spread).sum(axis=0))
-        found = [_linearise_drag(at, S, regular) for at in fairleads]
-        new = np.array([drag.damping for drag, _ in found])
+        linearised = [_linearise_drag(at, S, regular) for at in fairleads]
+        new = np.array([drag.damping for drag, _ in linearised])
         if np.abs(new - c).max() <= DAMPING_RTOL * np.abs(new).max():
             break
         c = new
-    return found
+    return linearised
 
 
 def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[LinearisedDrag, float]:
@@ -191,11 +191,11 @@ def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Lineari
     covariance = at.across @ S @ at.across.T
     sigma = float(np.sqrt(max(np.trace(covariance), 0.0)))
     if regular:
-        each = [linearise_regular(x * np.sqrt(2.0) * sigma, at.current) for x in at.phi]
+        linearised = [linearise_regular(x * np.sqrt(2.0) * sigma, at.current) for x in at.phi]
     else:
-        each = [linearise_random(x * x * covariance, at.current) for x in at.phi]
-    damping = sum(k * x**2 * f.damping for k, x, f in zip(at.drag, at.phi, each, strict=True))
-    drift = sum(k * x * f.drift for k, x, f in zip(at.drag, at.phi, each, strict=True))
+        linearised = [linearise_random(x * x * covariance, at.current) for x in at.phi]
+    damping = sum(k * x**2 * f.damping for k, x, f in zip(at.drag, at.phi, linearised, strict=True))
+    drift = sum(k * x * f.drift for k, x, f in zip(at.drag, at.phi, linearised, strict=True))
     return LinearisedDrag(float(damping), float(drift)), sigma
 
 
@@ -227,13 +227,13 @@ def _stiffness(model: Model, state: State, omega: np.ndarray) -> np.ndarray:
     if not kernel.row.size:
         return D
     size = 6 * model.bodies.each.size
-    own = (kernel.row < size) & (kernel.column < size)
+    in_bodies = (kernel.row < size) & (kernel.column < size)
     lags = kernel.step * np.arange(len(kernel.K))
     weights = np.full(lags.size, kernel.step)
     weights[[0, -1]] *= 0.5
     waves = np.exp(-1j * np.outer(omega, lags)) * weights
     memory = np.zeros((omega.size, size, size), dtype=complex)
-    memory[:, kernel.row[own], kernel.column[own]] = waves @ kernel.K[:, own]
+    memory[:, kernel.row[in_bodies], kernel.column[in_bodies]] = waves @ kernel.K[:, in_bodies]
     yaw = positions_at(model.bodies, y[:n])[:, 5] + model.bodies.each["heading"]
     turned = linalg.block_diag(*(about_z(float(a)) for a in yaw for _ in range(2)))
     along = turned.T @ slopes_at(model.bodies, y[:n])

@@ -153,14 +153,14 @@ def resumed_state(scene: Scene, model: Model, layout: StateLayout, fresh: State)
         raise InputError(f"initial.run: {_source(run)}: {text}.")
     there = dict(zip(run.state.values, values, strict=True))
     names = layout.names()
-    known = np.array([name in there for name in names])
+    is_known = np.array([name in there for name in names])
     y = np.array([there.get(name, 0.0) for name in names])
     contents = slice(model.tanks.state, model.tanks.state + model.tanks.each.size)
-    y[contents] = np.where(known, y, fresh.y)[contents]  # as at a start from rest
+    y[contents] = np.where(is_known, y, fresh.y)[contents]  # as at a start from rest
     for i, entry in enumerate(layout.entries_of(StateKind.SLOW_DRAUGHT), model.draught):
-        if not known[i]:  # at the draught of the body
+        if not is_known[i]:  # at the draught of the body
             y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
-    modes = _modes(scene, model, run, y, known)
+    modes = _modes(scene, model, run, y, is_known)
     return State(y, modes, _history(scene, model, run, fresh.history))
 
 
@@ -183,14 +183,14 @@ def _source(run: xr.Dataset) -> str:
 
 def _stored_time(run: xr.Dataset, time: float | None) -> float:
     """Index of the state stored at ``time``, or of the last state."""
-    kept = run.state_time.values
+    times = run.state_time.values
     if time is None:
-        return float(kept[-1])
-    nearest = float(kept[np.abs(kept - time).argmin()])
+        return float(times[-1])
+    nearest = float(times[np.abs(times - time).argmin()])
     if np.isclose(nearest, time, rtol=1e-9, atol=1e-9):
         return nearest
     text = f"initial.time: found {time:g} s; {_source(run)} has"
-    if kept.size < run.sizes["time"]:
+    if times.size < run.sizes["time"]:
         raise InputError(
             f"{text} only its last whole state, at {nearest:g} s. Start there, or run that case"
             " with output: {states: true}, which stores the state at every output time."
@@ -218,17 +218,19 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
         ],
         "this scene lacks": [name for name in stored if name not in names],
     }
-    found = "; ".join(f"{what} {_name_list(names)}" for what, names in problems.items() if names)
-    if not found and not _same_fit(model, layout, run):
-        found = (
+    problem_text = "; ".join(
+        f"{what} {_name_list(names)}" for what, names in problems.items() if names
+    )
+    if not problem_text and not _same_fit(model, layout, run):
+        problem_text = (
             "its radiation states belong to another fit (another database, other masses, or"
             " another program version)"
         )
-    if found:
+    if problem_text:
         raise InputError(
-            f"initial.run: {_source(run)}: {found}; expected the same bodies, degrees of freedom"
-            " and radiation in that run and in this scene. Change this case, or run the earlier"
-            " case again."
+            f"initial.run: {_source(run)}: {problem_text}; expected the same bodies, degrees of"
+            " freedom and radiation in that run and in this scene. Change this case, or run the"
+            " earlier case again."
         )
 
 
@@ -247,14 +249,14 @@ def _same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
 
 
 def _modes(
-    scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray, known: np.ndarray
+    scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray, is_known: np.ndarray
 ) -> np.ndarray:
     """Modes (rows, 3) of all units: the stored mode if it is possible, else that of a start from
-    ``y``. ``known`` (ny,) are the states of ``y`` that the run had."""
+    ``y``. ``is_known`` (ny,) marks the states of ``y`` that the run had."""
     time = start_time(scene)
     renewing = [kind for kind in ELEMENT_KINDS if isinstance(kind, ResetsOnRestart)]
-    for each in renewing:
-        each.clear_unused_states(each.constants_in(model), y)
+    for resetting in renewing:
+        resetting.clear_unused_states(resetting.constants_in(model), y)
     motion = motion_at(model, y)
     settled = new_modes(model)
     anew = y.copy()
@@ -264,9 +266,9 @@ def _modes(
     for kind, p in kinds_of(model):
         _restore(kind, kind.modes(p), kind.unit_names(scene), at, modes_of_kind(kind, p, stored))
     possible = _possible(time, y, stored, motion, model)
-    for each in renewing:
-        p = each.constants_in(model)
-        each.renew(p, y, anew, modes_of_kind(each, p, possible[:, None])[:, 0], known)
+    for resetting in renewing:
+        p = resetting.constants_in(model)
+        resetting.renew(p, y, anew, modes_of_kind(resetting, p, possible[:, None])[:, 0], is_known)
     return np.where(possible[:, None], stored, settled)
 
 
@@ -307,8 +309,8 @@ def _possible(
         if steepest is not None:
             margins = modes_of_kind(kind, p, out)
             touching = margins[:, CONTACT_MARGIN] >= -MODE_OVERRUN_ATOL * steepest
-            own = modes_of_kind(kind, p, possible[:, None])
-            own[:, 0] = touching & (margins[:, SEGMENT_MARGIN] >= -MODE_OVERRUN_ATOL)
+            kind_modes = modes_of_kind(kind, p, possible[:, None])
+            kind_modes[:, 0] = touching & (margins[:, SEGMENT_MARGIN] >= -MODE_OVERRUN_ATOL)
     return possible
 
 

@@ -42,23 +42,23 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     """
     free = [i for i, dof in enumerate(DOFS) if dof in body.dofs]
     free = free if ROLL_COORDINATE in free else [ROLL_COORDINATE]
-    own = np.ix_(free, free)
+    free_block = np.ix_(free, free)
     at = free.index(ROLL_COORDINATE)
-    M = block_diag(body.mass * np.eye(3), body.inertia)[own]
+    M = block_diag(body.mass * np.eye(3), body.inertia)[free_block]
     total = stiffness.copy()
     if db is not None:
         total = total + database.require_array(db, "hydrostatic_stiffness")
-    K = 0.5 * (total + total.T)[own]
+    K = 0.5 * (total + total.T)[free_block]
     coefficients = _coefficients(db)
 
     def schur(w: float) -> complex:
         A, B = coefficients(w)
-        D = K - w * w * (M + A[own]) + 1j * w * B[own]
+        D = K - w * w * (M + A[free_block]) + 1j * w * B[free_block]
         others = [i for i in range(len(free)) if i != at]
         rest = D[np.ix_(others, others)]
         return complex(D[at, at] - D[at, others] @ np.linalg.solve(rest, D[others, at]))
 
-    omega, mass = _undamped_roll(K, M, coefficients, own, at)
+    omega, mass = _undamped_roll(K, M, coefficients, free_block, at)
     if omega == 0.0:
         return RollMode(0.0, mass, 0.0)
     for _ in range(MAX_ROLL_ITERATIONS):
@@ -72,12 +72,16 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
 
 
 def _undamped_roll(
-    K: np.ndarray, M: np.ndarray, coefficients: Matrices, own: tuple[np.ndarray, ...], at: int
+    K: np.ndarray,
+    M: np.ndarray,
+    coefficients: Matrices,
+    free_block: tuple[np.ndarray, ...],
+    at: int,
 ) -> tuple[float, float]:
     """Frequency and mass per roll of the undamped mode."""
     omega = 0.0
     for _ in range(MAX_ROLL_ITERATIONS):
-        H = M + coefficients(omega)[0][own]
+        H = M + coefficients(omega)[0][free_block]
         values, shapes = eigh(K, H)
         k = int(np.argmax(shapes[at] * (H @ shapes)[at]))
         before = omega
@@ -101,7 +105,7 @@ def _coefficients(db: HydroDatabase | None) -> Matrices:
     least, most = db.frequency[0], db.frequency[-1]
 
     def coefficients_at(w: float) -> tuple[np.ndarray, np.ndarray]:
-        known = min(max(w, least), most)
-        return A(known), B(known)
+        clipped = min(max(w, least), most)
+        return A(clipped), B(clipped)
 
     return coefficients_at

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim.compile.closed_joints import describe_dropped, moves_freely
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_database
-from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, said_of_outside
+from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.dofs import DOFS
 from hydrosim.elements import heights_of_wind, signals_of
 from hydrosim.elements.signal import Recorded
@@ -63,7 +63,7 @@ from hydrosim.water.wind import (
 )
 
 if TYPE_CHECKING:
-    from hydrosim.compile.compiled import Facts, Notes
+    from hydrosim.compile.compiled import DerivedData, Notes
     from hydrosim.database.database import HydroDatabase
     from hydrosim.integrate.dynamics import Model
     from hydrosim.integrate.state import State
@@ -88,13 +88,15 @@ class Meeting(NamedTuple):
     second_at_rest: bool
 
 
-def meetings(scene: Scene, facts: Facts, seas: Sequence[WaveComponents]) -> Iterator[Meeting]:
+def meetings(
+    scene: Scene, derived: DerivedData, seas: Sequence[WaveComponents]
+) -> Iterator[Meeting]:
     """Meeting of each body that waves load."""
-    alone = facts.databases
+    alone = derived.databases
     for body in scene.bodies if seas else ():
         if body.name in alone and body.wave_forces.has_loads:
             db = alone[body.name]
-            chosen = facts.met[body.name]
+            chosen = derived.met[body.name]
             between = chosen.headings != Place.MEAN or _is_between_headings(body, seas, db)
             between = between and body.wave_forces.first_order
             lost = lost_between_headings(db, seas) if between else None
@@ -220,7 +222,7 @@ def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
     lowest, highest = gust_band(gusts)
     below, within, above = variance(gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
     total = below + within + above
-    each = " and ".join(
+    factors_text = " and ".join(
         f"{gust_factor(wind.hour_mean, REFERENCE_HEIGHT, time):.3g} over {text}"
         for time, text in GUSTS.items()
     )
@@ -233,8 +235,8 @@ def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
         f" variance below and {above / total:.1%} above, which is left out"
     )
     yield (
-        f"largest means of the NPD wind in an hour, over its mean: {each}. Gusts act along the wind"
-        " and on all bodies at the same instant"
+        f"largest means of the NPD wind in an hour, over its mean: {factors_text}. Gusts act along"
+        " the wind and on all bodies at the same instant"
     )
 
 
@@ -262,14 +264,14 @@ SPECTRUM_NAMES = {
 def notes_of_sea(
     scene: Scene,
     wet: Sequence[HydrodynamicGroup],
-    facts: Facts,
+    derived: DerivedData,
     state: State,
     seas: Seas,
     notes: Notes,
 ) -> Notes:
     """The ``notes`` of a scene in calm water, with messages on the scene in its ``seas``, which
     begins in a ``state``."""
-    alone = facts.databases
+    alone = derived.databases
     warnings = [text for group in wet for text in group.cut_lengths]
     warnings.extend(_fit_warnings(wet))
     warnings.extend(_fallback_warnings(wet))
@@ -278,22 +280,22 @@ def notes_of_sea(
         if body.name in alone and body.dofs:
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
-    dropped = list(describe_dropped(scene, facts.model, state))
-    shared = moves_freely(facts.model)  # otherwise a locked or mirrored direction may hold them
+    dropped = list(describe_dropped(scene, derived.model, state))
+    shared = moves_freely(derived.model)  # otherwise a locked or mirrored direction may hold them
     warnings.extend(dropped if shared else ())
-    met = list(meetings(scene, facts, seas))
-    warnings.extend(text for each in met for text in coarse_headings(each))
-    said = [text for each in met for text in said_of_waves(each)]
+    met = list(meetings(scene, derived, seas))
+    warnings.extend(text for meeting in met for text in coarse_headings(meeting))
+    notes_of_waves = [text for meeting in met for text in said_of_waves(meeting)]
     return replace(
         notes,
         skipped=(
-            *_skipped_loads(scene, facts.model, alone, seas, notes.zero),
+            *_skipped_loads(scene, derived.model, alone, seas, notes.zero),
             *(() if shared else dropped),
         ),
         records=(*_records(scene), *_jumps(scene)),
         seas=tuple(_describe_trains(scene, alone)),
-        meetings=(*said, *said_of_current(scene, facts.model)),
-        streams=tuple(said_of_streams(scene, facts.model)),
+        meetings=(*notes_of_waves, *said_of_current(scene, derived.model)),
+        streams=tuple(said_of_streams(scene, derived.model)),
         warnings=(*warnings, *notes.warnings),
     )
 
@@ -330,11 +332,11 @@ def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
     """Warnings about waves outside a database's frequencies whose first-order loads would matter.
     `questions.waters` asks about larger parts."""
     if seas and body.wave_forces.first_order:
-        found = shares_outside(db, seas)
-        if OUTSIDE_WARNED < found.share <= OUTSIDE_REFUSED:
+        range_losses = shares_outside(db, seas)
+        if OUTSIDE_WARNED < range_losses.share <= OUTSIDE_REFUSED:
             yield (
-                f"environment.waves: {said_of_outside(found, body, db)}: these waves have no"
-                " first-order loads."
+                f"environment.waves: {outside_range_text(range_losses, body, db)}: these waves have"
+                " no first-order loads."
             )
 
 
@@ -458,10 +460,10 @@ def _skipped_loads(
                 text = "buoyancy of its hull in still water, no waves, drag or added mass"
                 yield f"{body.name}: {text}"
         elif seas and body.wave_forces.first_order:
-            found = shares_outside(wet[body.name], seas)
-            if found.below + found.above > OUTSIDE_WARNED:
+            range_losses = shares_outside(wet[body.name], seas)
+            if range_losses.below + range_losses.above > OUTSIDE_WARNED:
                 yield (
-                    f"{said_of_outside(found, body, wet[body.name])}: these waves have no"
+                    f"{outside_range_text(range_losses, body, wet[body.name])}: these waves have no"
                     " first-order loads"
                 )
     owner = np.append(np.arange(len(scene.bodies)), model.family.owner)

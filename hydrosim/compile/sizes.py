@@ -260,11 +260,11 @@ def memory_errors(
     if not groups:
         return ()
     duration = time + scene.duration  # a continued run remembers earlier velocities
-    found = [_spectra(group, duration) for group in groups]
-    w = np.unique(np.concatenate([_refine_frequencies(of.w) for of in found]))
+    spectra = [_spectra(group, duration) for group in groups]
+    w = np.unique(np.concatenate([_refine_frequencies(of.w) for of in spectra]))
     K = [
         _to_body_coordinates(group, at_frequencies(w, of.w, of.K))
-        for group, of in zip(groups, found, strict=True)
+        for group, of in zip(groups, spectra, strict=True)
     ]
     s = 1.0 / duration + 1j * w
     linear = _without_memory(model, state, time)
@@ -284,10 +284,10 @@ def memory_errors(
             float(group.memory.time[-1]),
             LONGER * float(group.memory.time[-1]),
             resolved_length(group.database.frequency),
-            change(group, own, _fit_error(group, w, of, duration)) if group.fits else None,
-            change(group, own, at_frequencies(w, of.w, of.cut)),
+            change(group, group_errors, _fit_error(group, w, of, duration)) if group.fits else None,
+            change(group, group_errors, at_frequencies(w, of.w, of.cut)),
         )
-        for group, of, own in zip(groups, found, admittances, strict=True)
+        for group, of, group_errors in zip(groups, spectra, admittances, strict=True)
     )
 
 

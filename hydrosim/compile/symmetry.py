@@ -164,25 +164,29 @@ def _unpaired_elements(elements: Mapping[str, ForceElement], y: float) -> Iterat
     left = [part for _, part in parts]
     for name, part in parts:
         image = part.mirror_image()
-        found = next((k for k, other in enumerate(left) if _is_equal(image, other)), None)
-        if found is None:
+        partner = next((k for k, other in enumerate(left) if _is_equal(image, other)), None)
+        if partner is None:
             yield name
         else:
-            del left[found]
+            del left[partner]
 
 
-def _is_equal(one: object, other: object) -> bool:
+def _is_equal(first: object, second: object) -> bool:
     """Whether parts of elements are equal entry by entry: numbers within `SYMMETRY_RTOL` of the
     largest number of their array."""
-    if type(one) is type(other) and is_dataclass(one):
-        return all(_is_equal(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
-    if isinstance(one, Mapping) and isinstance(other, Mapping):
-        return one.keys() == other.keys() and all(_is_equal(one[key], other[key]) for key in one)
-    if one is None or other is None:
-        return one is other
-    if is_dataclass(one) or isinstance(one, str | _Times):
-        return one == other
-    a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
+    if type(first) is type(second) and is_dataclass(first):
+        return all(
+            _is_equal(getattr(first, f.name), getattr(second, f.name)) for f in fields(first)
+        )
+    if isinstance(first, Mapping) and isinstance(second, Mapping):
+        return first.keys() == second.keys() and all(
+            _is_equal(first[key], second[key]) for key in first
+        )
+    if first is None or second is None:
+        return first is second
+    if is_dataclass(first) or isinstance(first, str | _Times):
+        return first == second
+    a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if a.shape != b.shape:
         return False
     infinite = np.isinf(a) | np.isinf(b)
@@ -207,7 +211,7 @@ def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[Scene | Non
         return None, calm.notes
     ignored = scene.solver.symmetry == Symmetry.IGNORE
     reasons = ["as solver.symmetry asks"] if ignored else list(_asymmetries(calm, sea))
-    moving = calm.facts.layout.moving()
+    moving = calm.derived.layout.moving()
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
     reasons = reasons or list(_at_start(calm, aside))
     if reasons:
@@ -245,19 +249,19 @@ def plane_of(scene: Scene) -> float:
 def not_mirrored(calm: Compiled, headings: np.ndarray) -> list[str]:
     """Why a scene in waves to -b is not the mirror image of that in waves to b, in words, for some
     of the ``headings`` b [rad]; nothing if it is for all of them."""
-    found = list(_asymmetries(calm, ()))
-    aside = {entry.name: _leads_aside(entry.coordinates) for entry in calm.facts.layout.moving()}
+    asymmetries = list(_asymmetries(calm, ()))
+    aside = {entry.name: _leads_aside(entry.coordinates) for entry in calm.derived.layout.moving()}
     state = calm.state
     leads = np.array([*aside.values()])
     if np.any(np.abs(state.y[: leads.size][leads]) > IN_PLANE_ATOL):
-        found.append("the state at the start")
+        asymmetries.append("the state at the start")
     elif not _is_mirrored_state(calm.model, state):
-        found.append("the contacts at the start")
+        asymmetries.append("the contacts at the start")
     for group in each_database(calm.wet):
         for name, db in group.alone.items():
             if _load_differs(db, headings):
-                found.append(f"first-order loads or mean drift on {name} ({db.source})")
-    return found
+                asymmetries.append(f"first-order loads or mean drift on {name} ({db.source})")
+    return asymmetries
 
 
 def _load_differs(db: HydroDatabase, headings: np.ndarray) -> bool:
@@ -267,9 +271,9 @@ def _load_differs(db: HydroDatabase, headings: np.ndarray) -> bool:
     for loads_at, table in tables.items():
         if table is None:
             continue
-        one, other = (loads_at(db, each.heading, each.omega) for each in (there, back))
+        load_there, load_back = (loads_at(db, wave.heading, wave.omega) for wave in (there, back))
         largest = np.abs(np.asarray(table)).reshape(-1, 2, 3).max(axis=(0, 2)).repeat(3)
-        if np.any(np.abs(one - MIRROR_SIGN * other) > SYMMETRY_RTOL * largest):
+        if np.any(np.abs(load_there - MIRROR_SIGN * load_back) > SYMMETRY_RTOL * largest):
             return True
     return False
 
@@ -342,28 +346,28 @@ def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarra
     waves = _probe(db.frequency, headings)
     second = wanted.second_order
     if wanted.first_order:
-        found = excitation_at(db, waves.heading, waves.omega)
-        yield from _load_aside("first-order loads", found, db.excitation, db)
+        load = excitation_at(db, waves.heading, waves.omega)
+        yield from _load_aside("first-order loads", load, db.excitation, db)
     if second not in (SecondOrder.NONE, SecondOrder.QTF):
-        found = mean_drift_at(db, waves.heading, waves.omega)
-        yield from _load_aside("mean drift", found, db.mean_drift, db)
+        load = mean_drift_at(db, waves.heading, waves.omega)
+        yield from _load_aside("mean drift", load, db.mean_drift, db)
     if second == SecondOrder.QTF or wanted.sum_frequency:
         few = _probe(np.asarray(db.qtf_frequency), headings)
         if second == SecondOrder.QTF:
-            found = difference_factors(db, few).pairs().T
-            yield from _load_aside("difference-frequency loads", found, db.qtf_difference, db)
+            load = difference_factors(db, few).pairs().T
+            yield from _load_aside("difference-frequency loads", load, db.qtf_difference, db)
         if wanted.sum_frequency:
-            found = sum_factors(db, few).pairs().T
-            yield from _load_aside("sum-frequency loads", found, db.qtf_sum, db)
+            load = sum_factors(db, few).pairs().T
+            yield from _load_aside("sum-frequency loads", load, db.qtf_sum, db)
 
 
 def _probe(frequency: np.ndarray, headings: np.ndarray) -> WaveComponents:
     """Waves of unit height at all frequencies, in all headings."""
     omega = np.tile(frequency, headings.size)
     heading = np.repeat(headings, frequency.size)
-    one = np.ones(omega.size)
+    ones = np.ones(omega.size)
     zero = np.zeros(omega.size)
-    return WaveComponents(omega, one, zero, zero, heading, 0.0, 0.0)
+    return WaveComponents(omega, ones, zero, zero, heading, 0.0, 0.0)
 
 
 def _load_aside(
@@ -422,7 +426,7 @@ def _growth(calm: Compiled, aside: np.ndarray) -> float:
     state = calm.state if calm.scene.initial is None else first_state(calm.scene, calm.model)
     jacobian = linearise(calm.model, state, time=calm.begin).jacobian
     J = jacobian[: aside.size, : aside.size][np.ix_(aside, aside)]
-    blocks = (J[np.ix_(own, own)] for own in find_components(J))
+    blocks = (J[np.ix_(component, component)] for component in find_components(J))
     return max(float(linalg.eigvals(block).real.max()) for block in blocks)
 
 
@@ -440,9 +444,9 @@ def _without_lateral(scene: Scene, aside: Collection[str]) -> Scene:
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return replace(scene, bodies=bodies)
-    kept = {
+    remaining = {
         name: [x for x in start.run[name].values if x not in aside]
         for name in ("state", "memory_dof")
         if name in start.run.dims
     }
-    return replace(scene, bodies=bodies, initial=replace(start, run=start.run.sel(kept)))
+    return replace(scene, bodies=bodies, initial=replace(start, run=start.run.sel(remaining)))

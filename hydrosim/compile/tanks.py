@@ -59,7 +59,7 @@ def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
 def check_tanks(body: Body) -> None:
     """Check rules that the keys of a case file ensure, for a body that is written in Python."""
     key = f"bodies.{body.name}"
-    known = {tank.name: tank for tank in body.tanks}
+    tanks_by_name = {tank.name: tank for tank in body.tanks}
     for tank in body.tanks:
         _check_level(f"{key}.tanks.{tank.name}.level", tank.level, tank)
         if tank.plan is not None and tank.name in unforeseen_tanks(body):
@@ -71,7 +71,7 @@ def check_tanks(body: Body) -> None:
         if tank.plan is not None:
             _check_plan(f"{key}.tanks.{tank.name}.plan", tank)
     for pump in body.pumps:
-        _check_pump(f"{key}.pumps.{pump.name}", pump, known, changing_tanks(body))
+        _check_pump(f"{key}.pumps.{pump.name}", pump, tanks_by_name, changing_tanks(body))
     if body.tanks and body.weight != Weight.CARRIED:
         raise InputError(
             f"{key}.weight: found {body.weight} and tanks; expected carried, because the contents"
@@ -199,27 +199,27 @@ def tanks_of(scene: Scene) -> Tanks:
         check_tanks(body)
     if not has_flow(scene):
         return no_tanks()
-    each = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing_tanks(body)]
-    index = {(b, tank.name): k for k, (b, tank) in enumerate(each)}
-    image = [index.get((b, _image(scene.bodies[b], t)), k) for k, (b, t) in enumerate(each)]
-    shapes = [_shape(tank, scene.bodies[b], scene) for b, tank in each]
+    changing = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing_tanks(body)]
+    index = {(b, tank.name): k for k, (b, tank) in enumerate(changing)}
+    image = [index.get((b, _image(scene.bodies[b], t)), k) for k, (b, t) in enumerate(changing)]
+    shapes = [_shape(tank, scene.bodies[b], scene) for b, tank in changing]
     cut = {(liquid.body, liquid.tank.name): k for k, liquid in enumerate(cut_tanks(scene))}
-    liquids = [cut.get((b, tank.name), -1) for b, tank in each]
+    liquids = [cut.get((b, tank.name), -1) for b, tank in changing]
     last = np.cumsum([len(shape) for shape in shapes]) - 1
     begun = [0, *(last[:-1] + 1)]
     flows, rates = _flows(scene, index)
     names = row_names(scene)
     pumping = {body.name for body in scene.bodies if changing_tanks(body)}
-    found = Tanks(
+    constants = Tanks(
         np.array(
             [
                 (b, t.density, capacity(t.shape), volume_at(t.shape, t.level), *places)
-                for (b, t), *places in zip(each, begun, last, image, liquids, strict=True)
+                for (b, t), *places in zip(changing, begun, last, image, liquids, strict=True)
             ],
             dtype=TANK,
         ),
         np.concatenate(shapes),
-        np.array([_rest(b, scene) for b in sorted({b for b, _ in each})], dtype=REST),
+        np.array([_rest(b, scene) for b in sorted({b for b, _ in changing})], dtype=REST),
         np.array(flows, dtype=FLOW),
         np.array(rates, dtype=PUMP_RATE_DTYPE),
         names.index(BALLAST),
@@ -227,8 +227,8 @@ def tanks_of(scene: Scene) -> Tanks:
         scene.environment.gravity,
         currents_on(scene, pumping),
     )
-    check_flow(scene, found)
-    return found
+    check_flow(scene, constants)
+    return constants
 
 
 def steady_surface(body: Body, scene: Scene) -> np.ndarray:
@@ -244,10 +244,10 @@ def steady_surface(body: Body, scene: Scene) -> np.ndarray:
 def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     """Pieces of a tank about the origin of its body, without the free surface if it is frozen or
     cut."""
-    found = pieces(tank.shape, np.asarray(body.centre_of_gravity))
+    tank_pieces = pieces(tank.shape, np.asarray(body.centre_of_gravity))
     if tank.surface == FreeSurface.FROZEN or cut_shape(tank, scene):
-        found["c"][:, SURFACE_MOMENT:] = 0.0
-    return found
+        tank_pieces["c"][:, SURFACE_MOMENT:] = 0.0
+    return tank_pieces
 
 
 def _contents_at_start(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
@@ -258,8 +258,8 @@ def _contents_at_start(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
 def _image(body: Body, tank: Tank) -> str:
     """Name of the tank that is the mirror image of a tank; its own name if there is none."""
     tanks, _ = image_indices(body)
-    found = tanks[body.tanks.index(tank)]
-    return tank.name if found is None else body.tanks[found].name
+    tank_image = tanks[body.tanks.index(tank)]
+    return tank.name if tank_image is None else body.tanks[tank_image].name
 
 
 def _rest(b: int, scene: Scene) -> tuple[object, ...]:
@@ -386,11 +386,11 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
 
 def _supported_bodies(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
     """Names of the bodies that float, that are held, or that hang on or rest on such bodies."""
-    found = {body.name for body in scene.bodies if _stands(body, alone)}
+    standing = {body.name for body in scene.bodies if _stands(body, alone)}
     links = list(_links(scene))
     for _ in scene.bodies:  # chains of bodies are at most this long
-        found |= {a for a, b in links if b is None or b in found}
-    return found
+        standing |= {a for a, b in links if b is None or b in standing}
+    return standing
 
 
 def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:

@@ -78,11 +78,13 @@ def check_scene(scene: Scene) -> None:
         for key, body in [("body", element.body), *element.connected_bodies()]:
             lacks = isinstance(body, str) and body not in names
             problems[f"forces.{name}.{key}: found {body}, which is no body of the scene"] = lacks
-    found = [problem for problem, there in problems.items() if there]
-    found += check_joints(scene)
-    found += [] if found else check_trees(scene)  # only of joints between known bodies
-    if found:
-        raise InputError("scene: " + "; ".join(found) + ".")
+    problems_found = [problem for problem, there in problems.items() if there]
+    problems_found += check_joints(scene)
+    problems_found += (
+        [] if problems_found else check_trees(scene)
+    )  # only of joints between known bodies
+    if problems_found:
+        raise InputError("scene: " + "; ".join(problems_found) + ".")
     for name, element in scene.forces.items():
         element.check(name)
     if scene.initial is None or scene.initial.time is not None:  # else once its run is opened

@@ -63,9 +63,9 @@ class MoorDyn:
         except RuntimeError as error:
             text = f"{file}: MoorDyn cannot read it ({error}); what it printed above has the line."
             raise InputError(text) from error
-        found = self._coupled_points()
-        self._owners = _owners(file, found, body)
-        self._rest = np.array(list(found.values()))
+        coupled = self._coupled_points()
+        self._owners = _owners(file, coupled, body)
+        self._rest = np.array(list(coupled.values()))
         self.bodies = list(dict.fromkeys(self._owners))
         self._points: np.ndarray | None = None
         self._time = -np.inf
@@ -76,19 +76,19 @@ class MoorDyn:
     def _coupled_points(self) -> dict[int, tuple[float, ...]]:
         """Places (3,) [m] of the coupled points, by their ID."""
         library = self._library
-        found = {}
+        locations = {}
         for number in range(1, library.GetNumberPoints(self._system) + 1):
             point = library.GetPoint(self._system, number)
             if library.GetPointType(point) == library.POINT_TYPE_COUPLED:
-                found[number] = tuple(library.GetPointPos(point))
+                locations[number] = tuple(library.GetPointPos(point))
         freedoms = library.NCoupledDOF(self._system)
-        if not found or freedoms != 3 * len(found):
+        if not locations or freedoms != 3 * len(locations):
             raise InputError(
-                f"{self._file}: found {freedoms} coupled degrees of freedom and {len(found)}"
+                f"{self._file}: found {freedoms} coupled degrees of freedom and {len(locations)}"
                 " coupled points; expected 3 for each of one or more points. Replace coupled"
                 " bodies and rods by coupled points."
             )
-        return found
+        return locations
 
     def __call__(self, t: float, state: Mapping[str, BodyState]) -> np.ndarray:
         """Wrenches (k, 6) [N, N m] on the bodies; raises ValueError if MoorDyn fails or if time
@@ -109,16 +109,16 @@ class MoorDyn:
         wrench = {name: np.zeros(6) for name in self.bodies}
         for name, (body, point), force in zip(self._owners, parts, forces, strict=True):
             wrench[name] += body.wrench(force, point)
-        found = np.array(list(wrench.values()))
-        return found if len(found) > 1 else found[0]
+        wrenches = np.array(list(wrench.values()))
+        return wrenches if len(wrenches) > 1 else wrenches[0]
 
     def _begin(self, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Forces (n, 3) [N] on the coupled points at the start."""
         library = self._library
         library.Init(self._system, place.ravel().tolist(), speed.ravel().tolist())
         numbers = range(1, library.GetNumberPoints(self._system) + 1)
-        each = [library.GetPoint(self._system, number) for number in numbers]
-        coupled = [p for p in each if library.GetPointType(p) == library.POINT_TYPE_COUPLED]
+        points = [library.GetPoint(self._system, number) for number in numbers]
+        coupled = [p for p in points if library.GetPointType(p) == library.POINT_TYPE_COUPLED]
         return np.array([library.GetPointForce(point) for point in coupled])
 
     def _go_on(self, t: float, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
@@ -191,17 +191,17 @@ def _library() -> Any:
 
 
 def _owners(
-    file: Path, found: Mapping[int, tuple[float, ...]], body: str | Mapping[int, str]
+    file: Path, points: Mapping[int, tuple[float, ...]], body: str | Mapping[int, str]
 ) -> list[str]:
     """Name of the body of each coupled point."""
     if isinstance(body, str):
-        return [body] * len(found)
-    if {*body} != {*found}:
+        return [body] * len(points)
+    if {*body} != {*points}:
         raise InputError(
             f"moordyn: found bodies for the points {sorted(body)}; expected one for each coupled"
-            f" point of {file}: {sorted(found)}."
+            f" point of {file}: {sorted(points)}."
         )
-    return [body[number] for number in found]
+    return [body[number] for number in points]
 
 
 def _own_step(file: Path) -> float:

@@ -57,11 +57,11 @@ class Simulation:
     ) -> None:
         scene = with_forces(prepare_scene(case), forces or {})
         compiled = compiled_to_run(scene)
-        if compiled.facts.exact:
+        if compiled.derived.exact:
             stepped = replace(scene.solver, linear=LinearScenes.STEP)
             compiled = compiled_to_run(replace(scene, solver=stepped))
-        kept = _continued_from(Path(checkpoint)) if checkpoint is not None else None
-        self._course = RunInProgress(compiled, kept)
+        earlier = _continued_from(Path(checkpoint)) if checkpoint is not None else None
+        self._course = RunInProgress(compiled, earlier)
         self._work = new_work(self._course.run.model)
         self._torn = False
         self._using = Lock()

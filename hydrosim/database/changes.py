@@ -20,7 +20,7 @@ from hydrosim.scene import Changes, Without
 
 # Change of a database to other centres of gravity; extraction of one body of several.
 
-MATRICES = (
+MATRIX_VARIABLES = (
     "added_mass",
     "radiation_damping",
     "added_mass_zero",
@@ -73,15 +73,15 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
         hydrostatic_stiffness=stiffness,
         added_mass=T.T @ db.added_mass @ T,
         radiation_damping=T.T @ db.radiation_damping @ T,
-        added_mass_zero=_matrix(db.added_mass_zero, T),
-        added_mass_infinite=_matrix(db.added_mass_infinite, T),
-        inertia_matrix=_matrix(db.inertia_matrix, T) if same_mass else None,
+        added_mass_zero=_transform_matrix(db.added_mass_zero, T),
+        added_mass_infinite=_transform_matrix(db.added_mass_infinite, T),
+        inertia_matrix=_transform_matrix(db.inertia_matrix, T) if same_mass else None,
         excitation=db.excitation @ T,
-        froude_krylov=_loads(db.froude_krylov, T),
-        mean_drift=_loads(db.mean_drift, T),
-        mean_drift_held=_loads(db.mean_drift_held, T),
-        qtf_difference=_loads(db.qtf_difference, T),
-        qtf_sum=_loads(db.qtf_sum, T),
+        froude_krylov=_transform_loads(db.froude_krylov, T),
+        mean_drift=_transform_loads(db.mean_drift, T),
+        mean_drift_held=_transform_loads(db.mean_drift_held, T),
+        qtf_difference=_transform_loads(db.qtf_difference, T),
+        qtf_sum=_transform_loads(db.qtf_sum, T),
     )
 
 
@@ -93,15 +93,15 @@ def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
     """
     if db.bodies == 1:
         return db
-    row, own = slice(index, index + 1), slice(6 * index, 6 * index + 6)
+    row, dofs = slice(index, index + 1), slice(6 * index, 6 * index + 6)
 
     def part(value: Any, *axes: slice) -> Any:
         return None if value is None else value[(..., *axes)]
 
     return replace(
         db,
-        **{name: part(getattr(db, name), own, own) for name in MATRICES},
-        **{name: part(getattr(db, name), own) for name in LOAD_NAMES},
+        **{name: part(getattr(db, name), dofs, dofs) for name in MATRIX_VARIABLES},
+        **{name: part(getattr(db, name), dofs) for name in LOAD_NAMES},
         **{name: part(getattr(db, name), row, slice(None)) for name in BODY_POINTS},
         volume=part(db.volume, row),
         drift_imbalance=None,
@@ -119,11 +119,11 @@ def velocity_transfer(offset: Real) -> Real:
     return T
 
 
-def _matrix(value: Real | None, T: Real) -> Real | None:
+def _transform_matrix(value: Real | None, T: Real) -> Real | None:
     return None if value is None else T.T @ value @ T
 
 
-def _loads(value: Real | Complex | None, T: Real) -> Any:
+def _transform_loads(value: Real | Complex | None, T: Real) -> Any:
     return None if value is None else value @ T
 
 
@@ -146,8 +146,8 @@ def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
         db = _uncouple_bodies(db)
     if changes.symmetrise:
         db = _symmetric(db)
-    said = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_change_words(changes)]
-    more = {CHANGED_ATTRIBUTE: "; ".join(said)} if said else {}
+    changes_text = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_change_words(changes)]
+    more = {CHANGED_ATTRIBUTE: "; ".join(changes_text)} if changes_text else {}
     if changes.accept:
         more[ACCEPTED_ATTRIBUTE] = ", ".join(
             [*accepted_findings(db), *map(_check_finding_name, changes.accept)]
@@ -202,9 +202,9 @@ def without_loads(db: HydroDatabase) -> HydroDatabase:
 def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
     """Database without the blocks of the matrices that couple bodies."""
     body = np.arange(6 * db.bodies) // 6
-    own = (body[:, None] == body).astype(float)
+    same_body = (body[:, None] == body).astype(float)
     attributes = {**db.attributes, BODIES_APART: "yes"}
-    return replace(db, **_matrices(db, own), attributes=attributes)
+    return replace(db, **_matrices(db, same_body), attributes=attributes)
 
 
 def _symmetric(db: HydroDatabase) -> HydroDatabase:
@@ -214,7 +214,7 @@ def _symmetric(db: HydroDatabase) -> HydroDatabase:
         db,
         **{
             name: (value + np.swapaxes(value, -1, -2)) / 2
-            for name in MATRICES
+            for name in MATRIX_VARIABLES
             if (value := getattr(db, name)) is not None
         },
     )
@@ -225,5 +225,5 @@ def _symmetric(db: HydroDatabase) -> HydroDatabase:
 
 
 def _matrices(db: HydroDatabase, weight: Real) -> dict[str, Any]:
-    values = {name: getattr(db, name) for name in MATRICES}
+    values = {name: getattr(db, name) for name in MATRIX_VARIABLES}
     return {name: value * weight for name, value in values.items() if value is not None}

@@ -75,7 +75,7 @@ def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
 def close_hull(corners: Triangles, source: str) -> Hull:
     """Hull with normals outward. Raises `InputError` if it is open, or if no part of it is below or
     above the water."""
-    found = with_outward_normals(corners, source)
+    triangles = with_outward_normals(corners, source)
     low = corners[..., 2].min()
     high = corners[..., 2].max()
     if not low < 0.0 < high:
@@ -85,7 +85,7 @@ def close_hull(corners: Triangles, source: str) -> Hull:
             " offset or depth. A load that starts in air is lifted by initial.position, not by its"
             " mesh."
         )
-    return Hull(found, source)
+    return Hull(triangles, source)
 
 
 def with_outward_normals(corners: Triangles, source: str) -> Triangles:
@@ -95,10 +95,10 @@ def with_outward_normals(corners: Triangles, source: str) -> Triangles:
     volumes = np.sum(area * corners.mean(axis=1), axis=0)
     open_by = np.abs(area.sum(axis=0)).max() / np.abs(area).sum()
     if open_by > OPEN_FRACTION or np.ptp(volumes) > OPEN_FRACTION * np.abs(volumes).max():
-        found = ", ".join(f"{volume:.6g}" for volume in volumes)
+        volumes_text = ", ".join(f"{volume:.6g}" for volume in volumes)
         raise InputError(
             f"{source}: found an open mesh: the sum of its area vectors is {open_by:.1e} of its"
-            f" area, and its volumes by x, y and z are {found} m^3; expected zero and equal"
+            f" area, and its volumes by x, y and z are {volumes_text} m^3; expected zero and equal"
             " volumes. Close the mesh, with a deck or lid, and turn all normals outward. A mesh"
             " that ends at the waterline has no shape above it."
         )
@@ -163,12 +163,12 @@ def _cut_at_waterline(triangle: np.ndarray) -> list[np.ndarray]:
 def read_quietly(read: Callable[[Path], Any], path: Path, formats: str) -> Any:
     """Mesh from a library's reader. Readers of many formats raise exceptions of many types; meshio
     prints messages and ends the program. This function turns all of that into one InputError."""
-    said = StringIO()
+    output = StringIO()
     try:
-        with redirect_stdout(said), redirect_stderr(said), np.errstate(all="ignore"):
+        with redirect_stdout(output), redirect_stderr(output), np.errstate(all="ignore"):
             return read(path)
     except (Exception, SystemExit) as error:
-        reason = error if isinstance(error, Exception) else " ".join(said.getvalue().split())
+        reason = error if isinstance(error, Exception) else " ".join(output.getvalue().split())
         raise InputError(
             f"{path}: cannot be read as a mesh ({reason}); expected a file that {formats}. Check"
             " that its suffix names its format, or export the mesh again."

@@ -17,7 +17,7 @@ from hydrosim.water.radiation.retardation import (
 )
 
 SIGNIFICANT_FRACTION = 1e-6  # of the diagonal functions: pairs below this are rounding
-STIFFNESS_UNITS = ("N/m", "N/rad", "N m/rad")  # unit of K, by the number of rotations in the pair
+RETARDATION_UNITS = ("N/m", "N/rad", "N m/rad")  # unit of K, by the number of rotations in the pair
 
 
 class Kernel(NamedTuple):
@@ -33,25 +33,30 @@ class Kernel(NamedTuple):
 def kernels(db: HydroDatabase, length: float, step: float) -> tuple[Real, list[Kernel], str]:
     """Times, and K(t) = 2/pi int B cos(w t) dw of the pairs that radiate, about the database's
     reference points, with the resolved length of memory. K_ij = K_ji, so one of them is given."""
-    found = retardation(db.frequency, db.added_mass, db.radiation_damping, length=length, step=step)
+    functions_by_pair = retardation(
+        db.frequency, db.added_mass, db.radiation_damping, length=length, step=step
+    )
     mean = (db.radiation_damping + db.radiation_damping.swapaxes(1, 2)) / 2
-    K, names = retardation_function(db.frequency, mean, found.time), dof_names(db.bodies)
+    K, names = (
+        retardation_function(db.frequency, mean, functions_by_pair.time),
+        dof_names(db.bodies),
+    )
     scale = diagonal_scale(K)
     seen = np.abs(K).max(axis=0) > SIGNIFICANT_FRACTION * np.outer(scale, scale)
     functions = [
         Kernel(
             f"{names[i]} {names[j]}",
-            STIFFNESS_UNITS[int(i % 6 > 2) + int(j % 6 > 2)],
+            RETARDATION_UNITS[int(i % 6 > 2) + int(j % 6 > 2)],
             K[:, i, j],
-            float(found.added_mass_infinite[i, j]),
+            float(functions_by_pair.added_mass_infinite[i, j]),
         )
         for i, j in np.argwhere(np.triu(seen))
     ]
-    report = str(found.report)
-    if length > (known := resolved_length(db.frequency)):
-        apart = f"{np.pi / known:.3g} rad/s apart"
-        report += f"\nfrequencies {apart} resolve {known:.3g} s: later values are an echo"
-    return found.time, functions, report
+    report = str(functions_by_pair.report)
+    if length > (resolved := resolved_length(db.frequency)):
+        apart = f"{np.pi / resolved:.3g} rad/s apart"
+        report += f"\nfrequencies {apart} resolve {resolved:.3g} s: later values are an echo"
+    return functions_by_pair.time, functions, report
 
 
 def write_table(db: HydroDatabase, time: Real, functions: list[Kernel], output: Output) -> None:
@@ -61,10 +66,12 @@ def write_table(db: HydroDatabase, time: Real, functions: list[Kernel], output: 
         f"# {output.mark}",
         f"# retardation functions K(t) = 2/pi int B(w) cos(w t) dw, about {points} m",
         "# added mass at infinite frequency (SI): "
-        + ", ".join(f"{one.name} {one.added_mass_infinite:.6g}" for one in functions),
-        ",".join(["time", *(one.name for one in functions)]),
-        ",".join(["[s]", *(f"[{one.unit}]" for one in functions)]),
+        + ", ".join(
+            f"{function.name} {function.added_mass_infinite:.6g}" for function in functions
+        ),
+        ",".join(["time", *(function.name for function in functions)]),
+        ",".join(["[s]", *(f"[{function.unit}]" for function in functions)]),
     ]
-    rows = np.column_stack([time, *(one.values for one in functions)])
+    rows = np.column_stack([time, *(function.values for function in functions)])
     with output.write_complete() as path:
         np.savetxt(path, rows, "%.9g", ",", header="\n".join(heading), comments="", encoding="utf8")

@@ -105,10 +105,10 @@ def _files(path: Path) -> list[Path]:
     if not reason:
         return [path]
     named = sorted(path.parent.glob(f"{escape(path.name)}.*")) if path.name else []
-    found = [file for file in named if not no_file(file)]
-    if not found:
+    files = [file for file in named if not no_file(file)]
+    if not files:
         raise InputError(f"{path}: {reason}; expected a hydrodynamic database.")
-    return found
+    return files
 
 
 def _head(file: Path) -> bytes:

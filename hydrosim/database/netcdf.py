@@ -248,10 +248,10 @@ def _attributes(db: HydroDatabase) -> dict[str, str]:
         "phase_convention": PHASE_CONVENTION,
         "port_starboard_symmetric": "yes" if db.port_starboard_symmetric else "no",
     }
-    own = dict(db.attributes)
-    if own.get(NUMBERS_ATTRIBUTE) != ALTERED:
-        own.pop(NUMBERS_ATTRIBUTE, None)
-    return {**standard, **own, CHECKSUM_ATTRIBUTE: db.checksum}
+    attributes = dict(db.attributes)
+    if attributes.get(NUMBERS_ATTRIBUTE) != ALTERED:
+        attributes.pop(NUMBERS_ATTRIBUTE, None)
+    return {**standard, **attributes, CHECKSUM_ATTRIBUTE: db.checksum}
 
 
 def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:

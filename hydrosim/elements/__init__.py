@@ -232,8 +232,8 @@ def kinds_with_mode_sets(parts: KindConstants) -> list[tuple[KindWithModeSets, A
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
     """Constants of all ``elements``; `assign_indices` assigns the indices of their states and
     modes."""
-    own = [kind for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
-    return Elements(**{kind.field: kind.compile(elements, layout) for kind in own})
+    element_kinds = [kind for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
+    return Elements(**{kind.field: kind.compile(elements, layout) for kind in element_kinds})
 
 
 def renumber_coordinates(
@@ -264,19 +264,21 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     likewise, and the integrals of losses, row by row, from ``losses`` on. Reactions of joints
     follow those of contact points. Constants with such indices have fields ``state``, ``mode``,
     ``losses`` and ``reaction``."""
-    found = {}
+    constants = {}
     mode = 0
     reaction = parts.elements.fenders.points.size
     for kind in ELEMENT_KINDS:
         p = kind.constants_in(parts)
         places = {"state": state, "mode": mode, "losses": losses, "reaction": reaction}
-        own = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
-        found[kind] = p._replace(**own) if own else p
+        indices = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
+        constants[kind] = p._replace(**indices) if indices else p
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
         reaction += _reaction_count(kind, p)
-    own = {kind.field: found[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)}
-    return IndexedConstants(Elements(**own), found[tanks.TANK_FLOW_KIND])
+    indices = {
+        kind.field: constants[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)
+    }
+    return IndexedConstants(Elements(**indices), constants[tanks.TANK_FLOW_KIND])
 
 
 def _reaction_count(kind: UnitKind, p: Any) -> int:
@@ -292,7 +294,7 @@ def state_count(parts: KindConstants, scene: Scene) -> int:
 
 
 def _state_count(kind: UnitKind, p: Any, scene: Scene) -> int:
-    return sum(len(own.owners) * len(own.components) for own in kind.states(p, scene))
+    return sum(len(blocks.owners) * len(blocks.components) for blocks in kind.states(p, scene))
 
 
 def tally_count(parts: KindConstants) -> int:
@@ -324,17 +326,17 @@ def modes_of_kind(kind: UnitKind, p: Any, modes: np.ndarray) -> np.ndarray:
 def losses(parts: KindConstants, observed: Mapping[str, np.ndarray]) -> dict[int, np.ndarray]:
     """Energy lost (nt,) [J] by row of forces, beyond the booked dissipation, from the values
     ``observed`` of the units of each kind."""
-    found: dict[int, np.ndarray] = {}
+    losses_by_index: dict[int, np.ndarray] = {}
     for kind in ELEMENT_KINDS:
         if isinstance(kind, HasLosses):
-            found |= kind.losses(kind.constants_in(parts), observed[kind.unit])
-    return found
+            losses_by_index |= kind.losses(kind.constants_in(parts), observed[kind.unit])
+    return losses_by_index
 
 
 def is_mirrored(parts: KindConstants, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the states and modes of all kinds are mirror symmetric about y = 0."""
-    own = [kind for kind in ELEMENT_KINDS if isinstance(kind, HasMirrorSymmetry)]
-    return all(kind.is_mirrored(kind.constants_in(parts), y, modes) for kind in own)
+    mirrored_kinds = [kind for kind in ELEMENT_KINDS if isinstance(kind, HasMirrorSymmetry)]
+    return all(kind.is_mirrored(kind.constants_in(parts), y, modes) for kind in mirrored_kinds)
 
 
 def mode_row_names(parts: KindConstants, scene: Scene) -> list[str]:
@@ -365,8 +367,8 @@ def resistances(parts: KindConstants) -> Iterator[LinearResistance]:
 
 def has_kind(element: ForceElement) -> bool:
     """True if a kind has this element."""
-    own = [kind.classes for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
-    return any(isinstance(element, classes) for classes in own)
+    kind_classes = [kind.classes for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
+    return any(isinstance(element, classes) for classes in kind_classes)
 
 
 def given_rows(elements: Elements) -> np.ndarray:
@@ -473,9 +475,9 @@ def functions_at_stages(
 
 def without_numbers(elements: Elements) -> Elements:
     """The same elements without what differs between two makings of them: numbers of functions."""
-    each = elements.externals.each.copy()
-    each["number"] = 0
-    return elements._replace(externals=elements.externals._replace(each=each))
+    externals = elements.externals.each.copy()
+    externals["number"] = 0
+    return elements._replace(externals=elements.externals._replace(each=externals))
 
 
 def signals_of(elements: Mapping[str, ForceElement]) -> Iterator[tuple[str, Signal]]:

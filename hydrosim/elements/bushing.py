@@ -367,12 +367,12 @@ class BushingKind(ElementKind):
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, "it has turned by half a turn, where its rotation vector is not defined"
 
-    def record(self, p: BushingConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", "bushing", "dof")
+    def record(self, p: BushingConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", "bushing", "dof")
         return {
-            "bushing_displacement": (each, kept.observed[:, :, :6]),
-            "bushing_load": (each, kept.observed[:, :, 6:]),
-            "bushing_mode": (each[:2], kept.modes[:, :, MODE].astype(np.int8)),
+            "bushing_displacement": (dims, unit_record.observed[:, :, :6]),
+            "bushing_load": (dims, unit_record.observed[:, :, 6:]),
+            "bushing_mode": (dims[:2], unit_record.modes[:, :, MODE].astype(np.int8)),
         }
 
 

@@ -79,8 +79,8 @@ class LinearDamping(ForceElement):
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
         """Damping changes in axes that turn, unless it is invariant about the axis of the turn."""
-        each = turns.elements.linear_dampings
-        damping = next(e["damping"] for e in each if e["row"] == turns.row)
+        dampings = turns.elements.linear_dampings
+        damping = next(e["damping"] for e in dampings if e["row"] == turns.row)
         changes = turns.exact and any(_depends_on_turn(damping, angle) for angle in turns.free)
         return f"{name} turns with {self.body}" if changes else None
 
@@ -121,8 +121,8 @@ def _damping(
     moorings = linear_mooring.compile_elements(elements, layout)
     moored = moorings["stiffness"][moorings["body"] == body].sum(axis=0)
     axes = axes_at_rest(layout.heading[body])
-    found = layout.resonance(body, np.diag(axes.T @ moored @ axes))
-    for dof, ratio, stiffness in zip(DOFS, element.damping_ratio, found.stiffness, strict=True):
+    resonance = layout.resonance(body, np.diag(axes.T @ moored @ axes))
+    for dof, ratio, stiffness in zip(DOFS, element.damping_ratio, resonance.stiffness, strict=True):
         if ratio and not stiffness > 0.0:
             raise InputError(
                 f"forces.{name}.damping_ratio.{dof}: found a ratio where hydrostatics and linear"
@@ -130,7 +130,7 @@ def _damping(
                 " damping. Add stiffness, or give damping instead; in roll and pitch, check the"
                 " height of the centre of gravity."
             )
-    critical = 2.0 * np.sqrt(np.maximum(found.stiffness, 0.0) * found.mass)
+    critical = 2.0 * np.sqrt(np.maximum(resonance.stiffness, 0.0) * resonance.mass)
     return np.diag(element.damping_ratio * critical)
 
 

@@ -27,9 +27,9 @@ LEAD = 0.2  # of a period: the fit begins so long before the first crossing of t
 SMOOTHED = 0.1  # of a period: a moving mean, so that noise makes no crossings
 TAIL = 0.25  # of a record: the mean of its whole periods is about that of the motion
 LARGE_ROLL_FRACTION = 0.98  # of the largest roll
-PADDING = 8  # lengths of a record in its periodogram
-REGROWTH = 1.5  # ratio of swings that no decay has
-REGROWN = 0.25  # of the largest swing: swings that are no noise
+PADDING_RATIO = 8  # lengths of a record in its periodogram
+MAX_REGROWTH_RATIO = 1.5  # ratio of swings that no decay has
+MIN_REGROWN_FRACTION = 0.25  # of the largest swing: swings that are no noise
 SMALL_SWING_FRACTION = 0.05  # of the largest swing: swings that waves in the basin hide
 SMALL_TEXT = f"the roll is below {100.0 * SMALL_SWING_FRACTION:g} % of the largest"
 
@@ -93,8 +93,8 @@ def decay_of(
     frequency = _frequency(angle, step)
     period = 2.0 * np.pi / frequency
     if period < MIN_VALUES_PER_PERIOD * step:
-        found = f"{period / step:.2g} values in a period"
-        _refuse(found, f"at least {MIN_VALUES_PER_PERIOD:g}", "record it in smaller steps")
+        text = f"{period / step:.2g} values in a period"
+        _refuse(text, f"at least {MIN_VALUES_PER_PERIOD:g}", "record it in smaller steps")
     notes = []
     count = int(period / step / MAX_VALUES_PER_PERIOD)
     if count > 1:
@@ -110,8 +110,8 @@ def decay_of(
         notes.append(f"the fit ends at {time[last]:.4g} s, where {reason}")
     duration = (last - 1 - first) * step
     if duration < MIN_PERIODS * period or last - first < MIN_VALUES:
-        found = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[first]:.4g} s on"
-        _refuse(found, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
+        text = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[first]:.4g} s on"
+        _refuse(text, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
     time = time[first:last]
     angle = angle[first:last]
     size = float(np.abs(_detrend(angle)).max())
@@ -128,14 +128,14 @@ def _require_series(time: np.ndarray, angle: np.ndarray) -> None:
         _refuse("times with gaps or unequal steps", expected, "resample the record")
     largest = float(np.abs(angle).max())
     if largest > MAX_ROLL_RAD:
-        found = f"a roll of {np.degrees(largest):.3g} deg"
-        _refuse(found, "angles within 180 deg", "check the column and its unit")
+        text = f"a roll of {np.degrees(largest):.3g} deg"
+        _refuse(text, "angles within 180 deg", "check the column and its unit")
     if np.abs(angle - angle[0]).max() < MIN_ROLL_RAD:
         _refuse("a roll that does not move", "a roll that oscillates", "check the column")
 
 
-def _refuse(found: str, expected: str, remedy: str) -> NoReturn:
-    raise InputError(f"found {found}; expected {expected}; {remedy}.")
+def _refuse(text: str, expected: str, remedy: str) -> NoReturn:
+    raise InputError(f"found {text}; expected {expected}; {remedy}.")
 
 
 def block_means(values: np.ndarray, count: int) -> np.ndarray:
@@ -160,9 +160,9 @@ def _frequency(angle: np.ndarray, step: float) -> float:
     """Frequency [rad/s] of the peak of the periodogram from the largest roll on, of at least one
     and a half cycles."""
     x = angle[min(_first_large(angle - angle.mean()), angle.size // 2) :]
-    size = PADDING * x.size
+    size = PADDING_RATIO * x.size
     power = np.abs(np.fft.rfft(x - x.mean(), size))
-    first = int(1.5 * PADDING)
+    first = int(1.5 * PADDING_RATIO)
     return float(2.0 * np.pi * (first + np.argmax(power[first:])) / (size * step))
 
 
@@ -179,8 +179,8 @@ def _find_release(angle: np.ndarray, period: float) -> int:
     largest = _first_large(swing)
     crossings = np.flatnonzero(swing[largest:-1] * swing[largest + 1 :] < 0.0)
     if not crossings.size:
-        found = "no crossing of the mean after the largest roll"
-        _refuse(found, "a roll that oscillates", "give another part of the record or its column")
+        text = "no crossing of the mean after the largest roll"
+        _refuse(text, "a roll that oscillates", "give another part of the record or its column")
     return max(largest + int(crossings[0]) - int(LEAD * period), 0)
 
 
@@ -190,7 +190,9 @@ def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
     edges = np.arange(0.0, max(swing.size - period, 1.0), 0.5 * period).astype(int)
     sizes = np.array([np.ptp(swing[k : k + int(period)]) for k in edges])
     shares = sizes / sizes.max()
-    grown = (sizes > REGROWTH * np.minimum.accumulate(sizes)) & (shares > REGROWN)
+    grown = (sizes > MAX_REGROWTH_RATIO * np.minimum.accumulate(sizes)) & (
+        shares > MIN_REGROWN_FRACTION
+    )
     ends = [
         (edges[np.argmax(grown)] if grown.any() else swing.size, "the roll grows again"),
         (
@@ -231,11 +233,13 @@ def _require_seconds(stamp: RecordedColumn) -> None:
 
 def _scale(angle: RecordedColumn, unit: str | None) -> float:
     """Factor of the column to rad."""
-    said = unit or angle.unit
-    if not said:
-        found = f"the column {angle.name} without a unit"
-        _refuse(found, "roll in deg or rad", 'write it in the heading, "roll [deg]", or give unit')
+    unit_text = unit or angle.unit
+    if not unit_text:
+        text = f"the column {angle.name} without a unit"
+        _refuse(text, "roll in deg or rad", 'write it in the heading, "roll [deg]", or give unit')
     try:
-        return factor(said, "rad")
+        return factor(unit_text, "rad")
     except ValueError:
-        _refuse(f"the column {angle.name} in {said}", "an angle in deg or rad", "name its column")
+        _refuse(
+            f"the column {angle.name} in {unit_text}", "an angle in deg or rad", "name its column"
+        )

@@ -105,13 +105,13 @@ class DriveConstants(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> DriveConstants:
     """Constants of the drives among ``elements``."""
     drives = {name: e for name, e in elements.items() if isinstance(e, Drive)}
-    each = np.zeros(len(drives), dtype=DRIVE)
+    constants = np.zeros(len(drives), dtype=DRIVE)
     signals, pieces = compile_signals([e.position for e in drives.values()])
     for i, (name, e) in enumerate(drives.items()):
         place = _body_place(e, layout) if e.joint is None else _joint_place(e, layout)
         cornered = corners(e.position).size > 0
-        each[i] = (place[0], layout.row[name], *place[1:], cornered, signals[i])
-    return DriveConstants(each, pieces, 0, 0)
+        constants[i] = (place[0], layout.row[name], *place[1:], cornered, signals[i])
+    return DriveConstants(constants, pieces, 0, 0)
 
 
 def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
@@ -270,8 +270,8 @@ class DriveKind(ElementKind):
         ),
     }
 
-    def record(self, p: DriveConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        return {"drive_force": (("time", self.unit), kept.observed[:, :, 0])}
+    def record(self, p: DriveConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        return {"drive_force": (("time", self.unit), unit_record.observed[:, :, 0])}
 
 
 DRIVE_KIND = DriveKind("drives", (Drive,), compile_elements)

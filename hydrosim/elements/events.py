@@ -108,7 +108,7 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
     if elements.springs.lines.size > 0:
         spring.set_initial_modes(t, modes, motion, bodies, elements.springs)
     if tanks.flows.size > 0:
-        pumping.settle(t, modes, tanks)
+        pumping.set_initial_modes(t, modes, tanks)
     if elements.links.links.size > 0:
         link.set_initial_modes(modes, motion, bodies, elements.links)
     if elements.bushings.each.size > 0:
@@ -142,7 +142,7 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     if springs.lines.size > 0:
         spring.find_margins(t, modes, motion, bodies, springs, out)
     if tanks.flows.size > 0:
-        pumping.margins(t, y, modes, tanks, out)
+        pumping.find_margins(t, y, modes, tanks, out)
     if elements.links.links.size > 0:
         link.find_margins(modes, motion, bodies, elements.links, out)
     if elements.bushings.each.size > 0:
@@ -222,7 +222,7 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
         link.transition(row - elements.links.mode, which, modes, motion, bodies, elements.links)
         return
     if row >= tanks.mode and tanks.flows.size > 0:
-        pumping.switch(row - tanks.mode, which, t, modes, tanks)
+        pumping.switch_flow(row - tanks.mode, which, t, modes, tanks)
         return
     if row >= springs.mode and springs.lines.size > 0:
         spring.transition(row - springs.mode, which, t, modes, motion, bodies, springs)
@@ -242,9 +242,9 @@ def is_trigger(row, elements):
 def book_stored(row, sign, y, stored, elements):
     """Count the energy ``stored`` (rows,) in the element of a trigger, with this ``sign``, as lost;
     contacts do this themselves."""
-    one = elements.triggers.each[row - elements.triggers.mode]
-    if one.points == 0:
-        y[elements.triggers.losses + one.row] += sign * stored[one.row]
+    unit = elements.triggers.each[row - elements.triggers.mode]
+    if unit.points == 0:
+        y[elements.triggers.losses + unit.row] += sign * stored[unit.row]
 
 
 @kernel
@@ -273,7 +273,7 @@ def guard_dependencies(row, part, elements, tanks):
     return k, k + 1
 
 
-def held_points(elements: Elements) -> int:
+def count_reaction_rows(elements: Elements) -> int:
     """Number of the points with directions of slip, or reactions of rigid friction; and of the
     joints, motions of joints and drives with reactions."""
     joints = elements.locks.each.size + elements.joint_motions.each.size

@@ -163,9 +163,14 @@ class Caller:
         self._has_called = False
 
     def answer(
-        self, t: float, exact: bool, own: np.ndarray, velocity: np.ndarray, rotation: np.ndarray
+        self,
+        t: float,
+        exact: bool,
+        coordinates: np.ndarray,
+        velocity: np.ndarray,
+        rotation: np.ndarray,
     ) -> bool:
-        """Replace the coordinates ``own`` (6 nb,) of all bodies by the wrenches on them. Returns
+        """Replace the ``coordinates`` (6 nb,) of all bodies by the wrenches on them. Returns
         false, and keeps the error, if the function raises or returns no wrench."""
         if self.error is not None:
             return False
@@ -174,18 +179,20 @@ class Caller:
             catching.catches = True
             if self._remembers:
                 self._check_owner()
-            each = body_states(self._names, self._references, own, velocity, rotation, exact)
-            wrench = self._wrench(self._function(t, each))
+            states = body_states(
+                self._names, self._references, coordinates, velocity, rotation, exact
+            )
+            wrench = self._wrench(self._function(t, states))
             if self._point is not None:
-                first = each[self._names[self._bodies[0]]]
+                first = states[self._names[self._bodies[0]]]
                 wrench[0, 3:] += first.wrench(wrench[0, :3], self._point)[3:]
         except BaseException as error:  # also an interrupt: machine code knows no exceptions
             catching.catches = before
             self.error = error
             return False
         catching.catches = before
-        own[:] = 0.0
-        own.reshape(-1, 6)[self._bodies] = wrench
+        coordinates[:] = 0.0
+        coordinates.reshape(-1, 6)[self._bodies] = wrench
         return True
 
     def _check_owner(self) -> None:
@@ -278,8 +285,8 @@ class External(ForceElement):
     def check(self, name: str) -> None:
         key = f"forces.{name}"
         if not callable(self.function):
-            found = type(self.function).__name__
-            raise InputError(f"{key}.function: found {found}; expected a function f(t, state).")
+            type_name = type(self.function).__name__
+            raise InputError(f"{key}.function: found {type_name}; expected a function f(t, state).")
         if self.coupling not in [*Coupling]:
             expected = ", ".join(Coupling)
             raise InputError(f"{key}.coupling: found {self.coupling}; expected {expected}.")
@@ -294,7 +301,7 @@ class External(ForceElement):
                 " several bodies, return wrenches about their centres of gravity"
                 " (`BodyState.wrench`)."
             )
-        if strangers := [each for each in self.also if not isinstance(each, str)]:
+        if strangers := [body for body in self.also if not isinstance(body, str)]:
             raise InputError(f"{key}.also: found {strangers[0]!r}; expected names of bodies.")
         if len({self.body, *self.also}) < 1 + len(self.also):
             raise InputError(f"{key}.also: found a body twice; expected different bodies.")
@@ -307,8 +314,8 @@ class External(ForceElement):
     @property
     def restarts(self) -> bool:
         """Whether a run can start from the end of another one with this force."""
-        kept = all(hasattr(self.function, name) for name in ("get_state", "set_state"))
-        return not self.delayed or self.repeatable or kept
+        has_state = all(hasattr(self.function, name) for name in ("get_state", "set_state"))
+        return not self.delayed or self.repeatable or has_state
 
     def describe(self) -> str:
         """Description for records."""
@@ -322,8 +329,8 @@ class External(ForceElement):
     @property
     def error(self) -> BaseException | None:
         """Error of its last call, if it failed."""
-        found = (caller.error for caller in self._callers.values())
-        return next((error for error in found if error is not None), None)
+        errors = (caller.error for caller in self._callers.values())
+        return next((error for error in errors if error is not None), None)
 
     def caller(self, layout: Layout) -> Caller:
         """What kernels call, for bodies as in ``layout``; an earlier error is forgotten."""
@@ -439,30 +446,30 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
     """Write the wrench [N, N m] of every function to its row of ``wrench``, and its power [W] to
     ``rate``, in place."""
     for e in p.each:
-        own = wrench[e.row]
+        wrenches = wrench[e.row]
         if e.way == STAGE:
-            call_user_function(e, t, motion, bodies, own)
+            call_user_function(e, t, motion, bodies, wrenches)
         else:
-            predict_wrench(e, t, y, p, own)
+            predict_wrench(e, t, y, p, wrenches)
             first = p.state + e.state
             clear(dy[first : first + 18 * e.bodies + SCALARS])
         power = 0.0
-        for i in range(own.size):
-            power += own[i] * motion.velocity[i]
+        for i in range(wrenches.size):
+            power += wrenches[i] * motion.velocity[i]
         rate[e.row] += power
 
 
 @kernel
-def call_user_function(e, t, motion, bodies, own):
-    """Wrenches ``own`` (6 nb,) that the function gives now; NaN and 0 if it fails."""
-    assign(own, motion.coordinates)
+def call_user_function(e, t, motion, bodies, wrenches):
+    """The ``wrenches`` (6 nb,) that the function gives now; NaN and 0 if it fails."""
+    assign(wrenches, motion.coordinates)
     if bodies.tree.branches.size > 0:
-        record_angles(bodies, motion, own)
+        record_angles(bodies, motion, wrenches)
     exact = 1 if bodies.exact else 0
-    given = call_python(e.number, t, exact, own, motion.velocity, motion.rotation)
+    given = call_python(e.number, t, exact, wrenches, motion.velocity, motion.rotation)
     if given == 0:
-        for i in range(own.size):
-            own[i] = nan
+        for i in range(wrenches.size):
+            wrenches[i] = nan
     return given
 
 
@@ -475,8 +482,8 @@ def call_at_stage(t, motion, bodies, p, wrench):
 
 
 @kernel
-def predict_wrench(e, t, y, p, own):
-    """Write to ``own`` (6 nb,) the value that is kept or extrapolated to ``t``."""
+def predict_wrench(e, t, y, p, wrenches):
+    """Write to ``wrenches`` (6 nb,) the values that is kept or extrapolated to ``t``."""
     value = p.state + e.state
     before = value + 6 * e.bodies
     scalar = value + 18 * e.bodies
@@ -489,7 +496,7 @@ def predict_wrench(e, t, y, p, own):
         b = p.members[e.body + k]
         for i in range(6):
             last = y[value + 6 * k + i]
-            own[6 * b + i] = last + ahead * (last - y[before + 6 * k + i])
+            wrenches[6 * b + i] = last + ahead * (last - y[before + 6 * k + i])
 
 
 @kernel
@@ -506,14 +513,14 @@ def sample_user_functions(t, jumped, ahead, y, motion, bodies, p, wrench):
     good = True
     for e in p.each:
         if e.way != STAGE:
-            own = wrench[e.row]
-            if not sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
+            wrenches = wrench[e.row]
+            if not sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, wrenches):
                 good = False
     return good
 
 
 @kernel
-def sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
+def sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, wrenches):
     """Call a function, unless it was called at this time; returns false if it fails."""
     scalar = p.state + e.state + 18 * e.bodies
     calls = y[scalar + CALLS]
@@ -526,25 +533,25 @@ def sample_user_function(e, t, jumped, ahead, y, motion, bodies, p, own):
     force = 0.0
     moment = 0.0
     if calls > 0.0:
-        clear(own)
-        predict_wrench(e, t, y, p, own)
-        passed = work_of_rest(e, step, y, motion, p, own)
+        clear(wrenches)
+        predict_wrench(e, t, y, p, wrenches)
+        passed = work_of_rest(e, step, y, motion, p, wrenches)
         if follows_line(e, y, p):
-            force, moment = largest_of(e, p, own)
-    if call_user_function(e, t, motion, bodies, own) == 0:
+            force, moment = largest_of(e, p, wrenches)
+    if call_user_function(e, t, motion, bodies, wrenches) == 0:
         return False
     if calls > 0.0:
-        y[scalar + DELAY_ENERGY] += passed - work_of_rest(e, step, y, motion, p, own)
-    compare_sizes(e, force, moment, y, p, own)
-    store_sample(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, own)
+        y[scalar + DELAY_ENERGY] += passed - work_of_rest(e, step, y, motion, p, wrenches)
+    compare_sizes(e, force, moment, y, p, wrenches)
+    store_sample(e, t, jumped, SHORTEST_LINE * ahead, y, motion, p, wrenches)
     y[scalar + CALLS] = calls + 1.0
     return True
 
 
 @kernel
-def store_sample(e, t, jumped, shortest, y, motion, p, own):
-    """Keep the value ``own`` (6 nb,) of a call at ``t``, and the earlier value of its line, which
-    is the ``shortest`` [s] or longer."""
+def store_sample(e, t, jumped, shortest, y, motion, p, wrenches):
+    """Keep the ``wrenches`` (6 nb,) of a call at ``t``, and the earlier value of its line,
+    which is the ``shortest`` [s] or longer."""
     value = p.state + e.state
     before = value + 6 * e.bodies
     speed = value + 12 * e.bodies
@@ -560,7 +567,7 @@ def store_sample(e, t, jumped, shortest, y, motion, p, own):
         for i in range(6):
             j = 6 * k + i
             y[before + j] = (1.0 - x) * y[before + j] + x * y[value + j]
-            y[value + j] = own[6 * b + i]
+            y[value + j] = wrenches[6 * b + i]
             y[speed + j] = motion.velocity[6 * b + i]
     y[scalar + EARLIER_CALL_TIME] = (1.0 - x) * time_before + x * time
     y[scalar + CALL_TIME] = t
@@ -572,25 +579,27 @@ def store_sample(e, t, jumped, shortest, y, motion, p, own):
 
 
 @kernel
-def largest_of(e, p, own):
-    """The largest force [N] and the largest moment [N m] on a body among the wrenches ``own``
+def largest_of(e, p, wrenches):
+    """The largest force [N] and the largest moment [N m] on a body among ``wrenches``
     (6 nb,)."""
     force = 0.0
     moment = 0.0
     for k in range(e.bodies):
         b = 6 * p.members[e.body + k]
-        force = max(force, sqrt(own[b] ** 2 + own[b + 1] ** 2 + own[b + 2] ** 2))
-        moment = max(moment, sqrt(own[b + 3] ** 2 + own[b + 4] ** 2 + own[b + 5] ** 2))
+        force = max(force, sqrt(wrenches[b] ** 2 + wrenches[b + 1] ** 2 + wrenches[b + 2] ** 2))
+        moment = max(
+            moment, sqrt(wrenches[b + 3] ** 2 + wrenches[b + 4] ** 2 + wrenches[b + 5] ** 2)
+        )
     return force, moment
 
 
 @kernel
-def compare_sizes(e, force, moment, y, p, own):
+def compare_sizes(e, force, moment, y, p, wrenches):
     """Compare the largest continued ``force`` [N] and ``moment`` [N m] with the largest that the
-    function has returned, ``own`` (6 nb,) included. Parts of a wrench that are rounding of the
+    function has returned, ``wrenches`` (6 nb,) included. Parts of a wrench that are rounding of the
     other do not count."""
     scalar = p.state + e.state + 18 * e.bodies
-    returned_force, returned_moment = largest_of(e, p, own)
+    returned_force, returned_moment = largest_of(e, p, wrenches)
     largest_force = max(returned_force, y[scalar + LARGEST_FORCE])
     largest_moment = max(returned_moment, y[scalar + LARGEST_MOMENT])
     y[scalar + LARGEST_FORCE] = largest_force
@@ -602,9 +611,9 @@ def compare_sizes(e, force, moment, y, p, own):
 
 
 @kernel
-def work_of_rest(e, step, y, motion, p, own):
-    """Work [J] over the last ``step`` [s] of a difference of forces that is ``own`` (6 nb,) at its
-    end and grows from zero."""
+def work_of_rest(e, step, y, motion, p, wrenches):
+    """Work [J] over the last ``step`` [s] of a difference of forces that is ``wrenches`` (6 nb,) at
+    its end and grows from zero."""
     speed = p.state + e.state + 12 * e.bodies
     scalar = p.state + e.state + 18 * e.bodies
     at_start = 1.0 / 6.0
@@ -618,7 +627,7 @@ def work_of_rest(e, step, y, motion, p, own):
         b = p.members[e.body + k]
         for i in range(6):
             v = at_start * y[speed + 6 * k + i] + at_end * motion.velocity[6 * b + i]
-            work += step * own[6 * b + i] * v
+            work += step * wrenches[6 * b + i] * v
     return work
 
 
@@ -648,13 +657,13 @@ class ExternalKind(ElementKind):
         for name, e in scene.forces.items():
             if isinstance(e, External) and e.delayed:
                 bodies = (e.body, *e.also)
-                each = [
+                components = [
                     f"{what} {d} on {body}" for what in VECTORS for body in bodies for d in DOFS
                 ]
-                yield StateBlocks("external", [name], [*each, *SCALAR_NAMES])
+                yield StateBlocks("external", [name], [*components, *SCALAR_NAMES])
 
-    def record(self, p: ExternalConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        calls, energy = np.moveaxis(kept.observed, -1, 0)
+    def record(self, p: ExternalConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        calls, energy = np.moveaxis(unit_record.observed, -1, 0)
         along = ("time", "external")
         return {"external_calls": (along, calls), "external_delay_energy": (along, energy)}
 

@@ -41,9 +41,9 @@ def row_names(scene: Scene) -> tuple[str, ...]:
     """Names of all rows of forces: bodies, elements, joints in whose motions forces act, the weight
     if any body carries its own, the flow in and out of tanks, and joints that are constraints."""
     carried = any(body.weight == Weight.CARRIED for body in scene.bodies)
-    own = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
-    own += [JOINTS] if constraint_names(scene) else []
-    return (*BODY_ROWS, *scene.forces, *acting_joints(scene), *own)
+    extra_rows = [*([WEIGHT] if carried else []), *([BALLAST] if has_flow(scene) else [])]
+    extra_rows += [JOINTS] if constraint_names(scene) else []
+    return (*BODY_ROWS, *scene.forces, *acting_joints(scene), *extra_rows)
 
 
 def acting_joints(scene: Scene) -> tuple[str, ...]:
@@ -56,8 +56,8 @@ def constraint_names(scene: Scene) -> tuple[str, ...]:
     """Names of the joints that are constraints: loops, and locks."""
     if not scene.joints:
         return ()
-    found = arrangement(scene)
-    return (*found.loops, *found.passing)
+    joint_tree = arrangement(scene)
+    return (*joint_tree.loops, *joint_tree.passing)
 
 
 def carried_weights(scene: Scene) -> dict[str, float]:
@@ -74,7 +74,7 @@ def has_flow(scene: Scene) -> bool:
     return any(body.pumps or any(t.plan for t in body.tanks) for body in scene.bodies)
 
 
-class ResonanceTerms(NamedTuple):
+class UncoupledResonance(NamedTuple):
     """Values per DOF (6,) along the body's axes at rest, with w_n^2 = k / (m + a(w_n)) and no
     coupling: the ``stiffness`` k, hydrostatics included, and the ``mass`` m + a(w_n)."""
 
@@ -127,8 +127,9 @@ class Layout:
     """Indices of bodies by name, rows of forces by element name, and properties that elements need.
 
     ``current_profile`` is the current over the depth, ``wind`` the mean wind over the height.
-    ``resonance`` (body, stiffness (6,)) returns the `ResonanceTerms` of a body with this additional
-    stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its `RollMode`.
+    ``resonance`` (body, stiffness (6,)) returns the `UncoupledResonance` of a body with this
+    additional stiffness along its axes at rest; ``roll_mode`` (body, stiffness (6, 6)) returns its
+    `RollMode`.
     ``heading`` [rad] is the heading of each body at rest,
     ``weight`` [N] its weight. ``step`` [s] is the step of a method with equal steps, which cannot
     follow faster processes; 0 for other methods. ``events`` is true if steps end at events.
@@ -147,7 +148,7 @@ class Layout:
     row: dict[str, int]
     current_profile: TabulatedCurrent
     wind: MeanWind
-    resonance: Callable[[int, np.ndarray], ResonanceTerms]
+    resonance: Callable[[int, np.ndarray], UncoupledResonance]
     roll_mode: Callable[[int, np.ndarray], RollMode]
     heading: tuple[float, ...]
     weight: tuple[float, ...] = ()
@@ -201,14 +202,14 @@ def unit_ranges(
 ) -> dict[str, tuple[int, int]]:
     """Range of the units of each element among all units of a kind: first, and one after the
     last."""
-    found = {}
+    ranges = {}
     first = 0
     for name, element in elements.items():
         if isinstance(element, kind):
             end = first + len(element.unit_names(name))
-            found[name] = (first, end)
+            ranges[name] = (first, end)
             first = end
-    return found
+    return ranges
 
 
 Columns = dict[str, tuple[tuple[str, ...], np.ndarray]]
@@ -332,7 +333,7 @@ class UnitKind:
         names = self.unit_names(scene) if self.unit else []
         return {self.unit: (self.unit, names)} if names else {}
 
-    def record(self, p: Any, bodies: Any, kept: UnitRecord) -> Columns:
+    def record(self, p: Any, bodies: Any, unit_record: UnitRecord) -> Columns:
         """Values of its ``variables``, if it has units."""
         return {}
 
@@ -363,11 +364,11 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
     """The coordinate of the allowable load [N] of each ``unit`` of the elements ``every``, NaN
     where none is given; empty if no unit has one."""
     count = [len(e.unit_names(name)) for name, e in every]
-    known = [np.nan if e.capacity is None else e.capacity for _, e in every]
-    values = np.repeat(np.array(known, float), count)
-    said = {"long_name": "capacity: allowable force", "units": "N"}
-    found = np.isfinite(values).any()
-    return {f"{unit}_capacity": (unit, values, said)} if found else {}
+    capacities = [np.nan if e.capacity is None else e.capacity for _, e in every]
+    values = np.repeat(np.array(capacities, float), count)
+    description = {"long_name": "capacity: allowable force", "units": "N"}
+    has_capacity = np.isfinite(values).any()
+    return {f"{unit}_capacity": (unit, values, description)} if has_capacity else {}
 
 
 @runtime_checkable
@@ -378,10 +379,15 @@ class ResetsOnRestart(Protocol):
         """Clear the states in ``y`` that have no meaning for its units."""
 
     def renew(
-        self, p: Any, y: np.ndarray, anew: np.ndarray, possible: np.ndarray, known: np.ndarray
+        self,
+        p: Any,
+        y: np.ndarray,
+        anew: np.ndarray,
+        possible: np.ndarray,
+        known_states: np.ndarray,
     ) -> None:
         """Copy the initial values ``anew`` into ``y`` for units whose stored modes are not
-        ``possible`` (n,) and for states that are not ``known`` (ny,)."""
+        ``possible`` (n,) and for states that are not ``known_states`` (ny,)."""
 
 
 @runtime_checkable
@@ -496,9 +502,9 @@ def rest_at_first(first: np.ndarray, mode: int) -> np.ndarray:
 
 def with_mode_of_unit(rest: np.ndarray, modes: np.ndarray, i: int) -> np.ndarray:
     """Modes (n, 3) of units at ``rest``, except unit ``i``."""
-    found = rest.copy()
-    found[i] = modes[i]
-    return found
+    changed_modes = rest.copy()
+    changed_modes[i] = modes[i]
+    return changed_modes
 
 
 def steepest_segment(segments: np.ndarray, first: int, last: int) -> int:

@@ -96,8 +96,8 @@ def _tuned_stiffness(name: str, element: LinearMooring, body: int, layout: Layou
     for _ in range(TUNING if np.any(omega) else 0):
         total, mass = layout.resonance(body, k)
         k = np.where(omega > 0.0, omega**2 * mass - (total - k), 0.0)
-    for dof, period, own in zip(DOFS, wanted, k, strict=True):
-        if own < 0.0:
+    for dof, period, dof_stiffness in zip(DOFS, wanted, k, strict=True):
+        if dof_stiffness < 0.0:
             raise InputError(
                 f"forces.{name}.natural_period: found {period:g} s in {dof}, longer than the period"
                 " of the body on its hydrostatics alone; expected a shorter period, or none."
@@ -114,9 +114,9 @@ def _damping(
     if element.damping_ratio is None:
         return np.zeros((6, 6))
     axes = axes_at_rest(layout.heading[body])
-    own = np.maximum(np.diag(axes.T @ stiffness @ axes), 0.0)
-    _check_ratios(name, element.damping_ratio, own)
-    critical = 2.0 * np.sqrt(own * layout.resonance(body, own).mass)
+    axis_stiffness = np.maximum(np.diag(axes.T @ stiffness @ axes), 0.0)
+    _check_ratios(name, element.damping_ratio, axis_stiffness)
+    critical = 2.0 * np.sqrt(axis_stiffness * layout.resonance(body, axis_stiffness).mass)
     return np.asarray(axes @ np.diag(element.damping_ratio * critical) @ axes.T)
 
 

@@ -248,9 +248,9 @@ def _torsion_fields(spring: TorsionSpring, layout: Layout) -> Placed:
     first = np.array(spring.axis) / np.linalg.norm(spring.axis)
     second = np.cross(first, np.eye(3)[np.abs(first).argmin()])
     second /= np.linalg.norm(second)
-    own = np.array([first, second, np.cross(first, second)])
-    there = own @ layout.axes_from(spring.body, spring.to).T
-    return AXIS_LINK, other, np.zeros(6), np.array([own, there]).ravel(), spring.neutral, 0.0
+    axes = np.array([first, second, np.cross(first, second)])
+    there = axes @ layout.axes_from(spring.body, spring.to).T
+    return AXIS_LINK, other, np.zeros(6), np.array([axes, there]).ravel(), spring.neutral, 0.0
 
 
 @kernel
@@ -281,9 +281,9 @@ def strut_kinematics(link, bodies, motion):
 def axis_vector(link, side, k, motion):
     """Vector ``k`` of the triad of the body (``side`` 0) or of the other side, in the earth
     frame."""
-    own = vector(link.axes, 9 * side + 3 * k)
+    axis = vector(link.axes, 9 * side + 3 * k)
     b = link.body if side == 0 else link.other
-    return own if b == EARTH else matvec(motion.rotation[b], own)
+    return axis if b == EARTH else matvec(motion.rotation[b], axis)
 
 
 @kernel
@@ -405,7 +405,7 @@ def find_margins(modes, motion, bodies, p, out):
         out[m + CONTACT_MARGIN] = r.room
         out[m + RISING_MARGIN] = MAX_HALF_TURN - abs(r.turned)
         if link.last > link.first:
-            out[m + SEGMENT_MARGIN] = curves.inside_segment(p.segments[mode[SEGMENT]], r.x)
+            out[m + SEGMENT_MARGIN] = curves.segment_margin(p.segments[mode[SEGMENT]], r.x)
 
 
 @root
@@ -473,11 +473,11 @@ class LinkKind(KindWithModeSets):
             pieces = p.segments[link["first"] : link["last"] + 1]
             idle.append(link["first"] + curves.piece_at(pieces, 0.0))
             stiff.append(steepest_segment(p.segments, link["first"], link["last"]))
-        found = [ModeSet("", rest_at_first(np.array(idle), ACTING))]
+        sets = [ModeSet("", rest_at_first(np.array(idle), ACTING))]
         if stiff != idle:
             text = "struts on their steepest pieces"
-            found.append(ModeSet(text, rest_at_first(np.array(stiff), ACTING)))
-        return found
+            sets.append(ModeSet(text, rest_at_first(np.array(stiff), ACTING)))
+        return sets
 
     def moved_onto_segment(
         self, p: LinkConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -503,12 +503,12 @@ class LinkKind(KindWithModeSets):
             )
 
     def undefined_units(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
-        said = {
+        reasons = {
             LINE_LINK: "its ends meet (closer than 1 % of its length), where it has no direction",
             AXIS_LINK: "its axis has swung to the opposite, where its twist is not defined",
         }
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
-            yield i, said[int(p.links[i]["kind"])]
+            yield i, reasons[int(p.links[i]["kind"])]
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         every = elements_of(scene, Link)
@@ -519,10 +519,12 @@ class LinkKind(KindWithModeSets):
             "torsion_spring": elements_of(scene, TorsionSpring),
             "pto": [(n, e) for n, e in every if getattr(e, "absorbs", False)],
         }
-        found: dict[str, object] = {d: (d, [n for n, _ in own]) for d, own in named.items() if own}
-        return found | capacity_of("strut", struts)
+        coordinates_by_dim: dict[str, object] = {
+            d: (d, [n for n, _ in units]) for d, units in named.items() if units
+        }
+        return coordinates_by_dim | capacity_of("strut", struts)
 
-    def record(self, p: LinkConstants, bodies: Any, kept: UnitRecord) -> Columns:
+    def record(self, p: LinkConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
         kind = p.links["kind"]
         dims = {
             "strut": (
@@ -535,12 +537,14 @@ class LinkKind(KindWithModeSets):
             ),
             "pto": (p.links["absorbs"], {"pto_power": POWER_OUTPUT}),
         }
-        found: Columns = {"link_mode": (("time", "link"), kept.modes[:, :, MODE].astype(np.int8))}
-        for dim, (own, columns) in dims.items():
-            if own.any():
+        columns_by_name: Columns = {
+            "link_mode": (("time", "link"), unit_record.modes[:, :, MODE].astype(np.int8))
+        }
+        for dim, (units, columns) in dims.items():
+            if units.any():
                 for name, column in columns.items():
-                    found[name] = (("time", dim), kept.observed[:, own, column])
-        return found
+                    columns_by_name[name] = (("time", dim), unit_record.observed[:, units, column])
+        return columns_by_name
 
 
 LINK_KIND = LinkKind("links", (Strut, TorsionSpring), compile_elements)

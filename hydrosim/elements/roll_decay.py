@@ -76,24 +76,24 @@ def solve(time: np.ndarray, law: np.ndarray, start: np.ndarray) -> tuple[np.ndar
     y[:2] = start
     y[2 + LAW] = 1.0
     y[2 + SIZE + LAW + 1] = 1.0
-    found = np.empty((time.size, 1 + SIZE))
+    rolls = np.empty((time.size, 1 + SIZE))
     step = (time[-1] - time[0]) / (time.size - 1)
     parts = ceil(step / STEP)
-    fill_decay(law, step / parts, parts, y, np.empty((3, STATES)), found)
-    return found[:, 0], found[:, 1:]
+    fill_decay(law, step / parts, parts, y, np.empty((3, STATES)), rolls)
+    return rolls[:, 0], rolls[:, 1:]
 
 
 @root
-def fill_decay(law, h, parts, y, scratch, found):
-    """Fill ``found`` (n, 8) with roll and sensitivities at every ``parts`` steps ``h`` from ``y``
+def fill_decay(law, h, parts, y, scratch, rolls):
+    """Fill ``rolls`` (n, 8) with roll and sensitivities at every ``parts`` steps ``h`` from ``y``
     (16,), which is changed."""
-    for k in range(len(found)):
+    for k in range(len(rolls)):
         if k > 0:
             for _ in range(parts):
                 _step(law, h, y, scratch)
-        found[k, 0] = y[0]
+        rolls[k, 0] = y[0]
         for i in range(SIZE):
-            found[k, 1 + i] = y[2 + i]
+            rolls[k, 1 + i] = y[2 + i]
 
 
 @kernel
@@ -260,11 +260,13 @@ class DecayProblem:
         parameters = np.zeros(self.own[-1].stop)
         parameters[P1] = FIRST_P1
         parameters[OMEGA] = 1.0
-        for t, x, mean, own in zip(self.times, self.angles, self.means, self.own, strict=True):
+        for t, x, mean, state_indices in zip(
+            self.times, self.angles, self.means, self.own, strict=True
+        ):
             wave = np.exp((1j - 0.5 * FIRST_P1) * t)
             columns = np.column_stack([wave.real, wave.imag, mean])
             a, b, *rest = np.linalg.lstsq(columns, x, rcond=None)[0]
-            parameters[own] = a, b - 0.5 * FIRST_P1 * a, *rest
+            parameters[state_indices] = a, b - 0.5 * FIRST_P1 * a, *rest
         return parameters
 
     def _weighted_misfits(
@@ -278,12 +280,12 @@ class DecayProblem:
         """Modelled less recorded roll (n,) of each record, and its derivatives by all
         parameters."""
         for k, (t, angle) in enumerate(zip(self.times, self.angles, strict=True)):
-            own = parameters[self.own[k]]
-            x, slopes = solve(t, parameters[:LAW], own[:2])
+            record_parameters = parameters[self.own[k]]
+            x, slopes = solve(t, parameters[:LAW], record_parameters[:2])
             J = np.zeros((t.size, parameters.size))
             J[:, :LAW] = slopes[:, :LAW]
             J[:, self.own[k]] = np.hstack([slopes[:, LAW:], self.means[k]])
-            residual = x + self.means[k] @ own[2:] - angle
+            residual = x + self.means[k] @ record_parameters[2:] - angle
             yield np.clip(np.nan_to_num(residual, nan=WILD), -WILD, WILD), np.nan_to_num(J)
 
 

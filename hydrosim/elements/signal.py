@@ -37,8 +37,10 @@ class Samples:
         for name in ("time", "value"):
             object.__setattr__(self, name, np.atleast_1d(np.asarray(getattr(self, name), float)))
         if self.time.shape != self.value.shape or self.time.ndim != 1:
-            found = f"found times {self.time.shape} and values {self.value.shape}"
-            raise InputError(f"{type(self).__name__}: {found}; expected a value for each time.")
+            shapes_text = f"found times {self.time.shape} and values {self.value.shape}"
+            raise InputError(
+                f"{type(self).__name__}: {shapes_text}; expected a value for each time."
+            )
 
 
 class Table(Samples):
@@ -96,8 +98,8 @@ def smallest_value(signal: Signal) -> float:
 
 def first_value(signal: Signal) -> float:
     """Value of a signal at time 0."""
-    each, pieces = compile_signals([signal])
-    return float(value(0.0, each[0], pieces))
+    compiled, pieces = compile_signals([signal])
+    return float(value(0.0, compiled[0], pieces))
 
 
 def corners(signal: Signal) -> np.ndarray:
@@ -148,14 +150,18 @@ NOTHING = np.zeros(1, dtype=SIGNAL)[0]
 
 def compile_signals(signals: Sequence[Signal]) -> tuple[np.ndarray, np.ndarray]:
     """The signals as `SIGNAL` (n,), and all their pieces as `SIGNAL_PIECE` (m,)."""
-    each, pieces, first = np.zeros(len(signals), dtype=SIGNAL), [np.zeros(0, dtype=SIGNAL_PIECE)], 0
+    constants, pieces, first = (
+        np.zeros(len(signals), dtype=SIGNAL),
+        [np.zeros(0, dtype=SIGNAL_PIECE)],
+        0,
+    )
     for i, signal in enumerate(signals):
         new = _pieces(signal)
         last = first + new.size - 1
-        each[i] = (*_sine(signal), first, last, _spacing(new["start"]))
+        constants[i] = (*_sine(signal), first, last, _spacing(new["start"]))
         pieces.append(new)
         first = last + 1
-    return each, np.concatenate(pieces)
+    return constants, np.concatenate(pieces)
 
 
 def _sine(signal: Signal) -> tuple[float, float, float]:

@@ -237,7 +237,7 @@ def find_margins(t, modes, motion, bodies, p, out):
         if mode[MODE] == SPRING_INACTIVE:
             out[m + SEGMENT_MARGIN] = 1.0
             continue
-        out[m + SEGMENT_MARGIN] = curves.inside_segment(p.segments[mode[SEGMENT]], s.extension)
+        out[m + SEGMENT_MARGIN] = curves.segment_margin(p.segments[mode[SEGMENT]], s.extension)
         if line.damping > 0.0 and mode[SEGMENT] != line.first:
             T = curves.curve_force(p.segments[mode[SEGMENT]], s.extension) + line.damping * s.rate
             out[m + CONTACT_MARGIN] = T if mode[MODE] == TAUT else -T
@@ -329,8 +329,8 @@ class SpringKind(KindWithModeSets):
 
     def rates(self, p: SpringConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the lines."""
-        each = [kinematics(line, 0.0, bodies, motion, p).rate for line in p.lines]
-        return np.reshape(each, (-1, 1))
+        speeds = [kinematics(line, 0.0, bodies, motion, p).rate for line in p.lines]
+        return np.reshape(speeds, (-1, 1))
 
     def moved_onto_segment(
         self, p: SpringConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -347,12 +347,12 @@ class SpringKind(KindWithModeSets):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Spring))
 
-    def record(self, p: SpringConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", "spring")
+    def record(self, p: SpringConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", "spring")
         return {
-            "spring_tension": (each, kept.observed[:, :, SPRING_TENSION]),
-            "spring_length": (each, kept.observed[:, :, SPRING_LENGTH]),
-            "spring_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "spring_tension": (dims, unit_record.observed[:, :, SPRING_TENSION]),
+            "spring_length": (dims, unit_record.observed[:, :, SPRING_LENGTH]),
+            "spring_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
         }
 
 

@@ -148,8 +148,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> St
             place = (layout.body[e.body], layout.row[name], e.point, stream)
             rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
-    each = np.array(rows, dtype=STREAM_LOAD)
-    return StreamLoadConstants(each, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
+    constants = np.array(rows, dtype=STREAM_LOAD)
+    return StreamLoadConstants(constants, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
 
 
 def stream_felt(name: str, load: StreamLoad, layout: Layout) -> tuple[float, float]:

@@ -61,16 +61,16 @@ class TankFlowKind(UnitKind):
         names = tank_names(scene)
         return {"tank": ("tank", names), **super().coordinates(scene)} if names else {}
 
-    def record(self, p: Tanks, bodies: Any, kept: UnitRecord) -> Columns:
-        volume = kept.y[p.state : p.state + p.each.size]
-        running = kept.modes[:, :, MODE] == PUMP_RUNNING
-        rate = p.rates["rate"][kept.modes[:, :, SEGMENT]]
+    def record(self, p: Tanks, bodies: Any, unit_record: UnitRecord) -> Columns:
+        volume = unit_record.y[p.state : p.state + p.each.size]
+        running = unit_record.modes[:, :, MODE] == PUMP_RUNNING
+        rate = p.rates["rate"][unit_record.modes[:, :, SEGMENT]]
         mass, centre = mass_and_centre(p, bodies["mass"], volume)
         return {
             "tank_level": (("time", "tank"), quantities(p, volume, FLUID_LEVEL)),
             "tank_mass": (("time", "tank"), volume * p.each["density"]),
             "pump_rate": (("time", "pump"), np.where(running, rate, 0)),
-            "pump_mode": (("time", "pump"), kept.modes[:, :, MODE].astype(np.int8)),
+            "pump_mode": (("time", "pump"), unit_record.modes[:, :, MODE].astype(np.int8)),
             "mass": (("time", "body"), mass),
             "centre_of_gravity": (("time", "body", "axis"), centre),
         }

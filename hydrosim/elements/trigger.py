@@ -164,12 +164,12 @@ def clearance(gap, bodies, motion):
 
 
 @kernel
-def relative_speed(one, other, bodies, motion):
+def relative_speed(first, second, bodies, motion):
     """Present relative speed of two named points [m/s]."""
-    _, arm = attachment(one.body, vector(one.place, 0), bodies, motion)
-    v = point_velocity(one.body, arm, motion)
-    _, arm = attachment(other.body, vector(other.place, 0), bodies, motion)
-    v = sub(v, point_velocity(other.body, arm, motion))
+    _, arm = attachment(first.body, vector(first.place, 0), bodies, motion)
+    v = point_velocity(first.body, arm, motion)
+    _, arm = attachment(second.body, vector(second.place, 0), bodies, motion)
+    v = sub(v, point_velocity(second.body, arm, motion))
     return sqrt(dot(v, v))
 
 
@@ -178,16 +178,16 @@ def compile_channel(
 ) -> tuple[int, int, int]:
     """Values of `CHANNEL`; raises InputError if there is no such channel."""
     kind, _, of = name.partition(".")
-    known = _channel_range(kind, elements, layout)
-    if of not in known:
-        there = ", ".join(known) or "nothing in this scene"
+    channel_range = _channel_range(kind, elements, layout)
+    if of not in channel_range:
+        there = ", ".join(channel_range) or "nothing in this scene"
         expected = (
             f"one of {', '.join(CHANNEL_KINDS)}"
             if kind not in CHANNEL_KINDS
             else f"{kind}. and {there}"
         )
         raise InputError(f"channel: found {name}; expected {expected}.")
-    return CHANNEL_KINDS[kind], *known[of]
+    return CHANNEL_KINDS[kind], *channel_range[of]
 
 
 def _channel_range(
@@ -211,15 +211,15 @@ def _channel_range(
         return {name: (6 * b, 6 * b + 2) for name, b in body.items()}
     if kind not in CHANNEL_CLASSES:
         return {}
-    among, own = CHANNEL_CLASSES[kind]
+    among, classes = CHANNEL_CLASSES[kind]
     every = unit_ranges(elements, among)
-    units = {name: place for name, place in every.items() if isinstance(elements[name], own)}
-    each = {
+    units = {name: place for name, place in every.items() if isinstance(elements[name], classes)}
+    unit_indices = {
         unit: (k, k + 1)
         for name, (first, _) in units.items()
         for k, unit in enumerate(elements[name].unit_names(name), first)
     }
-    return each | (units if kind == "fender_normal_force" else {})
+    return unit_indices | (units if kind == "fender_normal_force" else {})
 
 
 @kernel
@@ -314,10 +314,16 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tr
         if element.active is None:
             continue
         key = f"forces.{name}.active"
-        own = (of.get(name, (0, 0)) for of in ranges)
+        element_ranges = (of.get(name, (0, 0)) for of in ranges)
         ends = _conditions(key, element.active, elements, layout)
         rows.append(
-            (layout.row[name], *ends, *(x for a, b in own for x in (a, b - a)), NO_INDEX, NO_INDEX)
+            (
+                layout.row[name],
+                *ends,
+                *(x for a, b in element_ranges for x in (a, b - a)),
+                NO_INDEX,
+                NO_INDEX,
+            )
         )
     for pump in layout.pumps:
         ends = _conditions(pump.key, pump.active, elements, layout)
@@ -358,8 +364,8 @@ def condition_excess(condition, t, y, modes, motion, bodies, elements, tanks):
     """Amount by which a condition exceeds its time or value."""
     if not condition.watches:
         return t - condition.time
-    found = channel_value(condition.channel, t, y, modes, motion, bodies, elements, tanks)
-    return condition.sign * (found - condition.value)
+    value = channel_value(condition.channel, t, y, modes, motion, bodies, elements, tanks)
+    return condition.sign * (value - condition.value)
 
 
 @root
@@ -410,7 +416,7 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
     stage = modes[elements.triggers.mode + j, MODE]
     now = stage == DURING
     if trigger.flow != NO_INDEX:
-        pumping.turn(trigger.flow, stage, y, modes, tanks)
+        pumping.follow_trigger(trigger.flow, stage, y, modes, tanks)
     if trigger.lock != NO_INDEX:
         if now:
             locks.activate(trigger.lock, y, modes, motion, bodies, elements.locks)
@@ -501,8 +507,8 @@ def is_on(j, modes, p):
 def clear_inactive(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of inactive elements."""
     for j in range(p.each.size):
-        own = p.each[j].flow == NO_INDEX and p.each[j].lock == NO_INDEX
-        if own and not is_on(j, modes, p):
+        acts_alone = p.each[j].flow == NO_INDEX and p.each[j].lock == NO_INDEX
+        if acts_alone and not is_on(j, modes, p):
             clear(wrench[p.each[j].row])
             rate[p.each[j].row] = 0.0
 
@@ -512,8 +518,8 @@ def clear_inactive_energy(modes, p, stored):
     """Clear the energy stored in inactive elements that have no modes of their own."""
     for j in range(p.each.size):
         trigger = p.each[j]
-        own = trigger.points + trigger.lines == 0 and trigger.lock == NO_INDEX
-        if own and not is_on(j, modes, p):
+        has_no_modes = trigger.points + trigger.lines == 0 and trigger.lock == NO_INDEX
+        if has_no_modes and not is_on(j, modes, p):
             stored[trigger.row] = 0.0
 
 
@@ -546,8 +552,10 @@ class TriggerKind(KindWithModeSets):
         """The posture in which all elements act."""
         return [ModeSet("", rest_at_first(np.zeros(p.each.size), DURING))]
 
-    def record(self, p: TriggerConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        return {"trigger_stage": (("time", "trigger"), kept.modes[:, :, MODE].astype(np.int8))}
+    def record(self, p: TriggerConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        return {
+            "trigger_stage": (("time", "trigger"), unit_record.modes[:, :, MODE].astype(np.int8))
+        }
 
 
 TRIGGER_KIND = TriggerKind("triggers", (), compile_elements)

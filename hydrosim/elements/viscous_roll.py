@@ -205,11 +205,11 @@ def linearise_damping(p: np.ndarray, deviation: np.ndarray) -> np.ndarray:
 
     B = B1 + sqrt(8/pi) s B2 + 3 s^2 B3 (Borgman 1969; Himeno 1981, section 2.4).
     """
-    found = p.copy()
-    found["linear"] += GAUSSIAN * deviation * p["quadratic"] + 3.0 * deviation**2 * p["cubic"]
-    found["quadratic"] = 0.0
-    found["cubic"] = 0.0
-    return found
+    linear = p.copy()
+    linear["linear"] += GAUSSIAN * deviation * p["quadratic"] + 3.0 * deviation**2 * p["cubic"]
+    linear["quadratic"] = 0.0
+    linear["cubic"] = 0.0
+    return linear
 
 
 @root

@@ -106,12 +106,12 @@ def stored(name: str) -> bytes | None:
     path = _path(name)
     try:
         trusted = path.is_file() and not _exposure(path)
-        found = path.read_bytes() if trusted else b""
+        content = path.read_bytes() if trusted else b""
     except OSError:
         return None
     _mark_used(path)
     size = DIGEST().digest_size
-    return found[size:] if found[:size] == _digest(name, found[size:]) else None
+    return content[size:] if content[:size] == _digest(name, content[size:]) else None
 
 
 def limit_size(pattern: str, limit: int) -> None:

@@ -66,9 +66,9 @@ class Units:
             return self._known[unit]
         if unit in WHOLE_UNITS:
             return DisplayUnit(*WHOLE_UNITS[unit])
-        found = self._compose(unit)
-        self._known[unit] = found
-        return found
+        display = self._compose(unit)
+        self._known[unit] = display
+        return display
 
     def _base(self, base: str) -> DisplayUnit:
         unit = self.chosen.get(base, DEFAULT_UNITS.get(base, base))
@@ -78,7 +78,7 @@ class Units:
         numerator, *denominators = unit.split("/")
         names = []
         scale = 1.0
-        for sign, group in ((1, numerator), *((-1, each) for each in denominators)):
+        for sign, group in ((1, numerator), *((-1, factors) for factors in denominators)):
             read = []
             for base, power in _parts(group):
                 name, factor = self._base(base)
@@ -106,7 +106,7 @@ def as_attribute(chosen: Mapping[str, str]) -> dict[str, str]:
     return {UNITS_ATTRIBUTE: json.dumps(dict(chosen))} if chosen else {}
 
 
-def choice_in(attributes: Mapping[Any, Any]) -> dict[str, str]:
+def unit_choice_attribute(attributes: Mapping[Any, Any]) -> dict[str, str]:
     """The choice among the attributes of a result, for a result that is made of it."""
     return (
         {UNITS_ATTRIBUTE: str(attributes[UNITS_ATTRIBUTE])} if UNITS_ATTRIBUTE in attributes else {}

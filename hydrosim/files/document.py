@@ -72,8 +72,8 @@ def _node_html(node: Node, units: Units) -> str:
         case Verdict(outcome=outcome):
             return element("p", f"{outcome.value}: {text_of(node.sentence, units)}")
         case List(items=items, title=title):
-            said = "".join(element("li", text_of(item, units)) for item in items)
-            return f"{element('p', title) if title else ''}<ul>{said}</ul>"
+            items_html = "".join(element("li", text_of(item, units)) for item in items)
+            return f"{element('p', title) if title else ''}<ul>{items_html}</ul>"
         case Table():
             return _table(node, units)
         case Heading():
@@ -123,8 +123,8 @@ def document_text(document: DocumentContents, details: bool = True) -> str:
     """The document as text."""
     out = Console(file=StringIO(), width=TEXT_WIDTH, no_color=True)
     print_document(document, out, details)
-    found = out.file.getvalue()  # type: ignore[attr-defined]
-    return str(found)
+    text = out.file.getvalue()  # type: ignore[attr-defined]
+    return str(text)
 
 
 def print_document(document: DocumentContents, out: Console, details: bool = True) -> None:
@@ -149,8 +149,8 @@ def _select_nodes(document: DocumentContents, details: bool) -> Iterator[Node]:
     """Headings and what is below them, without details if so asked."""
     for section in document.sections:
         if details or not section.heading.detail:
-            each = [section.heading, *section.nodes]
-            yield from (node for node in each if details or not getattr(node, "detail", False))
+            nodes = [section.heading, *section.nodes]
+            yield from (node for node in nodes if details or not getattr(node, "detail", False))
 
 
 def print_parts(out: Console, *parts: RenderableType) -> None:
@@ -159,7 +159,7 @@ def print_parts(out: Console, *parts: RenderableType) -> None:
         if isinstance(part, str):
             out.print(printable(part), markup=False, emoji=False, highlight=False, soft_wrap=True)
         else:
-            out.print(_Printable(part), crop=False)
+            out.print(_PrintableRendering(part), crop=False)
 
 
 def printable(text: str) -> str:
@@ -227,7 +227,7 @@ def _widths(columns: Sequence[TextColumn], width: int) -> list[int]:
     return widths
 
 
-class _Printable:
+class _PrintableRendering:
     """A grid of characters that can be printed."""
 
     def __init__(self, part: RenderableType) -> None:

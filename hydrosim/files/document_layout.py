@@ -49,8 +49,8 @@ def _words(value: object, between: str = ", ") -> str:
 
 def letter_of(index: int) -> str:
     """A, B, ..., Z, AA, AB, ..."""
-    before, own = divmod(index, len(ascii_uppercase))
-    return (letter_of(before - 1) if before else "") + ascii_uppercase[own]
+    before, letter = divmod(index, len(ascii_uppercase))
+    return (letter_of(before - 1) if before else "") + ascii_uppercase[letter]
 
 
 NO_VALUE = "–"
@@ -96,7 +96,7 @@ def text_of(part: Cell, units: Units) -> str:
             )
             return _with_unit(_interval(part, low, high), part, units)
         case Sentence():
-            filled = (text_of(each, units) for each in part.parts)
+            filled = (text_of(piece, units) for piece in part.parts)
             return part.text.format(*filled) if part.parts else part.text
     return part
 
@@ -123,14 +123,14 @@ def decimals_of(numbers: Iterable[float], digits: int) -> int:
     """Decimals with which the largest number has so many significant ``digits``, and numbers that
     are not `NEGLIGIBLE_FRACTION` beside it have `MIN_DIGITS`. Zeros at the end of all numbers are
     left out."""
-    known = [abs(x) for x in numbers if isfinite(x) and x != 0.0]
-    if not known:
+    magnitudes = [abs(x) for x in numbers if isfinite(x) and x != 0.0]
+    if not magnitudes:
         return 0
-    largest = max(known)
-    smallest = min(x for x in known if x >= NEGLIGIBLE_FRACTION * largest)
+    largest = max(magnitudes)
+    smallest = min(x for x in magnitudes if x >= NEGLIGIBLE_FRACTION * largest)
     needed = max(_decimals(largest, digits), _decimals(smallest, min(digits, MIN_DIGITS)))
     most = min(max(needed, 0), MOST_DECIMALS)
-    return next((n for n in range(most) if _are_exact(known, n, most)), most)
+    return next((n for n in range(most) if _are_exact(magnitudes, n, most)), most)
 
 
 def _are_exact(numbers: Sequence[float], decimals: int, most: int) -> bool:
@@ -177,9 +177,9 @@ def _are_alike(cells: Sequence[Cell]) -> bool:
 
 def _unit_of(cells: Sequence[Cell], units: Units) -> str:
     """The units that all cells with units are read in; nothing where they have others."""
-    found = {_units_in(cell) for cell in cells if _values_of_cell(cell)}
-    each = found.pop() if len(found) == 1 else ()
-    return ", ".join(filter(None, (units.display_unit(unit).unit for unit in each)))
+    unit_sets = {_units_in(cell) for cell in cells if _values_of_cell(cell)}
+    common_units = unit_sets.pop() if len(unit_sets) == 1 else ()
+    return ", ".join(filter(None, (units.display_unit(unit).unit for unit in common_units)))
 
 
 def _name_with_unit(name: str, unit: str) -> str:
@@ -191,7 +191,10 @@ def _align_cells(cells: Sequence[Cell], units: Units) -> list[RenderedCell]:
     values: dict[str, list[Value | Between]] = {}
     for value in (value for cell in cells for value in _values_of_cell(cell)):
         values.setdefault(value.unit, []).append(value)
-    scales = {unit: _scale(own, units.display_unit(unit).factor) for unit, own in values.items()}
+    scales = {
+        unit: _scale(cells_of_unit, units.display_unit(unit).factor)
+        for unit, cells_of_unit in values.items()
+    }
     return [
         _render_aligned(cell, scales) if _values_of_cell(cell) else _render_with_unit(cell, units)
         for cell in cells

@@ -44,17 +44,21 @@ class _Described(GenerateJsonSchema):
 
     def model_schema(self, schema: Any) -> Schema:
         """Schema of a model, with the meaning of its keys."""
-        found = super().model_schema(schema)
+        model = super().model_schema(schema)
         for key, text in meanings(schema["cls"]).items():
-            found["properties"][key] |= _docstring_parts(text)
-        return found
+            model["properties"][key] |= _docstring_parts(text)
+        return model
 
 
 def _docstring_parts(text: str) -> Schema:
     """Meaning and example of a key in a schema, from its docstring."""
     meaning, _, example = text.partition(EXAMPLE)
-    said = {"description": meaning}
-    return said | {"examples": [yaml.safe_load(example.removesuffix("."))]} if example else said
+    description = {"description": meaning}
+    return (
+        description | {"examples": [yaml.safe_load(example.removesuffix("."))]}
+        if example
+        else description
+    )
 
 
 def meanings(model: type[BaseModel]) -> dict[str, str]:
@@ -88,11 +92,11 @@ def json_schema(model: type[BaseModel], title: str) -> Schema:
     may leave keys out, and null removes a key of the file below."""
     whole = _tidy(model.model_json_schema(schema_generator=_Described))
     shared, whole = _with_short_names(whole.pop("$defs", {}), whole)
-    known: dict[str, Schema] = {}
-    shared, whole = (_share_parts(each, known) for each in (shared, whole))
-    for each in (*shared.values(), whole):
-        _append_units(each, known)
-    shared |= known
+    definitions: dict[str, Schema] = {}
+    shared, whole = (_share_definitions(document, definitions) for document in (shared, whole))
+    for document in (*shared.values(), whole):
+        _append_units(document, definitions)
+    shared |= definitions
     deep = _with_mappings(shared)
     parts = {f"Part_{name}": _partial(shared[name], name, deep) for name in shared if name in deep}
     over = _partial(whole, "Whole", deep)
@@ -111,126 +115,134 @@ def json_schema(model: type[BaseModel], title: str) -> Schema:
 
 def either_schema(title: str, key: str, with_it: Schema, without: Schema) -> Schema:
     """JSON schema of files of two kinds, which a ``key`` distinguishes."""
-    found: Schema = {"$schema": DIALECT, "title": title, "type": "object"}
-    found |= {"if": {"required": [key]}, "$defs": {}}
+    either: Schema = {"$schema": DIALECT, "title": title, "type": "object"}
+    either |= {"if": {"required": [key]}, "$defs": {}}
     for branch, prefix, schema in (("then", "With_", with_it), ("else", "Without_", without)):
         text = json.dumps(schema).replace(DEFINITION_PREFIX, f"{DEFINITION_PREFIX}{prefix}")
-        own = json.loads(text)
-        found["$defs"] |= {f"{prefix}{name}": each for name, each in own.pop("$defs").items()}
-        found[branch] = {k: x for k, x in own.items() if k in ("if", "then", "else")}
-    return found
+        document = json.loads(text)
+        either["$defs"] |= {
+            f"{prefix}{name}": definition for name, definition in document.pop("$defs").items()
+        }
+        either[branch] = {k: x for k, x in document.items() if k in ("if", "then", "else")}
+    return either
 
 
 def _tidy(schema: Any) -> Any:
     """The schema with alternatives selected by the kind that they name, so that an editor shows the
     mistake inside the right one. Titles and null are removed from keys."""
     if isinstance(schema, list):
-        return [_tidy(each) for each in schema]
+        return [_tidy(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     named = schema.get("discriminator")
     if isinstance(named, dict) and "mapping" in named:
         told = {key: schema[key] for key in ("description", "default") if key in schema}
         return {**_chosen(named["propertyName"], named["mapping"]), **told}
-    found = {EQUIVALENT_KEYWORDS.get(key, key): _tidy(each) for key, each in schema.items()}
-    if isinstance(found.get("properties"), dict):
-        found["properties"] = {k: _without_null(x) for k, x in found["properties"].items()}
-    return found
+    tidy = {EQUIVALENT_KEYWORDS.get(key, key): _tidy(item) for key, item in schema.items()}
+    if isinstance(tidy.get("properties"), dict):
+        tidy["properties"] = {k: _without_null(x) for k, x in tidy["properties"].items()}
+    return tidy
 
 
 def _without_null(schema: Schema) -> Schema:
     """The schema of a key that may be left out and then has no value."""
-    own = {k: x for k, x in schema.items() if k != "title" and (k, x) != ("default", None)}
-    values = [each for each in own.get("anyOf", ()) if each != NULL]
+    without_title = {
+        k: x for k, x in schema.items() if k != "title" and (k, x) != ("default", None)
+    }
+    values = [option for option in without_title.get("anyOf", ()) if option != NULL]
     if len(values) == 1:
-        return {**values[0], **{key: x for key, x in own.items() if key != "anyOf"}}
-    return {**own, "anyOf": values} if values else own
+        return {**values[0], **{key: x for key, x in without_title.items() if key != "anyOf"}}
+    return {**without_title, "anyOf": values} if values else without_title
 
 
 def _chosen(key: str, mapping: dict[str, str]) -> Schema:
     """The schema of mappings whose ``key`` names their kind."""
-    each = [
+    branches = [
         {"if": {"properties": {key: {"const": name}}, "required": [key]}, "then": {"$ref": where}}
         for name, where in mapping.items()
     ]
-    known = {"properties": {key: {"enum": list(mapping)}}, "required": [key]}
-    return {"type": "object", **known, "allOf": each}
+    allowed = {"properties": {key: {"enum": list(mapping)}}, "required": [key]}
+    return {"type": "object", **allowed, "allOf": branches}
 
 
 def _with_short_names(shared: Schema, whole: Schema) -> tuple[Schema, Schema]:
     """Definitions and the whole with the names of models, numbered where several models share
     one."""
     names: dict[str, str] = {}
-    for long, each in shared.items():
-        short = re.sub(r"\W.*", "", each.get("title", long))
+    for long, definition in shared.items():
+        short = re.sub(r"\W.*", "", definition.get("title", long))
         tried = (short if k == 1 else f"{short}{k}" for k in count(1))
         names[long] = next(name for name in tried if name not in names.values())
-    text = json.dumps([{names[long]: each for long, each in shared.items()}, whole])
+    text = json.dumps([{names[long]: definition for long, definition in shared.items()}, whole])
     pattern = re.compile(rf'"{re.escape(DEFINITION_PREFIX)}([^"]*)"')
-    short_text = pattern.sub(lambda found: f'"{DEFINITION_PREFIX}{names[found[1]]}"', text)
+    short_text = pattern.sub(lambda match: f'"{DEFINITION_PREFIX}{names[match[1]]}"', text)
     renamed, rest = json.loads(short_text)
     return renamed, rest
 
 
-def _share_parts(schema: Any, known: dict[str, Schema]) -> Any:
+def _share_definitions(schema: Any, definitions: dict[str, Schema]) -> Any:
     """The schema with references to its quantities, vectors and mappings of several kinds, which
-    are added to the ``known`` definitions."""
+    are added to the ``definitions``."""
     if isinstance(schema, list):
-        return [_share_parts(each, known) for each in schema]
+        return [_share_definitions(item, definitions) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    own = {key: each for key in REFERENCE_SIBLINGS if (each := schema.get(key)) is not None}
-    rest = {key: _share_parts(x, known) for key, x in schema.items() if key not in own}
+    siblings = {
+        key: sibling for key in REFERENCE_SIBLINGS if (sibling := schema.get(key)) is not None
+    }
+    rest = {
+        key: _share_definitions(x, definitions) for key, x in schema.items() if key not in siblings
+    }
     if isinstance(schema.get("quantity"), str):
-        return {"$ref": f"{DEFINITION_PREFIX}{_quantity(own | rest, known)}"} | own
+        return {"$ref": f"{DEFINITION_PREFIX}{_quantity(siblings | rest, definitions)}"} | siblings
     if "prefixItems" in rest:
-        name = _known_as(f"list_of_{len(rest['prefixItems'])}", rest, known)
-        return {"$ref": f"{DEFINITION_PREFIX}{name}"} | own
+        name = _known_as(f"list_of_{len(rest['prefixItems'])}", rest, definitions)
+        return {"$ref": f"{DEFINITION_PREFIX}{name}"} | siblings
     if "allOf" in rest:
-        name = _known_as(f"by_{rest['required'][0]}", rest, known)
-        return {"$ref": f"{DEFINITION_PREFIX}{name}"} | own
-    return own | rest
+        name = _known_as(f"by_{rest['required'][0]}", rest, definitions)
+        return {"$ref": f"{DEFINITION_PREFIX}{name}"} | siblings
+    return siblings | rest
 
 
-def _quantity(schema: Schema, known: dict[str, Schema]) -> str:
+def _quantity(schema: Schema, definitions: dict[str, Schema]) -> str:
     """The name of the definition of a quantity."""
     what, unit = schema["quantity"], schema["unit"]
-    said = f"{what} in {unit}, or with a unit" if unit else what
-    kept = {key: x for key, x in schema.items() if key not in REFERENCE_SIBLINGS}
-    definition = {"description": f"{said[0].upper()}{said[1:]}.", **kept}
-    return _known_as(re.sub(r"\W+", "_", f"{what} {unit}").strip("_"), definition, known)
+    meaning = f"{what} in {unit}, or with a unit" if unit else what
+    keywords = {key: x for key, x in schema.items() if key not in REFERENCE_SIBLINGS}
+    definition = {"description": f"{meaning[0].upper()}{meaning[1:]}.", **keywords}
+    return _known_as(re.sub(r"\W+", "_", f"{what} {unit}").strip("_"), definition, definitions)
 
 
-def _known_as(stem: str, definition: Schema, known: dict[str, Schema]) -> str:
-    """The name of a ``definition``, which is added to the ``known`` ones if it is new."""
+def _known_as(stem: str, definition: Schema, definitions: dict[str, Schema]) -> str:
+    """The name of a ``definition``, which is added to the ``definitions`` if it is new."""
     tried = (stem if k == 1 else f"{stem}_{k}" for k in count(1))
-    return next(name for name in tried if known.setdefault(name, definition) == definition)
+    return next(name for name in tried if definitions.setdefault(name, definition) == definition)
 
 
-def _append_units(schema: Schema, known: Mapping[str, Schema]) -> None:
+def _append_units(schema: Schema, definitions: Mapping[str, Schema]) -> None:
     """Append their units to the meanings of keys; editors show no other part of a reference."""
     for value in schema.get("properties", {}).values():
-        units = [*dict.fromkeys(_units_of(value, known))]
+        units = [*dict.fromkeys(_units_of(value, definitions))]
         if isinstance(value, dict) and units:
             value["description"] = f"{value.get('description', '')} Unit: {', '.join(units)}."
 
 
-def _units_of(value: Any, known: Mapping[str, Schema]) -> Iterator[str]:
+def _units_of(value: Any, definitions: Mapping[str, Schema]) -> Iterator[str]:
     """Units of a value, or of the values in a list, but not in a mapping."""
     if isinstance(value, list):
-        for each in value:
-            yield from _units_of(each, known)
+        for item in value:
+            yield from _units_of(item, definitions)
     elif isinstance(value, dict):
-        definition = known.get(value.get("$ref", "").removeprefix(DEFINITION_PREFIX), {})
+        definition = definitions.get(value.get("$ref", "").removeprefix(DEFINITION_PREFIX), {})
         yield from [definition["unit"]] if definition.get("unit") else []
         for key in SEVERAL:
-            yield from _units_of(definition.get(key), known)
-            yield from _units_of(value.get(key), known)
+            yield from _units_of(definition.get(key), definitions)
+            yield from _units_of(value.get(key), definitions)
 
 
 def _with_mappings(shared: Mapping[str, Schema]) -> set[str]:
     """The definitions that are mappings, or refer to one."""
-    texts = {name: json.dumps(each) for name, each in shared.items()}
+    texts = {name: json.dumps(definition) for name, definition in shared.items()}
     deep = {name for name, text in texts.items() if '"type": "object"' in text}
     while more := {name for name, text in texts.items() if _refers(text, deep)} - deep:
         deep |= more
@@ -244,33 +256,35 @@ def _refers(text: str, names: set[str]) -> bool:
 def _partial(schema: Schema, name: str, deep: set[str]) -> Schema:
     """The definition ``name`` with no key required and with null for each. Keys without mappings
     below are unchanged."""
-    found: Schema = _optional(schema, deep)
+    partial: Schema = _optional(schema, deep)
     for key, value in schema.get("properties", {}).items():
         text = json.dumps(value)
         if '"type": "object"' not in text and not _refers(text, deep):
             place = {"$ref": f"{DEFINITION_PREFIX}{name}/properties/{key}"}
-            found["properties"][key] = _or_none(place)
-    return found
+            partial["properties"][key] = _or_none(place)
+    return partial
 
 
 def _optional(schema: Any, deep: set[str]) -> Any:
     """The schema with no key required, with null for each, and with the partial form of nested
     definitions."""
     if isinstance(schema, list):
-        return [_optional(each, deep) for each in schema]
+        return [_optional(item, deep) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    kept = {key: each for key, each in schema.items() if key != "examples"}
-    found = {key: each if key == "if" else _optional(each, deep) for key, each in kept.items()}
+    keywords = {key: item for key, item in schema.items() if key != "examples"}
+    optional = {
+        key: item if key == "if" else _optional(item, deep) for key, item in keywords.items()
+    }
     name = str(schema.get("$ref", "")).removeprefix(DEFINITION_PREFIX)
     if name in deep:
-        found["$ref"] = f"{DEFINITION_PREFIX}Part_{name}"
+        optional["$ref"] = f"{DEFINITION_PREFIX}Part_{name}"
     if schema.get("type") == "object":
-        found.pop("required", None)
-        found["properties"] = {k: _or_none(x) for k, x in found.get("properties", {}).items()}
-        if isinstance(found.get("additionalProperties"), dict):
-            found["additionalProperties"] = _or_none(found["additionalProperties"])
-    return found
+        optional.pop("required", None)
+        optional["properties"] = {k: _or_none(x) for k, x in optional.get("properties", {}).items()}
+        if isinstance(optional.get("additionalProperties"), dict):
+            optional["additionalProperties"] = _or_none(optional["additionalProperties"])
+    return optional
 
 
 def _or_none(schema: Schema) -> Schema:

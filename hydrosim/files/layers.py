@@ -195,10 +195,10 @@ def _assigned_item(node: SequenceNode, key: str, rest: Sequence[str], value: Nod
     return SequenceNode(node.tag, list(items.values()), *_marks(node), node.flow_style)
 
 
-def _require(key: str, known: Collection[str], at: Node) -> None:
-    if key not in known:
-        text = f'found no "{key}" there; expected one of: {", ".join(known) or "nothing"}'
-        raise error_at(at.start_mark, with_hint(text, suggestion(key, known)))
+def _require(key: str, names: Collection[str], at: Node) -> None:
+    if key not in names:
+        text = f'found no "{key}" there; expected one of: {", ".join(names) or "nothing"}'
+        raise error_at(at.start_mark, with_hint(text, suggestion(key, names)))
 
 
 def _mapping(inside: Mapping[str, tuple[ScalarNode, Node]], like: Node) -> MappingNode:

@@ -17,7 +17,7 @@ from hydrosim.errors import InputError, unwritable
 if sys.platform != "win32":
     from fcntl import LOCK_EX, LOCK_NB, flock
 
-HOLDER = re.compile(r"(\d+@\S*\n)?")
+HOLDER_PATTERN = re.compile(r"(\d+@\S*\n)?")
 """Line that a lock file holds: its `this_process`."""
 
 
@@ -91,7 +91,7 @@ def _open_lock(path: Path) -> TextIO:
     except OSError as error:
         raise _no_lock(path, str(error.strerror)) from None
     file = os.fdopen(number, "r+", encoding="utf-8", errors="replace")
-    if not stat.S_ISREG(os.fstat(number).st_mode) or not HOLDER.fullmatch(file.read(300)):
+    if not stat.S_ISREG(os.fstat(number).st_mode) or not HOLDER_PATTERN.fullmatch(file.read(300)):
         file.close()
         raise _no_lock(path, "it is no lock file")
     file.seek(0)
@@ -103,7 +103,7 @@ def is_lock(path: Path) -> bool:
     if path.is_symlink() or not path.is_file():
         return False
     with path.open(encoding="utf-8", errors="replace") as file:
-        return HOLDER.fullmatch(file.read(300)) is not None
+        return HOLDER_PATTERN.fullmatch(file.read(300)) is not None
 
 
 def _no_lock(path: Path, reason: str) -> InputError:

@@ -122,22 +122,23 @@ SYNONYMS = {
 """Other technical words for keys and values of hydrosim, in lower case."""
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """Question with the word of ``known`` that was probably meant; empty if none is similar."""
-    found = closest_word(word, known)
-    return f'did you mean "{found}"?' if found else ""
+def suggestion(word: str, candidates: Iterable[str]) -> str:
+    """Question with the word of ``candidates`` that was probably meant; empty without a similar
+    one."""
+    closest = closest_word(word, candidates)
+    return f'did you mean "{closest}"?' if closest else ""
 
 
-def closest_word(word: str, known: Iterable[str]) -> str:
-    """The word of ``known`` that was probably meant; empty if none is similar."""
-    return next(_closest_words(_plain(word), list(known)), "")
+def closest_word(word: str, candidates: Iterable[str]) -> str:
+    """The word of ``candidates`` that was probably meant; empty without a similar one."""
+    return next(_closest_words(_plain(word), list(candidates)), "")
 
 
-def _closest_words(word: str, known: list[str]) -> Iterator[str]:
-    plain = {_plain(name): name for name in known}
+def _closest_words(word: str, candidates: list[str]) -> Iterator[str]:
+    plain = {_plain(name): name for name in candidates}
     yield from [plain[word]] if word in plain else []
-    yield from (name for name in known if word in SYNONYMS.get(name, "").split())
-    yield from (name for name in known if "_" in word and _has_words(name, word))
+    yield from (name for name in candidates if word in SYNONYMS.get(name, "").split())
+    yield from (name for name in candidates if "_" in word and _has_words(name, word))
     yield from (plain[name] for name in get_close_matches(word, plain, n=1, cutoff=MIN_SIMILARITY))
 
 
@@ -187,10 +188,12 @@ def validation_problems(error: ValidationError, data: Any, readers: Readers) -> 
     renamed = {*_renamed_keys(every, data, readers)}
     for details in every:
         if details["loc"] not in renamed:
-            yield _problem(details, data, readers, every)
+            yield _problem_of_error(details, data, readers, every)
 
 
-def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Details]) -> Problem:
+def _problem_of_error(
+    details: Details, data: Any, readers: Readers, every: Sequence[Details]
+) -> Problem:
     keys, value, context = details["loc"], details["input"], details.get("ctx", {})
     match details["type"]:
         case "hydrosim":
@@ -237,18 +240,18 @@ def _problem(details: Details, data: Any, readers: Readers, every: Sequence[Deta
 def _similar_errors(details: Details, every: Sequence[Details]) -> list[Details]:
     """The errors of the same kind in the same mapping or list."""
     kind, above = details["type"], details["loc"][:-1]
-    return [each for each in every if each["type"] == kind and each["loc"][:-1] == above]
+    return [error for error in every if error["type"] == kind and error["loc"][:-1] == above]
 
 
 def _renamed_keys(every: Sequence[Details], data: Any, readers: Readers) -> Iterator[Keys]:
     """The missing keys that exist under another name."""
-    missing = {each["loc"] for each in every if each["type"] == "missing"}
-    for each in every:
-        keys = each["loc"]
+    missing = {error["loc"] for error in every if error["type"] == "missing"}
+    for error in every:
+        keys = error["loc"]
         reader = readers.get(id(_value_at(data, keys[:-1])))
-        if each["type"] == "extra_forbidden" and reader:
-            found = (*keys[:-1], closest_word(str(keys[-1]), _fields(reader)))
-            yield from {found} & missing
+        if error["type"] == "extra_forbidden" and reader:
+            corrected = (*keys[:-1], closest_word(str(keys[-1]), _fields(reader)))
+            yield from {corrected} & missing
 
 
 def _count_text(count: int) -> str:
@@ -256,16 +259,18 @@ def _count_text(count: int) -> str:
 
 
 def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details]) -> Problem:
-    known = _fields(reader) if reader else {}
+    fields = _fields(reader) if reader else {}
     if len(alike) >= MANY_UNKNOWN:
-        names = ", ".join(str(each["loc"][-1]) for each in alike)
-        text = f"found {len(alike)} unknown keys, {names}; expected some of: {', '.join(known)}"
+        names = ", ".join(str(error["loc"][-1]) for error in alike)
+        text = f"found {len(alike)} unknown keys, {names}; expected some of: {', '.join(fields)}"
         return Problem(keys[:-1], text)
     key = str(keys[-1])
     if comma := _of_comma(key):
         return Problem(keys, f"found a key that begins with a digit; {comma}")
-    remedy = _of_colon(key, known) or suggestion(key, known)
-    expected = "" if remedy and len(known) > MANY_KNOWN else f"expected one of: {', '.join(known)}"
+    remedy = _of_colon(key, fields) or suggestion(key, fields)
+    expected = (
+        "" if remedy and len(fields) > MANY_KNOWN else f"expected one of: {', '.join(fields)}"
+    )
     text = "; ".join(part for part in ("found an unknown key", expected, remedy) if part)
     return Problem(keys, text)
 
@@ -277,10 +282,10 @@ def _of_comma(key: str) -> str:
     return ""
 
 
-def _of_colon(key: str, known: Mapping[str, Any]) -> str:
+def _of_colon(key: str, fields: Mapping[str, Any]) -> str:
     """The remedy if a colon, or the blank after it, is missing after a known key."""
     first = re.split(r"[\s:]", key)[0]
-    return f'write "{first}: value", with a colon and a blank' if first in {*known} - {key} else ""
+    return f'write "{first}: value", with a colon and a blank' if first in {*fields} - {key} else ""
 
 
 def _other_name(key: str, value: Any) -> str:
@@ -289,12 +294,12 @@ def _other_name(key: str, value: Any) -> str:
     given = next((name for name in names if _of_colon(name, {key: None})), "")
     if given:
         return f'write "{key}: value", with a colon and a blank, not "{given}"'
-    found = next((name for name in names if closest_word(name, [key])), "")
-    return f'is "{found}" meant as "{key}"?' if found else ""
+    other_name = next((name for name in names if closest_word(name, [key])), "")
+    return f'is "{other_name}" meant as "{key}"?' if other_name else ""
 
 
 def _too_few(value: Any, alike: Sequence[Details]) -> str:
-    count = 1 + max(each["loc"][-1] for each in alike)
+    count = 1 + max(error["loc"][-1] for error in alike)
     return f"found {value_text(value)}; expected {count} values"
 
 
@@ -306,7 +311,7 @@ def _flat(value: Sequence[Any]) -> str:
 
 def _mapping(context: Mapping[str, Any]) -> str:
     """Description of the mapping that the model of that name reads."""
-    models = [each for each in _models(BaseModel) if each.__name__ == context.get("class_name")]
+    models = [model for model in _models(BaseModel) if model.__name__ == context.get("class_name")]
     if not models:
         return EXPECTED["model_type"]
     fields = _fields(models[0])
@@ -317,9 +322,9 @@ def _mapping(context: Mapping[str, Any]) -> str:
 
 
 def _models(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    for each in base.__subclasses__():
-        yield each
-        yield from _models(each)
+    for subclass in base.__subclasses__():
+        yield subclass
+        yield from _models(subclass)
 
 
 def _missing(keys: Keys, reader: type[BaseModel]) -> str:
@@ -369,7 +374,11 @@ def validate_document(document: Node, model: type[M], further: Further[M] = lamb
     try:
         data = model.model_validate(raw, context=readers)
     except ValidationError as error:
-        empty = [each for each in _empty_value_problems(document) if ":" not in str(each.keys[-1])]
+        empty = [
+            empty_value
+            for empty_value in _empty_value_problems(document)
+            if ":" not in str(empty_value.keys[-1])
+        ]
         _report([*validation_problems(error, raw, readers), *empty], document)
         raise
     _report([*_empty_value_problems(document), *further(data)], document)

@@ -112,8 +112,8 @@ class Output:
         if self.reads_itself():
             self._refuse(f"{path} is an input and would be overwritten; expected another name")
         if not self.overwrite and content(path) != self._content:
-            found = content(path)
-            there = f"the {found}" if found else "not a result of this program"
+            mark = content(path)
+            there = f"the {mark}" if mark else "not a result of this program"
             self._refuse(
                 f"{path} exists and is {there}; expected a new name, or the name of an earlier"
                 f" {self._content}. Give another name, or replace it with --overwrite"
@@ -203,15 +203,17 @@ class Output:
     def _put_file(self, part: Path) -> None:
         """Rename a complete file to its final name. An earlier file of other settings is kept, with
         a warning."""
-        if not self.overwrite and (said := _differences(settings_of(self.path), self.settings)):
+        if not self.overwrite and (
+            differences := _differences(settings_of(self.path), self.settings)
+        ):
             stem = self.path.stem
             suffix = self.path.suffix
             names = (self.path.with_name(f"{stem}.{k}{suffix}") for k in count(1))
             spare = next(name for name in names if not os.path.lexists(name))
             self.path.rename(spare)
             warnings.warn(
-                f"{self.path} was made with other settings ({said}; in SI and radians). It is"
-                f" kept as {spare.name}; --overwrite replaces it instead.",
+                f"{self.path} was made with other settings ({differences}; in SI and radians). It"
+                f" is kept as {spare.name}; --overwrite replaces it instead.",
                 stacklevel=2,
             )
         part.replace(self.path)
@@ -263,13 +265,15 @@ def _differences(before: str, now: str) -> str:
     if not before or not now or before == now:
         return ""
     try:
-        one = dict(json.loads(before))
+        settings_before = dict(json.loads(before))
     except (ValueError, TypeError):  # the file was changed after it was written
         return "settings that cannot be read"
     other = json.loads(now)
-    keys = [key for key in {**one, **other} if one.get(key) != other.get(key)]
+    keys = [
+        key for key in {**settings_before, **other} if settings_before.get(key) != other.get(key)
+    ]
     told = [
-        f"{key} {_value_text(one, key)}, now {_value_text(other, key)}"
+        f"{key} {_value_text(settings_before, key)}, now {_value_text(other, key)}"
         for key in keys[:MAX_SETTINGS_TOLD]
     ]
     more = [f"and {len(keys) - MAX_SETTINGS_TOLD} more"] if len(keys) > MAX_SETTINGS_TOLD else []
@@ -293,8 +297,8 @@ def content(path: Path) -> str | None:
                 ends += file.read()
     except OSError:
         return None
-    found = MARK.fullmatch(_attribute(path, "history").encode()) if hdf5 else MARK.search(ends)
-    return found[1].decode() if found else None
+    match = MARK.fullmatch(_attribute(path, "history").encode()) if hdf5 else MARK.search(ends)
+    return match[1].decode() if match else None
 
 
 def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
@@ -342,9 +346,9 @@ def _attribute(path: Path, name: str) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _is_same_file(one: Path, other: Path) -> bool:
+def _is_same_file(first: Path, second: Path) -> bool:
     with suppress(OSError):
-        return one.samefile(other)
+        return first.samefile(second)
     return False
 
 
@@ -369,16 +373,16 @@ def check_folder(folder: Path, is_own: IsOwn) -> None:
     if not os.path.lexists(folder):
         return
     if not is_folder(folder):
-        found = "a link" if folder.is_symlink() else "no folder"
+        file_kind = "a link" if folder.is_symlink() else "no folder"
         raise InputError(
-            f"{folder}: is {found}; expected no file, or the folder in which this program keeps"
+            f"{folder}: is {file_kind}; expected no file, or the folder in which this program keeps"
             " finished runs. Move it away, or give the result another name."
         )
     for path in sorted(folder.iterdir()):
         if not is_own(path):
-            found = "a link" if path.is_symlink() else "not a file of this program, or damaged"
+            file_kind = "a link" if path.is_symlink() else "not a file of this program, or damaged"
             raise InputError(
-                f"{path}: is {found}; expected only files of this program in {folder}, where it"
+                f"{path}: is {file_kind}; expected only files of this program in {folder}, where it"
                 " keeps finished runs. Move it away, or give the result another name."
             )
 
@@ -407,8 +411,8 @@ def has_mark(path: Path, what: str) -> bool:
     that is damaged, has no readable mark: it counts as marked."""
     if not is_regular_file(path):
         return False
-    said = content(path)
-    return said.startswith(f"{what} of ") if said else _says_nothing(path)
+    mark = content(path)
+    return mark.startswith(f"{what} of ") if mark else _says_nothing(path)
 
 
 def _says_nothing(path: Path) -> bool:

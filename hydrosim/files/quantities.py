@@ -252,22 +252,22 @@ def _steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidat
 def from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
     """Refuses a table that does not begin at 0 or has only one point."""
     if len(values) < 2 or values[0] != 0.0:
-        found = "[" + ", ".join(f"{x:g}" for x in values) + "]"
-        raise problem(found, "a table of at least two points, the first at 0")
+        values_text = "[" + ", ".join(f"{x:g}" for x in values) + "]"
+        raise problem(values_text, "a table of at least two points, the first at 0")
     return values
 
 
 def _round(values: tuple[float, ...]) -> tuple[float, ...]:
     """Refuses headings that cover neither 0 to 180 deg nor the whole circle."""
-    found = "headings from {:g} to {:g} deg".format(*np.degrees([values[0], values[-1]]))
+    range_text = "headings from {:g} to {:g} deg".format(*np.degrees([values[0], values[-1]]))
     if values[-1] <= np.pi * (1.0 + 1e-9):
         if values[0] != 0.0 or values[-1] < np.pi * (1.0 - 1e-9):
-            raise problem(found, "0 to 180 deg for half a circle, or more than that")
+            raise problem(range_text, "0 to 180 deg for half a circle, or more than that")
         gap = np.diff(values).max()
     else:
         gap = np.diff([*values, values[0] + 2.0 * np.pi]).max()
         if values[-1] - values[0] > 2.0 * np.pi - 1e-6:
-            raise problem(found, "each direction once; leave 360 deg out where there is 0")
+            raise problem(range_text, "each direction once; leave 360 deg out where there is 0")
     if gap > 0.5 * np.pi * (1.0 + 1e-9):
         raise problem(f"a gap of {np.degrees(gap):g} deg", "headings at most 90 deg apart")
     return values

@@ -162,7 +162,7 @@ def read_matlab5(source: Source) -> Recording:
     except (MatReadError, *_DAMAGE) as error:
         source.wrong(f"cannot be read as MATLAB file ({error}); save it again")
     named = ((name, value) for name, value in content.items() if not name.startswith("__"))
-    arrays = {name: array for each in named for name, array in _arrays(*each)}
+    arrays = {name: array for variable in named for name, array in _arrays(*variable)}
     return of_arrays(source, "MATLAB", arrays, {name: name_and_unit(name)[1] for name in arrays})
 
 
@@ -181,18 +181,18 @@ def read_netcdf(source: Source) -> Recording:
     numbered from 1 on."""
     try:
         with xr.open_dataset(source.file, engine="netcdf4", decode_times=False) as opened:
-            found = opened.load()
+            dataset = opened.load()
     except (OSError, ValueError, RuntimeError) as error:
         source.wrong(f"cannot be read as netCDF ({error}); is it complete?")
-    time = next((dim for dim in map(str, found.dims) if is_time(dim)), None)
+    time = next((dim for dim in map(str, dataset.dims) if is_time(dim)), None)
     if time is None:
-        names = ", ".join(map(str, found.dims))
+        names = ", ".join(map(str, dataset.dims))
         source.wrong(f"found the dimensions {names or 'none'}; expected time, or t, among them")
-    if time not in found.coords:
+    if time not in dataset.coords:
         source.wrong(f"found a dimension {time} without values; expected the times [s]")
-    stamp = found[time]
+    stamp = dataset[time]
     first = RecordedColumn(time, _unit(stamp.attrs.get("units")), stamp.values.astype(float))
-    over_time = _label_dimensions(found, time)
+    over_time = _label_dimensions(dataset, time)
     columns = [first]
     for name in columns_of(over_time):
         values, unit = select(source, over_time, name)
@@ -200,10 +200,10 @@ def read_netcdf(source: Source) -> Recording:
     return Recording(source, "netCDF", columns)
 
 
-def _label_dimensions(found: xr.Dataset, time: str) -> xr.Dataset:
+def _label_dimensions(dataset: xr.Dataset, time: str) -> xr.Dataset:
     """Numeric variables over a dimension called time, with names for the entries of other
     dimensions."""
-    renamed = found.rename({time: "time"}) if time != "time" else found
+    renamed = dataset.rename({time: "time"}) if time != "time" else dataset
     numbers = renamed[[name for name, array in renamed.items() if array.dtype.kind in "iuf"]]
     labels = {
         dim: [str(x) for x in (numbers[dim].values if dim in numbers.coords else range(1, n + 1))]
@@ -250,8 +250,10 @@ def _read(source: Source, form: str, file: h5py.File) -> Recording:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and path[0] != "#":
             name = path.replace("/", ".")
             arrays[name] = item[()]
-            said = next((item.attrs[key] for key in UNIT_ATTRIBUTES if key in item.attrs), None)
-            text = said.decode() if isinstance(said, bytes) else said
+            unit_text = next(
+                (item.attrs[key] for key in UNIT_ATTRIBUTES if key in item.attrs), None
+            )
+            text = unit_text.decode() if isinstance(unit_text, bytes) else unit_text
             units[name] = None if text is None else readable_unit(str(text))
 
     file.visititems(take)
@@ -307,11 +309,11 @@ def write_recording(
         at = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
         time, rows = at, scipy.interpolate.CubicSpline(time, rows)(at)
     names = ["time", *map(escape_unprintable, channels)]
-    said = [unit for _, unit in columns]
+    column_units = [unit for _, unit in columns]
     if shown is not None:
-        rows = rows * np.array([shown(unit)[1] for unit in said])
-        said = [shown(unit)[0] for unit in said]
-    units = [f"[{escape_unprintable(unit)}]" for unit in ("s", *said)]
+        rows = rows * np.array([shown(unit)[1] for unit in column_units])
+        column_units = [shown(unit)[0] for unit in column_units]
+    units = [f"[{escape_unprintable(unit)}]" for unit in ("s", *column_units)]
     text = "SI and radians" if shown is None else "units of the case"
     number = digits + 7  # sign, point and exponent are 7 at most
     widths = [

@@ -76,24 +76,24 @@ def _read_text(source: Source, columns: Sequence[Column]) -> Series:
 
 def _label(text: TextTable, k: int) -> str | None:
     """The unit of a column of a text file; None where the file says none that is known."""
-    said = unit_of_column(text, k) if text.names else None
-    return (readable_unit(said) or None) if said else None
+    unit = unit_of_column(text, k) if text.names else None
+    return (readable_unit(unit) or None) if unit else None
 
 
 def _require_one_unit(source: Source, units: Sequence[str | None]) -> None:
     if len(set(units)) > 1:
-        found = " and ".join(unit or "no unit" for unit in units)
-        source.wrong(f"found columns in {found}; expected one unit for all")
+        units_text = " and ".join(unit or "no unit" for unit in units)
+        source.wrong(f"found columns in {units_text}; expected one unit for all")
 
 
 def _time_column(source: Source, text: TextTable) -> int:
     for i, name in enumerate(text.names):
         bare, unit = name_and_unit(name)
         if TIME_COLUMN.fullmatch(bare):
-            said = text.units[i].strip("[]()") if text.units else unit
-            if said not in (None, "", "s", "sec", "seconds"):
-                found = value_text(name if unit else f"{name} {text.units[i]}")
-                source.wrong(f"found {found}; expected the time in s; convert it")
+            unit_text = text.units[i].strip("[]()") if text.units else unit
+            if unit_text not in (None, "", "s", "sec", "seconds"):
+                column_text = value_text(name if unit else f"{name} {text.units[i]}")
+                source.wrong(f"found {column_text}; expected the time in s; convert it")
             return i
     return 0
 
@@ -132,13 +132,17 @@ def _read_run(source: Source, columns: Sequence[Column]) -> Series:
 
 def columns_of(run: xr.Dataset, modes: bool = False) -> Iterator[str]:
     """The names of all columns over time: measured quantities, or ``modes`` (flags) instead."""
-    known: dict[str, list[str]] = {}
+    units_by_name: dict[str, list[str]] = {}
     for name in run.data_vars:
         variable = run.variables[name]
         if "time" in variable.dims and ("flag_values" in variable.attrs) == modes:
             dims = [*_other_dims(variable)]
-            known |= {dim: [*map(str, _labels_along(run, dim))] for dim in dims if dim not in known}
-            labels = [known[dim] for dim in dims]
+            units_by_name |= {
+                dim: [*map(str, _labels_along(run, dim))]
+                for dim in dims
+                if dim not in units_by_name
+            }
+            labels = [units_by_name[dim] for dim in dims]
             yield from (".".join([str(name), *chosen]) for chosen in product(*labels))
 
 
@@ -175,23 +179,23 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
     return values.values.astype(float), unit_of(values.attrs, labels)
 
 
-def unit_of(said: Mapping[str, object], labels: Sequence[str]) -> str:
+def unit_of(attributes: Mapping[str, object], labels: Sequence[str]) -> str:
     """The unit of the selection by ``labels``, from the attributes of a variable. It is the unit of
     the statistic if the last label has its own, else of the degree of freedom, else of the
     variable. Motions of joints and drives are angles or offsets. Older files have "m or rad", or
     "m, rad or s", for translations and rotations."""
     apart = dict(
-        each.split(": ") for each in str(said.get(STATISTIC_UNITS, "")).split(", ") if each
+        pair.split(": ") for pair in str(attributes.get(STATISTIC_UNITS, "")).split(", ") if pair
     )
     if labels and labels[-1] in apart:
         return apart[labels[-1]]
     row = next((DOFS.index(label) for label in labels if label in DOFS), 0)
     if any(_is_turn(label) for label in labels):
         row = 3
-    if "dof_units" in said:
-        return str(said["dof_units"]).split(", ")[row]
-    each = re.split(", | or ", str(said.get("units", "")))
-    return each[min(row // 3, len(each) - 1)]
+    if "dof_units" in attributes:
+        return str(attributes["dof_units"]).split(", ")[row]
+    alternatives = re.split(", | or ", str(attributes.get("units", "")))
+    return alternatives[min(row // 3, len(alternatives) - 1)]
 
 
 def _is_turn(label: str) -> bool:

@@ -151,11 +151,11 @@ class Source:
             self.wrong(f"cannot be read ({error.strerror}); expected a recorded series")
 
     def unknown(
-        self, what: str, name: str, known: Sequence[str], line: int | None = None
+        self, what: str, name: str, names: Sequence[str], line: int | None = None
     ) -> NoReturn:
-        """Raises InputError: ``name`` is not among the ``known``."""
-        text = f"found no {what} {value_text(name)}; expected one of: {', '.join(known) or 'none'}"
-        self.wrong(with_hint(text, suggestion(name, known)), line)
+        """Raises InputError: ``name`` is not among the ``names``."""
+        text = f"found no {what} {value_text(name)}; expected one of: {', '.join(names) or 'none'}"
+        self.wrong(with_hint(text, suggestion(name, names)), line)
 
 
 @dataclass(frozen=True)
@@ -221,9 +221,9 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
 def name_and_unit(text: str) -> tuple[str, str | None]:
     """Name and unit of "Heave (m)" or "Fx [kN]"; the whole text and None if it has no known
     unit."""
-    found = IN_BRACKETS.fullmatch(text.strip())
-    unit = found and readable_unit(found["unit"] if found["round"] is None else found["round"])
-    return (text.strip(), None) if not found or unit is None else (found["name"], unit)
+    match = IN_BRACKETS.fullmatch(text.strip())
+    unit = match and readable_unit(match["unit"] if match["round"] is None else match["round"])
+    return (text.strip(), None) if not match or unit is None else (match["name"], unit)
 
 
 def unit_of_column(table: TextTable, k: int) -> str | None:

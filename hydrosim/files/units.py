@@ -51,8 +51,8 @@ def _key(unit: str, si: str) -> str:
 
 @lru_cache(maxsize=1)
 def _factors() -> dict[str, float]:
-    found = stored(_name())
-    return {} if found is None else dict(json.loads(found))
+    content = stored(_name())
+    return {} if content is None else dict(json.loads(content))
 
 
 def _name() -> str:
@@ -83,13 +83,13 @@ SIGNED, UNSIGNED = (
 VAGUE = re.compile(r"\b(?:mt|(?:force_)?tons?(?:_force)?)\b")  # mt would be a millitonne
 # pint treats rad as a plain number: a percentage is no angle, and a frequency in Hz is not in
 # rad/s.
-STRICT = ("", "rad", "rad/s", "m^2*s/rad")
+RADIAN_UNITS = ("", "rad", "rad/s", "m^2*s/rad")
 
 
-def problem(found: str, expected: str, remedy: str = "") -> PydanticCustomError:
+def problem(value: str, expected: str, remedy: str = "") -> PydanticCustomError:
     """A validation error in the words of this package."""
-    found = found if len(found) <= MAX_VALUE_LETTERS else f"{found[:MAX_VALUE_LETTERS]}..."
-    text = f"found {found}; expected {expected}" + (f"; {remedy}" if remedy else "")
+    value = value if len(value) <= MAX_VALUE_LETTERS else f"{value[:MAX_VALUE_LETTERS]}..."
+    text = f"found {value}; expected {expected}" + (f"; {remedy}" if remedy else "")
     return PydanticCustomError("hydrosim", "{text}", {"text": text})
 
 
@@ -138,10 +138,10 @@ class Quantity:
 
     def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
         limits = {"exclusiveMinimum": self.above, "minimum": self.at_least, "maximum": self.at_most}
-        found = _number_or_text(self.what, self.unit, self.example, **limits)
+        json_schema = _number_or_text(self.what, self.unit, self.example, **limits)
         if self.infinite:
-            found["anyOf"].append({"const": "infinite"})
-        return found
+            json_schema["anyOf"].append({"const": "infinite"})
+        return json_schema
 
     def read(self, value: object) -> float:
         """The value in SI; raises PydanticCustomError if it is not such a quantity."""
@@ -241,10 +241,10 @@ class AnyQuantity:
 
     def read(self, value: object) -> Scale:
         """The factor; raises PydanticCustomError if the value is not a factor."""
-        found = self._read(value)
-        if self.above is not None and not found.value > self.above:
+        scale = self._read(value)
+        if self.above is not None and not scale.value > self.above:
             raise problem(value_text(value), self.expected_text, f"it must be above {self.above:g}")
-        return found
+        return scale
 
     def _read(self, value: object) -> Scale:
         text = value.strip() if isinstance(value, str) else ""
@@ -289,17 +289,17 @@ def value_text(value: object) -> str:
 def factor(unit: str, si: str) -> float:
     """The factor that converts a number in ``unit`` to ``si``; raises ValueError with the reason if
     there is none."""
-    found = stored_factor(unit, si)
-    if found is None:
-        found = _computed_factor(unit, si)
-        store_factor(unit, si, found)
-    return found
+    known_factor = stored_factor(unit, si)
+    if known_factor is None:
+        known_factor = _computed_factor(unit, si)
+        store_factor(unit, si, known_factor)
+    return known_factor
 
 
 def _computed_factor(unit: str, si: str) -> float:
     source = _known_unit(unit)
     target = registry().parse_units(si)
-    if not _same_kind(source, target, si in STRICT):
+    if not _same_kind(source, target, si in RADIAN_UNITS):
         raise ValueError(_why_not(unit, source, target))
     return float(registry().convert(1.0, source, target))
 

@@ -116,9 +116,9 @@ def _of_column(lines: list[str], at: yaml.Mark) -> tuple[yaml.Mark, str]:
     expected = ", or ".join(
         f'column {columns[k] + 1}, as "{_words(lines[k])}" in line {k + 1}' for k in others
     )
-    found = _words(lines[odd]), columns[odd] + 1
+    words = _words(lines[odd]), columns[odd] + 1
     mark = yaml.Mark(at.name, 0, odd, columns[odd], None, 0)
-    return mark, COLUMN.format(*found, expected or IN_ONE)
+    return mark, COLUMN.format(*words, expected or IN_ONE)
 
 
 def _column(line: str) -> int:
@@ -383,25 +383,31 @@ def _merge(node: Node, done: dict[int, Node]) -> Node:
             items = [_merge(item, done) for item in node.value]
             done[id(node)] = SequenceNode(node.tag, items, *ends)
         else:
-            own = [(key, _merge(x, done)) for key, x in node.value]
-            every = [pair for key, x in own if key.tag == MERGE for pair in _merge_entries(key, x)]
+            entries = [(key, _merge(x, done)) for key, x in node.value]
+            every = [
+                pair for key, x in entries if key.tag == MERGE for pair in _merge_entries(key, x)
+            ]
             under = {key.value: (key, x) for key, x in reversed(every)}
-            said = {key.value: (key, x) for key, x in own if key.tag != MERGE}
+            entries_by_key = {key.value: (key, x) for key, x in entries if key.tag != MERGE}
             removed = {
-                name for name in under.keys() & said.keys() if plain_values(said[name][1]) is None
+                name
+                for name in under.keys() & entries_by_key.keys()
+                if plain_values(entries_by_key[name][1]) is None
             }
-            found = {n: pair for n, pair in {**under, **said}.items() if n not in removed}
-            done[id(node)] = MappingNode(node.tag, [*found.values()], *ends)
+            merged = {
+                n: pair for n, pair in {**under, **entries_by_key}.items() if n not in removed
+            }
+            done[id(node)] = MappingNode(node.tag, [*merged.values()], *ends)
     return done[id(node)]
 
 
 def _merge_entries(key: ScalarNode, value: Node) -> Iterator[tuple[ScalarNode, Node]]:
     """The entries of the mappings in the value of a merge key."""
-    for each in value.value if isinstance(value, SequenceNode) else [value]:
-        if not isinstance(each, MappingNode):
+    for node in value.value if isinstance(value, SequenceNode) else [value]:
+        if not isinstance(node, MappingNode):
             text = 'found no mapping after "<<"; expected one by its anchor, as in <<: *bow_line'
             raise error_at(key.start_mark, text)
-        yield from each.value
+        yield from node.value
 
 
 # File and line of the keys of a YAML file, for messages that name a key after the file was read.
@@ -454,14 +460,16 @@ def _named_places(line: str, places: Places) -> Iterator[str]:
     """Places of the keys that a line begins with, or that follow its first colon: a dotted name, or
     a single word. For "bodies.barge.inertia, mass" the keys that exist, or else the mapping that
     should have them."""
-    for found in SUBJECT.finditer(line):
-        key, others = found.groups()
+    for match in SUBJECT.finditer(line):
+        key, others = match.groups()
         if "." not in key and not line.startswith(f"{key}:"):
             continue
         above = key.rpartition(".")[0]
         beside = [f"{above}.{name}" for name in others.split(", ")[1:]]
-        known = [each for each in (key, *beside, *_parent_keys(key)) if each in places]
-        yield from [places[known[0]]] if known else []
+        keys_there = [
+            place_key for place_key in (key, *beside, *_parent_keys(key)) if place_key in places
+        ]
+        yield from [places[keys_there[0]]] if keys_there else []
 
 
 def _parent_keys(key: str) -> Iterator[str]:
@@ -500,5 +508,5 @@ def _in_file(line: str, path: Path) -> str:
         return line
     node = compose_nodes(path.read_text(encoding="utf-8-sig"), str(path))
     places = places_of(node) if node else {}
-    found = [place for key, place in places.items() if f".{key}".endswith(f".{word[0]}")]
-    return f"{found[0]}: {line.removeprefix(begin)}" if found else line
+    places_in_file = [place for key, place in places.items() if f".{key}".endswith(f".{word[0]}")]
+    return f"{places_in_file[0]}: {line.removeprefix(begin)}" if places_in_file else line

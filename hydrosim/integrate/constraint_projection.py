@@ -120,8 +120,8 @@ def _drives_part_joint(state, model, work):
     parted = False
     for i in range(p.each.size):
         mode = state.modes[p.mode + i]
-        kept = mode[SEGMENT]
-        if mode[MODE] != CLOSED or kept == locks.every_row(i, p):
+        kept_rows = mode[SEGMENT]
+        if mode[MODE] != CLOSED or kept_rows == locks.every_row(i, p):
             continue
         mode[SEGMENT] = locks.every_row(i, p)
         constraints.number[0] = 0
@@ -129,7 +129,7 @@ def _drives_part_joint(state, model, work):
             state.y, state.modes, work.motion, model.bodies, p, work.total, constraints, holds
         )
         parted = parted or _is_parted(i, state.y, model.bodies.active.size, constraints, holds)
-        mode[SEGMENT] = kept
+        mode[SEGMENT] = kept_rows
     return parted
 
 
@@ -324,13 +324,13 @@ def _ratchets_join(y, modes, model, work):
     """Close running ratchets without teeth that go back; true if there are any."""
     n = model.bodies.active.size
     p = model.elements.locks
-    found = False
+    has_joined = False
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     for i in range(p.each.size):
         if locks.goes_back(i, y, modes, model.bodies, work.motion, p):
             locks.close_lock(i, y, modes, work.motion, model.bodies, p)
-            found = True
-    return found
+            has_joined = True
+    return has_joined
 
 
 @kernel

@@ -65,10 +65,10 @@ class Blend(NamedTuple):
 
 def new_blend(family: DraughtFamilies, bodies: int) -> Blend:
     """Scratch for these families and this number of bodies."""
-    members, own = family.owner.size, 6 * bodies
-    every = np.zeros((4, own + 6 * members))
-    blended = np.zeros((own, own)) if members else np.zeros((0, 0))
-    return Blend(np.zeros(members), np.zeros(members), blended, np.zeros(own), *every)
+    members, own_dofs = family.owner.size, 6 * bodies
+    every = np.zeros((4, own_dofs + 6 * members))
+    blended = np.zeros((own_dofs, own_dofs)) if members else np.zeros((0, 0))
+    return Blend(np.zeros(members), np.zeros(members), blended, np.zeros(own_dofs), *every)
 
 
 def steady_filters(family: DraughtFamilies, coordinates: np.ndarray) -> np.ndarray:

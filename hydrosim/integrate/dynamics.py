@@ -197,7 +197,7 @@ def new_work(model: Model) -> Work:
         new_turning(model.inertia),
         new_constraints(rows, n),
         new_holds(
-            events.held_points(model.elements),
+            events.count_reaction_rows(model.elements),
             rows,
             events.joint_count(model.elements),
             events.drive_count(model.elements),
@@ -227,14 +227,17 @@ def dynamic_states(model: Model) -> np.ndarray:
 def radiation_filters(model: Model) -> Filters:
     """The radiation states of the model, pole by pole or pair by pair."""
     p = model.states
-    one = []
-    other = []
+    x_entries = []
+    z_entries = []
     for first, last, real in zip(p.state[:-1], p.state[1:], p.real, strict=True):
         alone = np.arange(first, first + real)
         pairs = np.arange(first + real, last).reshape(2, -1)
-        one += [alone, pairs[0]]
-        other += [alone, pairs[1]]
-    x, z = (np.concatenate([np.zeros(0, dtype=np.int64), *each]) for each in (one, other))
+        x_entries += [alone, pairs[0]]
+        z_entries += [alone, pairs[1]]
+    x, z = (
+        np.concatenate([np.zeros(0, dtype=np.int64), *indices])
+        for indices in (x_entries, z_entries)
+    )
     rotation = np.where(x == z, 0.0, p.rotation[x])
     return Filters(model.radiation + x, model.radiation + z, p.decay[x], rotation)
 

@@ -424,11 +424,11 @@ def _minimise_guard(i, floor, t, h, run):
 
 @root_giving(float)
 def _margin_on_cubic(i, x, t, h, run):
-    one = run.scratch.watched[EVALUATED]
+    watched_row = run.scratch.watched[EVALUATED]
     out = run.scratch.margins[TRIAL]
-    for j in range(one.size):
-        one[j] = 1 if j == i // MARGINS else 0
-    _on_cubic(x, t, h, run, one, out)
+    for j in range(watched_row.size):
+        watched_row[j] = 1 if j == i // MARGINS else 0
+    _on_cubic(x, t, h, run, watched_row, out)
     return out[i]
 
 
@@ -459,7 +459,7 @@ def switch_modes(t, run):
         for which in range(MARGINS):
             m = MARGINS * i + which
             if _has_ended(m, first, run):
-                _transition(i, which, max(abs(before[m]), abs(after[m])), t, run)
+                _switch_mode(i, which, max(abs(before[m]), abs(after[m])), t, run)
                 break
     _add_momentum(1.0, run)
     scratch.newton.status[0] = STALE
@@ -547,7 +547,7 @@ def _add_momentum(sign, run):
 
 
 @kernel
-def _transition(i, which, size, t, run):
+def _switch_mode(i, which, size, t, run):
     """Switch row ``i`` of the modes, whose margin ``which`` had this ``size``."""
     state = run.state
     model = run.model
@@ -590,11 +590,11 @@ def make_consistent(t, run):
     if events.any_joints(run.model.elements):
         apply_impacts(t, run)
     if run.work.constraints.force.size > events.joint_rows(run.model.elements):
-        _make_consistent(t, run)
+        _make_velocities_consistent(t, run)
 
 
 @root
-def _make_consistent(t, run):
+def _make_velocities_consistent(t, run):
     state = run.state
     model = run.model
     work = run.work

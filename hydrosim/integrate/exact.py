@@ -56,7 +56,7 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
     ``v`` and ``memory`` (nk, ni, n) are rates and radiation forces. ``loads`` (nodes, nr, n) belong
     to the ``rows``, of which the first two are waves. ``resistances`` take power besides.
     """
-    one = resistances.one
+    dof_indices = resistances.one
     other = resistances.other
     row = resistances.row
     steady = resistances.steady
@@ -73,7 +73,7 @@ def add_energies(v, memory, loads, weights, resistances, rows, energies):
             energies[k, -1] += w * abs(waves)
             energies[k, RADIATION] += w * power_of(memory[k, i], u)
             for e in range(row.size):
-                energies[k, row[e]] += w * u[one[e]] * resistances.B[e] * u[other[e]]
+                energies[k, row[e]] += w * u[dof_indices[e]] * resistances.B[e] * u[other[e]]
             for e in range(steady_row.size):
                 energies[k, steady_row[e]] -= w * resistances.b[e] * u[steady[e]]
 

@@ -474,8 +474,8 @@ def check(y, model, counters):
     for j in model.liquids.roll:
         if abs(y[j]) > LARGEST_TILT:
             counters[STATUS] = CAPSIZED
-    own = bodies.active.size - bodies.tree.coordinates
-    for j in range(own if bodies.exact else 0):
+    own_dofs = bodies.active.size - bodies.tree.coordinates
+    for j in range(own_dofs if bodies.exact else 0):
         if bodies.active[j] % 6 == PITCH_DOF and abs(y[j]) > LARGEST_TILT:
             counters[STATUS] = CAPSIZED
     if zero_if_finite(y) != 0.0:

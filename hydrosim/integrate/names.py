@@ -99,10 +99,14 @@ class Coordinate(NamedTuple):
 def coordinates(scene: Scene) -> list[Coordinate]:
     """All free coordinates, in the order of y."""
     carried = arrangement(scene).children
-    own = [body for body in scene.bodies if body.name not in carried]
-    found = [Coordinate(dof, body.name) for body in own for dof in DOFS if dof in body.dofs]
+    free_bodies = [body for body in scene.bodies if body.name not in carried]
+    coordinate_list = [
+        Coordinate(dof, body.name) for body in free_bodies for dof in DOFS if dof in body.dofs
+    ]
     joints = tree_joints(scene)
-    return found + [Coordinate(m.name, name) for name, j in joints.items() for m in j.motions]
+    return coordinate_list + [
+        Coordinate(m.name, name) for name, j in joints.items() for m in j.motions
+    ]
 
 
 def coordinate_at(scene: Scene, index: int) -> Coordinate:
@@ -132,10 +136,12 @@ def spring_names(scene: Scene) -> list[str]:
 
 def memory_names(scene: Scene, model: Model) -> list[str]:
     """Names of the coordinates whose velocities a convolution remembers."""
-    return [coordinate_of(scene, model, dof).name for dof in np.unique(model.convolution.column)]
+    return [
+        coordinate_of_dof(scene, model, dof).name for dof in np.unique(model.convolution.column)
+    ]
 
 
-def coordinate_of(scene: Scene, model: Model, dof: int) -> Coordinate:
+def coordinate_of_dof(scene: Scene, model: Model, dof: int) -> Coordinate:
     """Coordinate of a body, or of the body that a member of a family belongs to."""
     body = dof // 6 - len(scene.bodies)
     owner = dof // 6 if body < 0 else model.family.owner[body]
@@ -224,9 +230,9 @@ def state_layout(scene: Scene, model: Model, met: Mapping[str, WaveForces]) -> S
     blocks = []
     offset = 0
     for kind, entries in _blocks(scene, model, met):
-        found = tuple(entries)
-        blocks.append(StateBlock(kind, offset, found))
-        offset += len(found)
+        all_entries = tuple(entries)
+        blocks.append(StateBlock(kind, offset, all_entries))
+        offset += len(all_entries)
     return StateLayout(tuple(blocks))
 
 
@@ -239,8 +245,8 @@ def _blocks(
     yield StateKind.RATE, (StateEntry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
     yield StateKind.RADIATION, _radiation(scene, model)
     for kind in ELEMENT_KINDS:
-        for own in kind.states(kind.constants_in(model), scene):
-            yield own.kind, _entries(own.owners, own.components, own.prefix)
+        for blocks in kind.states(kind.constants_in(model), scene):
+            yield blocks.kind, _entries(blocks.owners, blocks.components, blocks.prefix)
     yield StateKind.SLOW_PLACE, _entries(slow_bodies(scene, met), SLOW_STATE_NAMES)
     yield (StateKind.SLOW_DRAUGHT, _entries(_families(scene, model), DRAUGHT_FILTERS))
     yield StateKind.ENERGY, _energies(scene)
@@ -272,7 +278,7 @@ def _radiation(scene: Scene, model: Model) -> Iterator[StateEntry]:
     # the model may repeat the last DOF of a group
     groups = [[*dict.fromkeys(states.dof[a:b].tolist())] for a, b in pairwise(states.member)]
     for dofs, count in zip(groups, np.diff(states.state), strict=True):
-        moved = tuple(coordinate_of(scene, model, dof) for dof in dofs)
+        moved = tuple(coordinate_of_dof(scene, model, dof) for dof in dofs)
         owner = dofs_of(dofs, bodies)
         yield from (
             StateEntry(f"radiation {k + 1}", owner, f"radiation {k + 1} of {owner}", moved)

@@ -142,12 +142,12 @@ def new_record(
 def unpack_channels(model: Model, record: Record, count: int, first: int = 0) -> dict[str, Any]:
     """Channels by name, (count - first, ...) each, of the records ``first`` <= i < ``count``. The
     states "y" are `RecordedStates`."""
-    kept = record.channels[first:count]
+    recorded = record.channels[first:count]
     values: dict[str, Any] = {}
     at = 0
     for name, shape in channels(model).items():
         width = prod(shape)
-        values[name] = kept[:, at : at + width].reshape(len(kept), *shape)
+        values[name] = recorded[:, at : at + width].reshape(len(recorded), *shape)
         at += width
     values["y"] = RecordedStates(values["y"], _radiation(model))
     return values
@@ -155,8 +155,8 @@ def unpack_channels(model: Model, record: Record, count: int, first: int = 0) ->
 
 def with_states(record: Record, count: int) -> np.ndarray:
     """Numbers, rising, of the first ``count`` records that have all states."""
-    known = record.remembered
-    return np.unique(known[(known >= 0) & (known < count)])
+    remembered = record.remembered
+    return np.unique(remembered[(remembered >= 0) & (remembered < count)])
 
 
 def states_at(model: Model, record: Record, which: np.ndarray) -> np.ndarray:
@@ -185,7 +185,7 @@ def write_record(t, run):
     motion = work.motion
     at = run.record.at
     row = run.record.channels[counters[RECORDS]]
-    kept = run.record.modes[counters[RECORDS]]
+    record_modes = run.record.modes[counters[RECORDS]]
     stored = row[at.stored : at.wrench]
     row[at.kinetic] = stored_energies(t, y, modes, model, work, stored)
     if model.impulse < model.size:
@@ -216,7 +216,7 @@ def write_record(t, run):
         loads = observed[events.joint_output_start(elements) :]
         find_joint_loads(scratch.k[0][n : 2 * n], model, work, loads)
     for i in range(modes.shape[0]):
-        assign(kept[i], modes[i])
+        assign(record_modes[i], modes[i])
     row[at.elevation] = 0.0
     if any_waves(model.waves):
         row[at.elevation] = wave_loads(t, model.waves, work.blend.first, work.blend.second)

@@ -230,7 +230,7 @@ def new_scratch(model: Model, method: IntegrationMethod, step: float) -> Scratch
     rows = len(new_modes(model))
     watched = np.zeros((2, rows), dtype=np.int64)
     watched[MAY_END] = 1
-    points = events.held_points(model.elements)
+    points = events.count_reaction_rows(model.elements)
     return Scratch(
         np.zeros((method.tableau.b.size, ny)),
         np.zeros((5, ny)),
@@ -271,6 +271,6 @@ def start_loads(
     first = {body.name: 6 * b for b, body in enumerate(scene.bodies)}
     forces = {}
     for name, element in scene.forces.items():
-        own = work.wrench[rows.index(name), first[element.body] :][:3]
-        forces[name] = float(np.linalg.norm(own))
+        force = work.wrench[rows.index(name), first[element.body] :][:3]
+        forces[name] = float(np.linalg.norm(force))
     return forces

@@ -76,10 +76,10 @@ def find_start_slope(t, run):
 def keep_reactions(which, run):
     """Keep the reactions of the last evaluation."""
     reactions = run.scratch.reactions[which]
-    found = run.work.holds.reaction
-    for i in range(found.shape[0]):
-        reactions[i, 0] = found[i, 0]
-        reactions[i, 1] = found[i, 1]
+    solved_reactions = run.work.holds.reaction
+    for i in range(solved_reactions.shape[0]):
+        reactions[i, 0] = solved_reactions[i, 0]
+        reactions[i, 1] = solved_reactions[i, 1]
 
 
 @kernel

@@ -37,7 +37,7 @@ Machine = tuple[str, str, str]
 """Platform, processor and its features, as LLVM names them."""
 
 
-class Disk(_Cache):
+class KernelFiles(_Cache):
     """The files of one kernel. ``folder`` returns the name of their common folder. ``calls``
     returns the wholes that compiled code calls: their doors are made first."""
 
@@ -84,8 +84,8 @@ class Disk(_Cache):
     def flush(self) -> None: ...
 
     def _limit(self) -> None:
-        if not Disk._limited:
-            Disk._limited = True
+        if not KernelFiles._limited:
+            KernelFiles._limited = True
             limit_size("kernels-*/*", MAX_STORED_BYTES)
 
     def _content(self, sig: Any, machine: Machine) -> bytes | None:

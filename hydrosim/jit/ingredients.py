@@ -56,13 +56,17 @@ def digest_of_kernel(kernel: Any) -> str:
     inside = [kernel]
     numbers = {kernel: 0}
     digest = hashlib.sha256()
-    for each in inside:  # grows meanwhile; parts may call each other
-        own = ingredients_of(each)
-        for part in own.parts:
+    for inner_kernel in inside:  # grows meanwhile; parts may call each other
+        kernel_ingredients = ingredients_of(inner_kernel)
+        for part in kernel_ingredients.parts:
             if part not in numbers:
                 numbers[part] = len(inside)
                 inside.append(part)
-        digest.update(repr((own.digest, [numbers[part] for part in own.parts])).encode())
+        digest.update(
+            repr(
+                (kernel_ingredients.digest, [numbers[part] for part in kernel_ingredients.parts])
+            ).encode()
+        )
     return digest.hexdigest()
 
 
@@ -170,9 +174,9 @@ class _Reading:
             self._add_callable(value)
 
     def _add_sequence(self, values: Iterable[Any], names: tuple[str, ...] = ()) -> None:
-        found = tuple(values)
-        self.words.append(len(found))
-        for value in found:
+        items = tuple(values)
+        self.words.append(len(items))
+        for value in items:
             self.add_value(value, names)
 
     def _add_module(self, module: ModuleType, names: tuple[str, ...]) -> None:

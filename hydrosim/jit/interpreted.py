@@ -51,8 +51,8 @@ class _Records(np.ndarray):
     """An array of records with their fields as attributes."""
 
     def __getitem__(self, index: Any) -> Any:
-        found = super().__getitem__(index)
-        return _Record(found) if isinstance(found, np.void) else found
+        element = super().__getitem__(index)
+        return _Record(element) if isinstance(element, np.void) else element
 
     def __iter__(self) -> Any:
         return (self[i] for i in range(len(self)))
@@ -68,12 +68,12 @@ def _as_python_reads(value: Any) -> Any:
         return _Record(value)
     if not (isinstance(value, tuple) and hasattr(value, "_fields")):
         return value
-    known = _kept.get(id(value))
-    if known is None or (known[0] is not value and known[1] is not value):
+    record = _kept.get(id(value))
+    if record is None or (record[0] is not value and record[1] is not value):
         converted = type(value)(*map(_as_python_reads, value))
         if len(_kept) >= MAX_CONVERTED:
             del _kept[next(iter(_kept))]
-        known = (value, converted)
-        _kept[id(value)] = known
-        _kept[id(converted)] = known
-    return known[1]
+        record = (value, converted)
+        _kept[id(value)] = record
+        _kept[id(converted)] = record
+    return record[1]

@@ -57,7 +57,7 @@ from hydrosim.files.interrupts import (
     delay_interrupts,
     raise_waiting,
 )
-from hydrosim.jit.disk import Disk, Name
+from hydrosim.jit.disk import KernelFiles, Name
 from hydrosim.jit.ingredients import describe_type
 from hydrosim.jit.refs import struct_reference
 from hydrosim.jit.waiting import Torn, waiting
@@ -129,10 +129,12 @@ class _PartCompiler(compiler.Compiler):
     """numba's passes without `NEEDLESS`."""
 
     def define_pipelines(self) -> list[Any]:
-        found = super().define_pipelines()
-        for steps in found:
-            steps.passes = [each for each in steps.passes if each[0] not in NEEDLESS]
-        return list(found)
+        pipelines = super().define_pipelines()
+        for steps in pipelines:
+            steps.passes = [
+                compiler_pass for compiler_pass in steps.passes if compiler_pass[0] not in NEEDLESS
+            ]
+        return list(pipelines)
 
 
 class _WholeCompiler(_PartCompiler):
@@ -196,9 +198,9 @@ def _open(address: int) -> None:
     waiting.seconds += perf_counter() - begin
 
 
-_OPEN = "hydrosim.open"
+_OPENER_SYMBOL = "hydrosim.open"
 _open_for_code = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(_open)
-binding.add_symbol(_OPEN, ctypes.cast(_open_for_code, ctypes.c_void_p).value)
+binding.add_symbol(_OPENER_SYMBOL, ctypes.cast(_open_for_code, ctypes.c_void_p).value)
 
 
 class _Flags(compiler.Flags):
@@ -228,7 +230,7 @@ class _Kernel(CPUDispatcher):
         options = {**OPTIONS, "fastmath": set(fastmath)}
         super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self.fastmath = fastmath
-        self._cache = Disk(self, folder, _called_kernels)
+        self._cache = KernelFiles(self, folder, _called_kernels)
 
     def __call__(self, *args: Any) -> Any:
         try:
@@ -257,8 +259,8 @@ class _PartKernel(_Kernel):
         if args not in self._parts:
             self._parts[args] = self._part(args)
         name = self.py_func.__name__
-        known = [self._parts[args].signature]
-        return typing.make_concrete_template(name, name, known), pysig, args, {}
+        signatures = [self._parts[args].signature]
+        return typing.make_concrete_template(name, name, signatures), pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
         return self._parts[tuple(sig)].fndesc
@@ -321,9 +323,9 @@ class CompiledKernel(_Kernel):
         self, function: Any, folder: Callable[[], str], returns: Sequence[type] = ()
     ) -> None:
         super().__init__(function, folder)
-        found = [NUMBERS[each] for each in returns]
-        several = types.BaseTuple.from_types(found)
-        self.returns = several if len(found) > 1 else found[0] if found else types.none
+        numbers = [NUMBERS[type_name] for type_name in returns]
+        several = types.BaseTuple.from_types(numbers)
+        self.returns = several if len(numbers) > 1 else numbers[0] if numbers else types.none
         self._doors: dict[Any, LazySymbol] = {}
         self._callable: dict[Any, Any] = {}
 
@@ -334,8 +336,8 @@ class CompiledKernel(_Kernel):
     def get_call_template(self, args: Any, kws: Any) -> Any:
         pysig, args = self.fold_argument_types(args, kws)
         name = self.py_func.__name__
-        known = [typing.signature(self.returns, *args)]
-        return typing.make_concrete_template(name, name, known), pysig, args, {}
+        signatures = [typing.signature(self.returns, *args)]
+        return typing.make_concrete_template(name, name, signatures), pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
         args = tuple(sig)
@@ -359,7 +361,7 @@ class CompiledKernel(_Kernel):
         function = context.declare_function(module, called)
         function.attributes.add("alwaysinline")
         place = ir.GlobalVariable(module, word, door.name)
-        opener = ir.Function(module, ir.FunctionType(ir.VoidType(), [word]), _OPEN)
+        opener = ir.Function(module, ir.FunctionType(ir.VoidType(), [word]), _OPENER_SYMBOL)
         builder = ir.IRBuilder(function.append_basic_block())
         with cgutils.if_unlikely(builder, cgutils.is_null(builder, builder.load(place))):
             builder.call(opener, [builder.bitcast(place, word)])

@@ -34,10 +34,15 @@ class Answer(Protocol):
     """Something that kernels may ask."""
 
     def answer(
-        self, t: float, exact: bool, own: np.ndarray, velocity: np.ndarray, rotation: np.ndarray
+        self,
+        t: float,
+        exact: bool,
+        coordinates: np.ndarray,
+        velocity: np.ndarray,
+        rotation: np.ndarray,
     ) -> bool:
-        """Replace the content of ``own`` (n,), given ``velocity`` (n,) and ``rotation`` (3 n / 2,).
-        Returns false if that fails. Raises nothing."""
+        """Replace the content of ``coordinates`` (n,), given ``velocity`` (n,) and ``rotation`` (3
+        n / 2,). Returns false if that fails. Raises nothing."""
 
 
 _answers: WeakValueDictionary[int, Answer] = WeakValueDictionary()
@@ -53,13 +58,13 @@ def register(answer: Answer) -> int:
 
 @called_by_machine_code
 def _call_registered(
-    number: int, t: float, size: int, exact: int, own: int, velocity: int, rotation: int
+    number: int, t: float, size: int, exact: int, coordinates: int, velocity: int, rotation: int
 ) -> int:
-    found = _answers.get(number)
-    if found is None:
+    caller = _answers.get(number)
+    if caller is None:
         return 0
-    arrays = (_array(own, size), _array(velocity, size), _array(rotation, 3 * size // 2))
-    return int(found.answer(t, bool(exact), *arrays))
+    arrays = (_array(coordinates, size), _array(velocity, size), _array(rotation, 3 * size // 2))
+    return int(caller.answer(t, bool(exact), *arrays))
 
 
 def _array(address: int, size: int) -> np.ndarray:
@@ -78,7 +83,13 @@ def _compiled_call() -> Callable[..., Any]:
     """`call_python` for machine code."""
 
     def type_and_code(
-        typingctx: Any, number: Any, t: Any, exact: Any, own: Any, velocity: Any, rotation: Any
+        typingctx: Any,
+        number: Any,
+        t: Any,
+        exact: Any,
+        coordinates: Any,
+        velocity: Any,
+        rotation: Any,
     ) -> Any:
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             word = ir.IntType(64)
@@ -88,23 +99,23 @@ def _compiled_call() -> Callable[..., Any]:
             ]
             size = builder.extract_value(arrays[0].shape, 0)
             places = [builder.ptrtoint(array.data, word) for array in arrays]
-            known = [word, ir.DoubleType(), *[word] * 5]
-            called = ir.FunctionType(word, known)
+            argument_types = [word, ir.DoubleType(), *[word] * 5]
+            called = ir.FunctionType(word, argument_types)
             function = cgutils.get_or_insert_function(builder.module, called, SYMBOL)
             return builder.call(function, [args[0], args[1], size, args[2], *places])
 
-        arguments = (types.int64, types.float64, types.int64, own, velocity, rotation)
+        arguments = (types.int64, types.float64, types.int64, coordinates, velocity, rotation)
         return types.int64(*arguments), generate
 
     return intrinsic(type_and_code)
 
 
 def _interpreted_call(
-    number: int, t: float, exact: int, own: Any, velocity: Any, rotation: Any
+    number: int, t: float, exact: int, coordinates: Any, velocity: Any, rotation: Any
 ) -> int:
     """`call_python` for kernels that Python runs."""
-    places = (own.ctypes.data, velocity.ctypes.data, rotation.ctypes.data)
-    return _call_registered(number, t, own.size, exact, *places)
+    places = (coordinates.ctypes.data, velocity.ctypes.data, rotation.ctypes.data)
+    return _call_registered(number, t, coordinates.size, exact, *places)
 
 
 call_python: Any = _interpreted_call if WAY == "python" else _compiled_call()

@@ -51,7 +51,7 @@ SHIPPED = read_manifest()
 def shipped_files(kernels: str, features: str) -> Mapping[str, str]:
     """SHA-256 (hex) of the usable files by name. ``kernels`` names the sources and versions;
     ``features`` are those of this processor, in numba's notation."""
-    return {} if refusal(SHIPPED, kernels, features) else SHIPPED["files"]
+    return {} if refusal_reason(SHIPPED, kernels, features) else SHIPPED["files"]
 
 
 def read_shipped(name: str, digest: str) -> bytes | None:
@@ -74,12 +74,12 @@ def describe_shipped(kernels: str, features: str) -> str:
     """One line on the shipped kernels; empty if none were shipped."""
     if not SHIPPED:
         return ""
-    reason = refusal(SHIPPED, kernels, features)
+    reason = refusal_reason(SHIPPED, kernels, features)
     used = f"not used: {reason}" if reason else "used"
     return f"{len(SHIPPED['files'])} kernels for {PROCESSOR} came with the package, {used}"
 
 
-def refusal(manifest: Mapping[str, Any], kernels: str, features: str) -> str:
+def refusal_reason(manifest: Mapping[str, Any], kernels: str, features: str) -> str:
     """Reason why the shipped kernels are not used; empty if they are."""
     if not manifest:
         return "nothing was shipped"

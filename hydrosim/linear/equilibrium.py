@@ -157,12 +157,13 @@ class _Loads:
         return load + self.constraints(q).T @ reactions if reactions.size else load
 
     def stiff_directions(
-        self, q: np.ndarray, known: StiffDirections | None = None
+        self, q: np.ndarray, directions: StiffDirections | None = None
     ) -> StiffDirections:
-        """The directions with a stiffness at ``q``, in the same number as ``known`` if given."""
+        """The directions with a stiffness at ``q``, in the same number as ``directions`` if
+        given."""
         rows = self.constraints(q)
-        if known and not len(rows):
-            return known
+        if directions and not len(rows):
+            return directions
         scale = self.scale(q)
         free = nullspace_of(rows / scale, np.eye(q.size))
         K = self.stiffness(q) / np.multiply.outer(scale, scale)
@@ -179,7 +180,7 @@ class _Loads:
                 > max(MIN_STIFFNESS_FREQUENCY**2, MIN_STIFFNESS_RATIO * sizes.max(initial=0.0))
             )
         )
-        r = len(known.loads) if known else r
+        r = len(directions.loads) if directions else r
         U = free.expand(U)
         V = free.expand(V.T).T
         left = scale[:, None] * (U[:, r:] @ U[:, r:].T) / scale
@@ -328,10 +329,13 @@ def _shorten_step(
     size = np.linalg.norm(held.felt(load))
     for halvings in range(30):
         trial = loads.move(q, step / 2.0**halvings)
-        found = loads.loads_at(trial)
-        if np.linalg.norm(held._replace(carried=loads.carried_part(trial)).felt(found)) < size:
+        loads_there = loads.loads_at(trial)
+        if (
+            np.linalg.norm(held._replace(carried=loads.carried_part(trial)).felt(loads_there))
+            < size
+        ):
             break
-    return trial, found
+    return trial, loads_there
 
 
 class Contacts(StrEnum):
@@ -386,7 +390,7 @@ def find_rigid_tractions(model: Model, state: State, forces: np.ndarray) -> np.n
     place_bodies(state.y[:n], np.zeros(n), model.bodies, work.motion)
     add_constraints(state.y, state.modes, model, work)
     points = model.elements.fenders.points.size
-    found = np.zeros((*forces.shape[:-1], points, 2), dtype=forces.dtype)
+    tractions = np.zeros((*forces.shape[:-1], points, 2), dtype=forces.dtype)
     for r in np.flatnonzero(work.holds.point[: forces.shape[-1]] != NO_INDEX):
-        found[..., work.holds.point[r], :] += forces[..., r, None] * work.holds.direction[r]
-    return found
+        tractions[..., work.holds.point[r], :] += forces[..., r, None] * work.holds.direction[r]
+    return tractions

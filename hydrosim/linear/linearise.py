@@ -87,15 +87,15 @@ def inertia(model: Model, y: np.ndarray) -> np.ndarray:
     work = new_work(model)
     n = model.bodies.active.size
     A = model.added_mass
-    found = np.zeros((n, n))
+    matrix = np.zeros((n, n))
     place_bodies(y[:n], y[n : 2 * n], model.bodies, work.motion)
     if model.family.body.size:
         blend_draughts(y[model.draught :], model.family, A, work.blend)
         A = work.blend.added_mass
     update_contents(y, model, work)
     find_mass(model, A, work)
-    acceleration_map(model.bodies, work.motion, work.mass, found)
-    return found
+    acceleration_map(model.bodies, work.motion, work.mass, matrix)
+    return matrix
 
 
 DEPENDENT = 1e-9  # of the largest: rows that differ by less hold the same direction
@@ -213,23 +213,23 @@ def find_components(coupled: np.ndarray) -> list[np.ndarray]:
     edge = coupled != 0
     edge |= edge.T
     left = np.ones(len(edge), dtype=bool)
-    found = []
+    components = []
     while left.any():
         reached = np.arange(left.size) == left.argmax()
         new = reached
         while new.any():
             new = edge[new].any(axis=0) & ~reached
             reached = reached | new
-        found.append(np.flatnonzero(reached))
+        components.append(np.flatnonzero(reached))
         left &= ~reached
-    return found
+    return components
 
 
-def expand_to_active(values: np.ndarray, own: np.ndarray, active: np.ndarray) -> np.ndarray:
-    """Expand the ``values`` (k,) of the coordinates ``own`` (k,) to all ``active`` coordinates
+def expand_to_active(values: np.ndarray, own_dofs: np.ndarray, active: np.ndarray) -> np.ndarray:
+    """Expand the ``values`` (k,) of the coordinates ``own_dofs`` (k,) to all ``active`` coordinates
     (n,), rising; zero elsewhere."""
     every = np.zeros(active.size, dtype=values.dtype)
-    every[np.searchsorted(active, own)] = values
+    every[np.searchsorted(active, own_dofs)] = values
     return every
 
 
@@ -278,14 +278,16 @@ class Linear:
         n = self.active.size
         every = np.atleast_1d(np.asarray(omega, dtype=float))
         unheld, others = self._at_rest
-        own = unheld[n : 2 * n]
-        found = np.empty((every.size, n, n), dtype=complex)
+        own_rows = unheld[n : 2 * n]
+        stiffness = np.empty((every.size, n, n), dtype=complex)
         for k in range(0, every.size, FREQUENCIES_PER_BLOCK):
             s = 1j * every[k : k + FREQUENCIES_PER_BLOCK, None, None]
-            acceleration = own[:, :n] + s * own[:, n : 2 * n]
+            acceleration = own_rows[:, :n] + s * own_rows[:, n : 2 * n]
             acceleration = acceleration + _of_others(s, n, unheld, others)
-            found[k : k + FREQUENCIES_PER_BLOCK] = self.inertia @ (s * s * np.eye(n) - acceleration)
-        return found.reshape(*np.shape(omega), n, n)
+            stiffness[k : k + FREQUENCIES_PER_BLOCK] = self.inertia @ (
+                s * s * np.eye(n) - acceleration
+            )
+        return stiffness.reshape(*np.shape(omega), n, n)
 
     def response(self, omega: float, load: np.ndarray) -> np.ndarray:
         """Complex amplitudes (n,) of the coordinates under loads Re(load exp(i omega t)), (n,)."""
@@ -323,7 +325,7 @@ class Linear:
         # a row that holds no moving coordinate belongs to no part
         if len(places) < 2 or not self.constraints.any(axis=1).all():
             return (self,)
-        return tuple(self._restrict(own) for own in places)
+        return tuple(self._restrict(component) for component in places)
 
     def eigenvalues(self) -> np.ndarray:
         """Eigenvalues of the jacobian (k,) [1/s], in motions that constraints allow."""
@@ -344,14 +346,14 @@ class Linear:
 
     def _restrict(self, places: np.ndarray) -> Linear:
         """The part with the states at ``places`` (k,), rising."""
-        own = places[places < self.active.size]
-        rows = np.flatnonzero(self.constraints[:, own].any(axis=1))
-        held = self.constraints[np.ix_(rows, own)]
+        own_dofs = places[places < self.active.size]
+        rows = np.flatnonzero(self.constraints[:, own_dofs].any(axis=1))
+        held = self.constraints[np.ix_(rows, own_dofs)]
         return Linear(
             self.jacobian[np.ix_(places, places)],
             self.states[places],
-            self.active[own],
-            nullspace_of(held, self.inertia[np.ix_(own, own)]),
+            self.active[own_dofs],
+            nullspace_of(held, self.inertia[np.ix_(own_dofs, own_dofs)]),
             self.reactions[np.ix_(rows, places)] if len(held) else np.zeros((0, 0)),
         )
 
@@ -376,10 +378,10 @@ class Linear:
     def _at_rest(self) -> tuple[np.ndarray, Others | None]:
         """The jacobian with all forces of constraints fixed at their values at rest, and its other
         states."""
-        unheld = self._hold_reactions()
+        unheld = self._jacobian_at_fixed_reactions()
         return unheld, _separate(unheld, self.active.size)
 
-    def _hold_reactions(self) -> np.ndarray:
+    def _jacobian_at_fixed_reactions(self) -> np.ndarray:
         if self.freedom.is_unconstrained:
             return self.jacobian
         if self.freedom.has_dependent_rows or not np.isfinite(self.reactions).all():
@@ -416,8 +418,8 @@ def _of_others(s: np.ndarray, n: int, J: np.ndarray, others: Others | None) -> n
         drive = J[2 * n :, :n] + s * J[2 * n :, n : 2 * n]
         inner = s * np.eye(len(J) - 2 * n) - J[2 * n :, 2 * n :]
         return np.asarray(J[n : 2 * n, 2 * n :] @ np.linalg.solve(inner, drive))
-    each = (1.0 / (s[:, :, 0] - others.poles)) @ others.share.reshape(-1, n * n)
-    return np.asarray(each.reshape(-1, n, n) + others.direct)
+    transfer = (1.0 / (s[:, :, 0] - others.poles)) @ others.share.reshape(-1, n * n)
+    return np.asarray(transfer.reshape(-1, n, n) + others.direct)
 
 
 def _separate(J: np.ndarray, n: int) -> Others | None:
@@ -457,11 +459,11 @@ def linearise(
     _use_rates(J, model, state.y)
     rows = find_constraint_rows(model, state.y, held)
     freedom = nullspace_of(rows, inertia(model, state.y))
-    found = Linear(J, states, model.bodies.active, freedom)
-    if found.freedom.is_unconstrained:
-        return found
+    linear = Linear(J, states, model.bodies.active, freedom)
+    if linear.freedom.is_unconstrained:
+        return linear
     return replace(
-        found, reactions=differentiate_reactions(model, at, time, step, states, len(rows))
+        linear, reactions=differentiate_reactions(model, at, time, step, states, len(rows))
     )
 
 

@@ -80,17 +80,17 @@ def find_admittances(
     allowed motions. Each component is solved by itself."""
     active = linear.active
     coupled = linear.coupled_states
-    for each in slopes:
-        at = np.flatnonzero(each.any(axis=0))
+    for slope in slopes:
+        at = np.flatnonzero(slope.any(axis=0))
         coupled[at[:, None], at] = True
-    found: dict[int, Admittance] = {}
+    admittances: dict[int, Admittance] = {}
     for part in linear.split(coupled):
         here = np.searchsorted(active, part.active)
-        felt = [each[:, here] for each in slopes]
-        own = [k for k, each in enumerate(felt) if each.any()]
-        solved = _admittances(s, [felt[k] for k in own], [memories[k] for k in own], part)
-        found.update(zip(own, solved, strict=True))
-    return [found[k] for k in range(len(slopes))]
+        felt = [slope[:, here] for slope in slopes]
+        indices = [k for k, is_felt in enumerate(felt) if is_felt.any()]
+        solved = _admittances(s, [felt[k] for k in indices], [memories[k] for k in indices], part)
+        admittances.update(zip(indices, solved, strict=True))
+    return [admittances[k] for k in range(len(slopes))]
 
 
 def _admittances(
@@ -99,14 +99,14 @@ def _admittances(
     """Admittances of the databases of one component."""
     n = part.active.size
     N = part.freedom.basis
-    felt = [each @ N for each in slopes]
+    felt = [slope @ N for slope in slopes]
     MJ = part.inertia @ part.jacobian[n:]
     s = s[:, None, None]
     Z = s * (N.T @ part.inertia @ N) - N.T @ MJ[:, n:] @ N - N.T @ MJ[:, :n] @ N / s
     for S, memory in zip(felt, memories, strict=True):
         moved = np.flatnonzero(S.any(axis=0))  # of a chain of bodies, few
-        own = S[:, moved]
-        Z[:, moved[:, None], moved] += own.T @ memory @ own
+        own_slopes = S[:, moved]
+        Z[:, moved[:, None], moved] += own_slopes.T @ memory @ own_slopes
     velocities = np.linalg.inv(Z)
     motions = np.sqrt(np.diag(part.inertia))[:, None] * N
     for S in felt:
@@ -115,11 +115,11 @@ def _admittances(
         yield Admittance(part.active, motions, units.T, velocities[:, :, moved] @ S[:, moved].T)
 
 
-def at_frequencies(w: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``known`` (nk,),
+def at_frequencies(w: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``nodes`` (nk,),
     constant beyond."""
-    k = np.clip(np.searchsorted(known, w), 1, known.size - 1)
-    x = np.clip((w - known[k - 1]) / (known[k] - known[k - 1]), 0.0, 1.0)[:, None, None]
+    k = np.clip(np.searchsorted(nodes, w), 1, nodes.size - 1)
+    x = np.clip((w - nodes[k - 1]) / (nodes[k] - nodes[k - 1]), 0.0, 1.0)[:, None, None]
     return np.asarray((1.0 - x) * values[k - 1] + x * values[k])
 
 
@@ -214,13 +214,13 @@ def _of_components(
 ) -> list[NaturalMode]:
     """The modes that ``find`` finds for each component, with shapes of all coordinates, in the
     order of the coordinates that name them."""
-    found = []
+    modes = []
     for part in linear.split(linear.coupled_states):
         for mode in find(part) if part.freedom.basis.shape[1] else []:  # unless all is held
             shape = expand_to_active(mode.shape, part.active, linear.active)
             share = expand_to_active(mode.share, part.active, linear.active)
-            found.append(replace(mode, shape=shape, share=share))
-    return sorted(found, key=lambda mode: mode.coordinate)
+            modes.append(replace(mode, shape=shape, share=share))
+    return sorted(modes, key=lambda mode: mode.coordinate)
 
 
 def _undamped_modes(linear: Linear) -> list[NaturalMode]:
@@ -278,13 +278,13 @@ def undamped_modes(stiffness: Stiffness, inertia: np.ndarray) -> tuple[np.ndarra
         omega = np.sqrt(np.maximum(np.abs(squares), MIN_STIFFNESS_FREQUENCY**2))
         last = squares.copy()
         masses = (K - stiffness(omega).real) / (omega**2 - STATIC**2)[:, None, None]
-        each, vectors = _sorted_modes(K, masses)
+        eigenvalues, vectors = _sorted_modes(K, masses)
         alike = [
             int(np.isclose(last, square, rtol=EQUAL_MODE_RTOL, atol=0.0).argmax())
             for square in last
         ]
         for k in np.flatnonzero(_has_stiffness(squares)):
-            squares[k] = 0.5 * (squares[k] + each[k, k])
+            squares[k] = 0.5 * (squares[k] + eigenvalues[k, k])
             shapes[:, k] = vectors[alike[k], :, k]
         if np.all(np.abs(squares - last) <= FREQUENCY_RTOL * np.abs(last)):
             break
@@ -360,10 +360,10 @@ def _name_modes(
     """Modes named after coordinates, by their shares of kinetic energy."""
     energy = np.abs(shapes * (linear.inertia @ shapes))
     energy = energy / np.maximum(energy.sum(axis=0), SMALLEST_FLOAT)
-    found = []
+    named_modes = []
     for i, k in zip(*_match_rows(energy), strict=True):
         bound = squares[k] > 0.0 and _has_stiffness(squares)[k]
-        found.append(
+        named_modes.append(
             NaturalMode(
                 int(linear.active[i]),
                 complex(decays[k]),
@@ -372,7 +372,7 @@ def _name_modes(
                 energy[:, k],
             )
         )
-    return found
+    return named_modes
 
 
 def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:

@@ -86,10 +86,10 @@ def _constant(matrix: np.ndarray) -> Constant:
 @lru_cache(maxsize=8)
 def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: int) -> Response:
     """`Equation.response`, shared by runs with the same equation."""
-    each = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
-    jacobian, mobility, force = each
+    arrays = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
+    jacobian, mobility, force = arrays
     split = _independent_parts(jacobian, mobility, force)
-    of = [_part_response(*own, jacobian, mobility, force, length, parts) for own in split]
+    of = [_part_response(*part, jacobian, mobility, force, length, parts) for part in split]
     return Response(tuple(of), length / parts * area_weights(parts))
 
 
@@ -123,10 +123,10 @@ def _independent_parts(
     coupled[:n, n : 2 * n] |= np.eye(n, dtype=bool)
     coupled[n : 2 * n, n : 2 * n] |= G[n : 2 * n] != 0.0
     coupled[n : 2 * n, 2 * n :] |= memory != 0.0
-    found = find_components(coupled)
+    components = find_components(coupled)
     # memory that nothing drives goes with the first part
-    alone = [part for part in found if part[0] >= 2 * n]
-    moving = [part for part in found if part[0] < 2 * n]
+    alone = [part for part in components if part[0] >= 2 * n]
+    moving = [part for part in components if part[0] < 2 * n]
     moving[0] = np.sort(np.concatenate([moving[0], *alone]))
     return [(states, states[states < n]) for states in moving]
 
@@ -146,7 +146,10 @@ class _Rest:
     def __eq__(self, other: object) -> bool:
         return (
             isinstance(other, _Rest)
-            and all(one is two for one, two in zip(self.model, other.model, strict=True))
+            and all(
+                field is other_field
+                for field, other_field in zip(self.model, other.model, strict=True)
+            )
             and np.array_equal(self.state.modes, other.state.modes)
         )
 
@@ -186,10 +189,10 @@ class Equation:
         v = np.empty(shape)
         memory = np.empty(shape)
         for part, around in zip(response.parts, f, strict=True):
-            own = starts[:, part.states] @ part.by_state + around @ part.by_load
-            own = own.reshape(*shape[:2], 2, part.coordinates.size)
-            v[:, :, part.coordinates] = own[:, :, 0]
-            memory[:, :, part.coordinates] = own[:, :, 1]
+            own_gains = starts[:, part.states] @ part.by_state + around @ part.by_load
+            own_gains = own_gains.reshape(*shape[:2], 2, part.coordinates.size)
+            v[:, :, part.coordinates] = own_gains[:, :, 0]
+            memory[:, :, part.coordinates] = own_gains[:, :, 1]
         gained = np.zeros((len(starts), size))
         add_energies(v, memory, loads, response.weights, self.resistances, self.rows, gained)
         return gained
@@ -221,8 +224,8 @@ def propagate(run: Run) -> Iterator[float]:
             last = first + len(states)
             chosen = recorded[first:last]
             there = stops[first:last][chosen]
-            known = states[chosen]
-            keep_states(there, known, held)
+            chosen_states = states[chosen]
+            keep_states(there, chosen_states, held)
             if run.counters[STATUS]:
                 return
             yield float(stops[last - 1])
@@ -259,10 +262,10 @@ def _length(stops: np.ndarray, clock: Clock) -> float:
 def node_spacing(clock: Clock, model: Model) -> float:
     """Largest distance of nodes [s]: half a step, like the stages of rk4, or less if the waves'
     tables are finer, and an integer fraction of that if a frequency needs it."""
-    own = min([clock.solver_step / 2.0, *model.waves.step])
+    steps = min([clock.solver_step / 2.0, *model.waves.step])
     applied = given_frequencies(model.elements)
     highest = max([0.0, *model.waves.omega, *np.abs(applied)])
-    return float(own / max(ceil(highest * own / PHASE), 1))
+    return float(steps / max(ceil(highest * steps / PHASE), 1))
 
 
 def division(length: float, finest: float) -> tuple[int, int]:
@@ -313,18 +316,22 @@ def _resistances(model: Model) -> Resistances:
     damping = model.damping
     B = np.zeros((size, size))
     B[damping.row, damping.column] = damping.B
-    found = [_power_terms(RADIATION, S.T @ B @ S, np.zeros(S.shape[1]))]
-    for each in resistances(model):
-        if each.coordinate >= 0:
-            of = np.array([each.coordinate])
-            found.append(_power_terms(each.row, each.B[:1, :1], np.zeros(1), of))
+    terms = [_power_terms(RADIATION, S.T @ B @ S, np.zeros(S.shape[1]))]
+    for resistance in resistances(model):
+        if resistance.coordinate >= 0:
+            of = np.array([resistance.coordinate])
+            terms.append(_power_terms(resistance.row, resistance.B[:1, :1], np.zeros(1), of))
             continue
-        sides = [each.body] if each.other < 0 else [each.body, each.other]
-        own = S[np.concatenate([6 * b + np.arange(6) for b in sides])]
-        of = np.flatnonzero(own.any(axis=0))
-        own = own[:, of]
-        found.append(_power_terms(each.row, own.T @ each.B @ own, each.b @ own, of))
-    return Resistances(*map(np.concatenate, zip(*found, strict=True)))
+        sides = [resistance.body] if resistance.other < 0 else [resistance.body, resistance.other]
+        side_rows = S[np.concatenate([6 * b + np.arange(6) for b in sides])]
+        of = np.flatnonzero(side_rows.any(axis=0))
+        side_rows = side_rows[:, of]
+        terms.append(
+            _power_terms(
+                resistance.row, side_rows.T @ resistance.B @ side_rows, resistance.b @ side_rows, of
+            )
+        )
+    return Resistances(*map(np.concatenate, zip(*terms, strict=True)))
 
 
 def _power_terms(
@@ -332,13 +339,13 @@ def _power_terms(
 ) -> Resistances:
     """The terms of v (B v - b) that are not zero, for the coordinates ``of``, or all."""
     of = np.arange(b.size) if of is None else of
-    one, other = np.nonzero(B)
+    rows, columns = np.nonzero(B)
     steady = np.flatnonzero(b)
     return Resistances(
-        np.full(one.size, row, dtype=np.int64),
-        of[one].astype(np.int64),
-        of[other].astype(np.int64),
-        B[one, other],
+        np.full(rows.size, row, dtype=np.int64),
+        of[rows].astype(np.int64),
+        of[columns].astype(np.int64),
+        B[rows, columns],
         np.full(steady.size, row, dtype=np.int64),
         of[steady].astype(np.int64),
         b[steady],
@@ -368,10 +375,10 @@ def march(
     for around, states in motions(y[:m], f, response, pieces):
         here = loads[first * parts :]
         gained = equation.gains(around, states[:-1], here, response, y.size - m)
-        known = np.hstack([states[1:], y[m:] + np.cumsum(gained, axis=0)])
-        y = known[-1]
-        first = first + len(known)
-        yield known[pieces - 1 :: pieces]
+        states_and_loads = np.hstack([states[1:], y[m:] + np.cumsum(gained, axis=0)])
+        y = states_and_loads[-1]
+        first = first + len(states_and_loads)
+        yield states_and_loads[pieces - 1 :: pieces]
 
 
 def motions(
@@ -387,14 +394,14 @@ def motions(
         max(int(INTERVALS_PER_BLOCK * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
     )
     for k in range(0, (len(f) - 2 * NODES_BESIDE - 1) // parts, together):
-        here = [np.ascontiguousarray(own[k : k + together]) for own in around]
+        here = [np.ascontiguousarray(loads[k : k + together]) for loads in around]
         states = np.empty((len(here[0]) + 1, z.size))
         for part, transposed, forces in zip(of.parts, turned, here, strict=True):
-            own = np.empty((len(states), part.states.size))
-            own[0] = z[part.states]
-            np.matmul(forces, part.interval.loads[-1].T, out=own[1:])
-            fill_recursion(transposed, own)
-            states[:, part.states] = own
+            own_states = np.empty((len(states), part.states.size))
+            own_states[0] = z[part.states]
+            np.matmul(forces, part.interval.loads[-1].T, out=own_states[1:])
+            fill_recursion(transposed, own_states)
+            states[:, part.states] = own_states
         z = states[-1]
         yield here, states
 

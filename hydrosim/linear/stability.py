@@ -142,19 +142,19 @@ def combinations(
     """All analysed combinations, with single units alone in a mode if ``each_alone``."""
     posing = [(kind, p) for kind, p in kinds_with_mode_sets(model) if kind.mode_sets(p)]
     time = max(kind.time_of_largest_load(p) for kind, p in posing)
-    each = [
+    mode_sets = [
         (kind.mode_sets(p), _single_unit_modes(kind, p, scene, model, state) if each_alone else [])
         for kind, p in posing
     ]
-    found = []
-    known: dict[tuple[bytes, ...], Eigensystem] = {}
-    for chosen in watch(list(_chosen(each)), "contacts and springs"):
+    mode_combinations = []
+    eigensystems: dict[tuple[bytes, ...], Eigensystem] = {}
+    for chosen in watch(list(_chosen(mode_sets)), "contacts and springs"):
         modes = _joint_modes(model, state)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             modes_of_kind(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
-        found.append(_combination(text, modes, model, state, time, known))
-    return found
+        mode_combinations.append(_combination(text, modes, model, state, time, eigensystems))
+    return mode_combinations
 
 
 def all_open(model: Model, state: State) -> Combination:
@@ -162,7 +162,7 @@ def all_open(model: Model, state: State) -> Combination:
     time = max(
         (kind.time_of_largest_load(p) for kind, p in kinds_with_mode_sets(model)), default=0.0
     )
-    return _combination("", _at_rest(model, state), model, state, time, {})
+    return _combination("", _modes_at_rest(model, state), model, state, time, {})
 
 
 def _combination(
@@ -171,28 +171,28 @@ def _combination(
     model: Model,
     state: State,
     time: float,
-    known: dict[tuple[bytes, ...], Eigensystem],
+    eigensystems: dict[tuple[bytes, ...], Eigensystem],
 ) -> Combination:
     """The scene linearised in these ``modes``."""
     linear = _linearise(model, state, modes, time)
     parts = linear.split(linear.coupled_states)
     for part in parts:
-        if part.content not in known:
-            known[part.content] = Eigensystem(part)
+        if part.content not in eigensystems:
+            eigensystems[part.content] = Eigensystem(part)
     return Combination(
-        text, modes, tuple(UncoupledPart(part, known[part.content]) for part in parts)
+        text, modes, tuple(UncoupledPart(part, eigensystems[part.content]) for part in parts)
     )
 
 
 def _chosen(
-    each: Sequence[tuple[Sequence[ModeSet], Sequence[ModeSet]]],
+    mode_sets: Sequence[tuple[Sequence[ModeSet], Sequence[ModeSet]]],
 ) -> Iterator[tuple[ModeSet, ...]]:
     """One posture per kind: any posture of all its units, or a posture of a single unit with
     postures of all units of the other kinds."""
-    if not each:
+    if not mode_sets:
         yield ()
         return
-    (every, alone), *others = each
+    (every, alone), *others = mode_sets
     for posture in every:
         yield from ((posture, *further) for further in _chosen(others))
     together = [(of_all, ()) for of_all, _ in others]
@@ -222,20 +222,23 @@ def _mobility(kind: KindWithModeSets, p: Any, model: Model, state: State) -> np.
         place_bodies(state.y[:n], unit, model.bodies, motion)
         rates.append(kind.rates(p, model.bodies, motion))
     J = np.array(rates)
-    rows = find_constraint_rows(model, state.y, _at_rest(model, state))
+    rows = find_constraint_rows(model, state.y, _modes_at_rest(model, state))
     freedom = nullspace_of(rows, inertia(model, state.y))
     yielding = freedom.accelerate(J.reshape(n, -1)).reshape(J.shape)
     return np.asarray((J * yielding).sum(axis=0))
 
 
 def step_limits(
-    found: Sequence[Combination], method: IntegrationMethod, layout: StateLayout, step: float
+    mode_combinations: Sequence[Combination],
+    method: IntegrationMethod,
+    layout: StateLayout,
+    step: float,
 ) -> list[StepLimit]:
-    """Limits below ``step`` [s] over all ``found`` combinations, rising: the smallest limit of
+    """Limits below ``step`` [s] over all ``mode_combinations``, rising: the smallest limit of
     everything that moves. Of equal limits one is kept. If none is below, the smallest of all; empty
     if any step is stable."""
-    parts = [(x.contact, part) for x in found for part in x.components]
-    least = _least_steps(found, method)
+    parts = [(x.contact, part) for x in mode_combinations for part in x.components]
+    least = _least_steps(mode_combinations, method)
     bound = max(step, min(least, default=np.inf) * (1.0 + EQUAL_STEP_RTOL))
     limits = [
         limit
@@ -250,17 +253,19 @@ def step_limits(
     return told[:1] + [b for a, b in pairwise(told) if b.step > a.step * (1.0 + EQUAL_STEP_RTOL)]
 
 
-def smallest_step(found: Sequence[Combination], method: IntegrationMethod) -> float:
-    """The smallest of the limits [s] of all ``found`` combinations; infinite if there is none."""
-    return min(_least_steps(found, method), default=np.inf)
+def smallest_step(mode_combinations: Sequence[Combination], method: IntegrationMethod) -> float:
+    """The smallest of the limits [s] of all ``mode_combinations``; infinite if there is none."""
+    return min(_least_steps(mode_combinations, method), default=np.inf)
 
 
-def _least_steps(found: Sequence[Combination], method: IntegrationMethod) -> list[float]:
+def _least_steps(
+    mode_combinations: Sequence[Combination], method: IntegrationMethod
+) -> list[float]:
     """The largest stable step [s] of each component of each combination."""
-    values = [part.values for x in found for part in x.components]
-    ends = np.cumsum([own.size for own in values])
+    values = [part.values for x in mode_combinations for part in x.components]
+    ends = np.cumsum([eigenvalues.size for eigenvalues in values])
     steps = np.split(_steps(method, np.concatenate(values)), ends[:-1])
-    return [float(own.min(initial=np.inf)) for own in steps]
+    return [float(part_steps.min(initial=np.inf)) for part_steps in steps]
 
 
 def _steps(method: IntegrationMethod, values: np.ndarray) -> np.ndarray:
@@ -315,7 +320,7 @@ def _joint_modes(model: Model, state: State) -> np.ndarray:
     return modes
 
 
-def _at_rest(model: Model, state: State) -> np.ndarray:
+def _modes_at_rest(model: Model, state: State) -> np.ndarray:
     """Modes (rows, 3) with all units at rest."""
     modes = _joint_modes(model, state)
     for kind, p in kinds_with_mode_sets(model):
@@ -352,14 +357,14 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     n = bodies.active.size
     y = state.y.copy()
     posing = [(kind, p, modes_of_kind(kind, p, modes)) for kind, p in kinds_with_mode_sets(model)]
-    speed = max(kind.sliding_speed(p, own, time) for kind, p, own in posing)
+    speed = max(kind.sliding_speed(p, constants, time) for kind, p, constants in posing)
     if speed > 0.0:
-        own = own_coordinates(bodies)
-        y[n : n + own.size] += speed * (1 + own // 6) * (own % 6 < 2)
-        y[n + own.size : 2 * n] += speed  # of joints
+        own_dofs = own_coordinates(bodies)
+        y[n : n + own_dofs.size] += speed * (1 + own_dofs // 6) * (own_dofs % 6 < 2)
+        y[n + own_dofs.size : 2 * n] += speed  # of joints
     motion = motion_at(model, y)
-    for kind, p, own in posing:
-        kind.set_steady_slip(p, own, time, bodies, motion, y)
+    for kind, p, own_dofs in posing:
+        kind.set_steady_slip(p, own_dofs, time, bodies, motion, y)
     return state._replace(y=y)
 
 
@@ -367,11 +372,11 @@ def what_moves(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
     """Name of the coordinate, node of a unit or radiation with the largest ``share`` (m,) of a
     mode."""
     shares: dict[str, float] = {}
-    for state, own in zip(linear.states, share, strict=True):
+    for state, state_share in zip(linear.states, share, strict=True):
         kind, entry = layout.entry_at(state)
         moved = entry.coordinates[0].name if entry.coordinates else f"the {kind} of {entry.owner}"
         name = "the radiation states" if kind == StateKind.RADIATION else moved
-        shares[name] = shares.get(name, 0.0) + own
+        shares[name] = shares.get(name, 0.0) + state_share
     return max(shares, key=shares.__getitem__)
 
 
@@ -486,7 +491,7 @@ def vibration_errors(
 
 
 def vibrations(
-    found: Sequence[Combination],
+    mode_combinations: Sequence[Combination],
     method: IntegrationMethod,
     model: Model,
     layout: StateLayout,
@@ -494,9 +499,9 @@ def vibrations(
     step: float,
     error: float,
 ) -> Iterator[Vibration]:
-    """Modes that vibrate with more than an ``error`` at a ``step`` [s], from all ``found``
-    combinations. A memory by convolution shifts their eigenvalues by its effect at first order, l
-    K^(i w) r'."""
+    """Modes that vibrate with more than an ``error`` at a ``step`` [s], from all
+    ``mode_combinations``. A memory by convolution shifts their eigenvalues by its effect at first
+    order, l K^(i w) r'."""
 
     def wrong(values: np.ndarray) -> np.ndarray:
         return (values.imag > MIN_VIBRATION_RATE) & (
@@ -504,20 +509,22 @@ def vibrations(
         )
 
     active = model.bodies.active
-    for combination, (part, spectrum) in [(x, part) for x in found for part in x.components]:
+    for combination, (part, spectrum) in [
+        (x, part) for x in mode_combinations for part in x.components
+    ]:
         if not wrong(spectrum.values).any():
             continue
         values, left, right = spectrum.vectors()
         share = participation_factors(left, right)
         n = part.active.size
-        own = np.searchsorted(active, part.active)
+        own_indices = np.searchsorted(active, part.active)
         for k in np.flatnonzero(wrong(values)):
             felt = left[n : 2 * n, k].conj()
             rate = right[n : 2 * n, k]
             whole = np.vdot(left[:, k], right[:, k])
             if abs(felt @ rate) <= MOVES * abs(whole):
                 continue  # hardly a motion of bodies
-            K = memory_response(model, values[k].imag)[np.ix_(own, own)]
+            K = memory_response(model, values[k].imag)[np.ix_(own_indices, own_indices)]
             memory = np.linalg.solve(part.inertia, K @ rate)
             value = complex(values[k] - felt @ memory / whole)
             if wrong(np.array([value])).any():
@@ -533,9 +540,9 @@ def memory_response(model: Model, omega: float) -> np.ndarray:
     coordinates at ``omega`` [rad/s]."""
     kernel = model.convolution
     size = len(model.added_mass)
-    found = np.zeros((size, size), dtype=complex)
+    response = np.zeros((size, size), dtype=complex)
     turning = np.exp(-1j * omega * kernel.step * np.arange(len(kernel.K)))
     turning[[0, -1]] *= 0.5  # the trapezoidal rule
-    found[kernel.row, kernel.column] = turning @ kernel.K
+    response[kernel.row, kernel.column] = turning @ kernel.K
     S = slopes_at_rest(model.bodies)
-    return np.asarray(kernel.step * (S.T @ found @ S))
+    return np.asarray(kernel.step * (S.T @ response @ S))

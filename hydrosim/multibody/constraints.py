@@ -172,17 +172,17 @@ def find_rank(p, L, size):
         for k in range(i):
             if p.pivot[k] != DROPPED:
                 _projected_entry(i, k, p)
-        own = _product(p.J[i], p.inertia[i])
-        left = own
+        row_inertia = _product(p.J[i], p.inertia[i])
+        left = row_inertia
         for k in range(i):
             left -= p.combination[i, k] * p.combination[i, k]
-        if left <= MIN_SQUARED_SINE * own or own <= ROW_ROUNDING * size[i]:
+        if left <= MIN_SQUARED_SINE * row_inertia or row_inertia <= ROW_ROUNDING * size[i]:
             p.pivot[i] = DROPPED
             clear(p.combination[i])
             continue
         p.pivot[i] = 0
         p.combination[i, i] = sqrt(left)
-        least = min(least, sqrt(left / own))
+        least = min(least, sqrt(left / row_inertia))
     return least
 
 

@@ -338,37 +338,37 @@ def own_coordinates(bodies: Bodies) -> np.ndarray:
 def are_lengths(bodies: Bodies) -> np.ndarray:
     """True (n,) for coordinates in metres, false for angles."""
     moves = bodies.tree.moves
-    found = np.concatenate(
+    is_length = np.concatenate(
         [own_coordinates(bodies) % 6 < 3, np.zeros(bodies.tree.coordinates, bool)]
     )
-    found[moves["coordinate"][moves["kind"] == SLIDE]] = True
-    return found
+    is_length[moves["coordinate"][moves["kind"] == SLIDE]] = True
+    return is_length
 
 
 def coordinate_owners(bodies: Bodies) -> np.ndarray:
     """Body (n,) that each coordinate moves: of a joint, the one that it carries."""
-    found = np.concatenate([own_coordinates(bodies) // 6, np.zeros(bodies.tree.coordinates, int)])
+    owners = np.concatenate([own_coordinates(bodies) // 6, np.zeros(bodies.tree.coordinates, int)])
     for branch in bodies.tree.branches:
         for move in bodies.tree.moves[branch["first"] : branch["last"]]:
-            found[move["coordinate"] :][: 3 if move["kind"] == BALL else 1] = branch["child"]
-    return found
+            owners[move["coordinate"] :][: 3 if move["kind"] == BALL else 1] = branch["child"]
+    return owners
 
 
 def coordinate_groups(bodies: Bodies) -> np.ndarray:
     """Number (n,) of the group of each coordinate: the three positions or the three angles of a
     body, or the motions of a joint of one kind and body."""
     kinds = 2 * (bodies.each.size + coordinate_owners(bodies)) + ~are_lengths(bodies)
-    own = own_coordinates(bodies) // 3
-    return np.concatenate([own, kinds[own.size :]])
+    groups = own_coordinates(bodies) // 3
+    return np.concatenate([groups, kinds[groups.size :]])
 
 
 def slopes_at_rest(bodies: Bodies) -> np.ndarray:
     """Displacements (6 nb, n) of all bodies per coordinate, at rest and for small angles."""
     if bodies.tree.branches.size:
         return bodies.tree.slopes
-    found = np.zeros((6 * bodies.each.size, bodies.active.size))
-    found[bodies.active, np.arange(bodies.active.size)] = 1.0
-    return found
+    slopes = np.zeros((6 * bodies.each.size, bodies.active.size))
+    slopes[bodies.active, np.arange(bodies.active.size)] = 1.0
+    return slopes
 
 
 def moving_dofs(bodies: Bodies) -> np.ndarray:

@@ -61,17 +61,17 @@ class Contents(NamedTuple):
 
 def new_contents(bodies: Bodies, surfaces: int) -> Contents:
     """Contents of the bodies at the start, with this number of level ``surfaces``."""
-    each = bodies.each
-    nothing = np.zeros((each.size, 3))
+    body_rows = bodies.each
+    nothing = np.zeros((body_rows.size, 3))
     return Contents(
-        mass=each["mass"].copy(),
+        mass=body_rows["mass"].copy(),
         moment=nothing,
         shift=nothing.copy(),
         height=np.zeros(surfaces),
-        surface=each["surface"].copy(),
-        moving_mass=each["mass"].copy(),
+        surface=body_rows["surface"].copy(),
+        moving_mass=body_rows["mass"].copy(),
         moving_moment=nothing.copy(),
-        inertia=each["inertia"].copy(),
+        inertia=body_rows["inertia"].copy(),
     )
 
 
@@ -196,9 +196,9 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
         M[6 * b : 6 * b + 3, 6 * b : 6 * b + 3] += body["mass"] * np.eye(3)
         if not bodies.exact:
             M[6 * b + 3 : 6 * b + 6, 6 * b + 3 : 6 * b + 6] += body["inertia"]
-    own = bodies.active[: bodies.active.size - bodies.tree.coordinates]  # joints do without it
-    turns = (own % 6 >= 3) & bodies.exact
-    t, r = own[~turns], np.arange(6 * bodies.each.size).reshape(-1, 6)[:, 3:].ravel()
+    own_dofs = bodies.active[: bodies.active.size - bodies.tree.coordinates]  # joints do without it
+    turns = (own_dofs % 6 >= 3) & bodies.exact
+    t, r = own_dofs[~turns], np.arange(6 * bodies.each.size).reshape(-1, 6)[:, 3:].ravel()
     try:
         root = np.linalg.inv(np.linalg.cholesky(M[np.ix_(t, t)]))
         inverse = root.T @ root
@@ -208,7 +208,7 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
     gain = inverse @ coupling.T
     return Inertia(
         *(np.flatnonzero(~turns), np.flatnonzero(turns), t),
-        *(own[turns] // 6, own[turns] % 6 - 3),
+        *(own_dofs[turns] // 6, own_dofs[turns] % 6 - 3),
         *(inverse, coupling, gain, added_mass[np.ix_(r, r)] - coupling @ gain),
         alone=len(M) == bodies.active.size and not _couples_bodies(added_mass),
     )

@@ -348,10 +348,10 @@ def _set_orientation(k, omega, bodies, motion):
     turn by its heading, which `multibody.heading` reads."""
     growth = motion.growth
     b = bodies.tree.branches[k].child
-    own = bodies.each[b].heading
-    heading = growth.heading[b] + own
+    rest_heading = bodies.each[b].heading
+    heading = growth.heading[b] + rest_heading
     q = growth.turned[b]
-    attitude = multiply((q[0], q[1], q[2], q[3]), quaternion_about(UP, own))
+    attitude = multiply((q[0], q[1], q[2], q[3]), quaternion_about(UP, rest_heading))
     fill_rotation(attitude, motion.rotation[b])
     c = cos(heading)
     s = sin(heading)

@@ -110,8 +110,8 @@ class RunAccessor:
                 f" the end of the run at {end:g} s."
             )
         asked = [channels] if isinstance(channels, str) else channels
-        found = match_channels(channel_names(run), asked, "channels")
-        return statistics(run, start, channels=found)
+        channel_list = match_channels(channel_names(run), asked, "channels")
+        return statistics(run, start, channels=channel_list)
 
     def extremes_over_seeds(self) -> xr.Dataset:
         """Most probable extremes and P90 over seeds, with 90 % intervals, by channel and side, as

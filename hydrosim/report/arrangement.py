@@ -89,8 +89,8 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
     }
 
     def to_earth(body: str | None, points: Sequence[float] | Points) -> Points:
-        own = np.asarray(points, float)
-        return own if body is None else own @ turns[body].T + places[body]
+        body_points = np.asarray(points, float)
+        return body_points if body is None else body_points @ turns[body].T + places[body]
 
     bodies = []
     for body in scene.bodies:
@@ -102,13 +102,17 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
         if isinstance(element, Contact)
     }
     lines = [
-        DrawnLine(name, to_earth(each.body, each.point), to_earth(each.anchor_body, each.anchor))
-        for name, each in scene.forces.items()
-        if isinstance(each, STRAIGHT_LINES)
+        DrawnLine(
+            name,
+            to_earth(element.body, element.point),
+            to_earth(element.anchor_body, element.anchor),
+        )
+        for name, element in scene.forces.items()
+        if isinstance(element, STRAIGHT_LINES)
     ]
     lines += [DrawnLine(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
     joints = {
-        name: to_earth(each.body, np.array([each.point])) for name, each in scene.joints.items()
+        name: to_earth(joint.body, np.array([joint.point])) for name, joint in scene.joints.items()
     }
     return SceneArrangement(bodies, contacts, lines, list(_streams(scene)), joints)
 
@@ -147,9 +151,9 @@ class _View:
 
     def to_pixels(self, points: Points) -> Points:
         """Pixels (n, 2) of points (n, 3) in the earth frame."""
-        own = np.atleast_2d(points)[:, list(self.axes)]
-        across = self._left + self.scale * (own[:, 0] - self._low[0])
-        down = self._top + self.scale * (self._high[1] - own[:, 1])
+        points_in_plane = np.atleast_2d(points)[:, list(self.axes)]
+        across = self._left + self.scale * (points_in_plane[:, 0] - self._low[0])
+        down = self._top + self.scale * (self._high[1] - points_in_plane[:, 1])
         return np.stack([across, down], axis=1)
 
     @property

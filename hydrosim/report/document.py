@@ -15,7 +15,7 @@ from hydrosim.files.document import Document
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
 from hydrosim.report.arrangement import arrangement_nodes
-from hydrosim.report.evidence import Feature, Line, features_of, lines_about
+from hydrosim.report.evidence import EvidenceLine, Feature, features_of, lines_about
 from hydrosim.report.page import stretch
 from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
@@ -83,25 +83,25 @@ def evidence_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         yield List(bare)
 
 
-def without_line(used: Collection[Feature], lines: Sequence[Line]) -> list[str]:
+def without_line(used: Collection[Feature], lines: Sequence[EvidenceLine]) -> list[str]:
     """Features that are ``used`` and that none of the ``lines`` is about."""
     covered = {feature for line in lines for feature in line.features}
     return [feature.value for feature in Feature if feature in used and feature not in covered]
 
 
-def _row(line: Line) -> list[Cell]:
+def _row(line: EvidenceLine) -> list[Cell]:
     figures = [digits_of(line.figure, 2), digits_of(line.limit, 3)]
     return [line.claim, line.against, line.kind.value, *figures]
 
 
 # Report of a run: events, figures, series, energy, assumptions, and evidence.
 
-DIMENSIONS = ("time", "body", "dof")
+REQUIRED_COORDINATES = ("time", "body", "dof")
 
 
 def run_document(run: xr.Dataset) -> Document:
     """Report of a run, also of one that failed or was interrupted."""
-    if missing := [name for name in DIMENSIONS if name not in run.coords]:
+    if missing := [name for name in REQUIRED_COORDINATES if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
     nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]
@@ -212,12 +212,12 @@ def _result_document(path: Path) -> Document | None:
     if not os.path.isfile(path):
         return None
     try:
-        found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+        dataset = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, ValueError, RuntimeError):
         return None
-    with found:
+    with dataset:
         for is_one, made in RESULT_KINDS:
-            if is_one(found):
-                check_result(path, found)
-                return made(found)
+            if is_one(dataset):
+                check_result(path, dataset)
+                return made(dataset)
     return None

@@ -119,15 +119,15 @@ def _methods(*methods: Method) -> Callable[[Scene], bool]:
 
 
 def _elements(*classes: type[ForceElement]) -> Callable[[Scene], bool]:
-    return lambda scene: any(isinstance(each, classes) for each in scene.forces.values())
+    return lambda scene: any(isinstance(element, classes) for element in scene.forces.values())
 
 
 def _friction(law: type) -> Callable[[Scene], bool]:
-    return lambda scene: any(isinstance(each.friction, law) for each in _contacts(scene))
+    return lambda scene: any(isinstance(contact.friction, law) for contact in _contacts(scene))
 
 
 def _contacts(scene: Scene) -> Iterator[Contact]:
-    return (each for each in scene.forces.values() if isinstance(each, Contact))
+    return (element for element in scene.forces.values() if isinstance(element, Contact))
 
 
 def _bodies(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
@@ -189,7 +189,8 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.FENDERS: _elements(Fender),
     Feature.LANDINGS: _elements(Landing),
     Feature.GUIDES: lambda scene: any(
-        isinstance(each, Landing) and each.wall is not None for each in scene.forces.values()
+        isinstance(element, Landing) and element.wall is not None
+        for element in scene.forces.values()
     ),
     Feature.STICK_SLIP: _friction(StickSlip),
     Feature.COULOMB: _friction(Coulomb),
@@ -211,7 +212,7 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.WEIGHT: _bodies(lambda body: body.weight == Weight.CARRIED),
     Feature.TANKS: _bodies(lambda body: bool(body.tanks)),
     Feature.PUMPS: _bodies(lambda body: bool(body.pumps)),
-    Feature.TRIGGERS: lambda scene: any(each.active for each in scene.forces.values()),
+    Feature.TRIGGERS: lambda scene: any(element.active for element in scene.forces.values()),
     Feature.JOINTS: lambda scene: bool(scene.joints),
     Feature.DRIVES: _elements(Drive),
     Feature.EXTREMES: _is_random,
@@ -242,7 +243,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True)
-class Line:
+class EvidenceLine:
     """A ``claim`` held ``against`` a reference of a ``kind``.
 
     ``figure`` is the largest error that the ``test`` measured at the ``commit``, ``limit`` the
@@ -261,7 +262,7 @@ class Line:
     others: str = ""
 
     @classmethod
-    def read(cls, data: Mapping[str, Any]) -> Line:
+    def read(cls, data: Mapping[str, Any]) -> EvidenceLine:
         """A line as it is stored."""
         features = tuple(Feature[name] for name in data["features"])
         return cls(**{**data, "kind": Kind(data["kind"]), "features": features})
@@ -278,11 +279,11 @@ class Line:
         }
 
 
-def known_lines() -> tuple[Line, ...]:
+def known_lines() -> tuple[EvidenceLine, ...]:
     """All lines, by kind."""
-    return tuple(Line.read(data) for data in json.loads(FILE.read_text("utf-8")))
+    return tuple(EvidenceLine.read(data) for data in json.loads(FILE.read_text("utf-8")))
 
 
-def lines_about(used: Collection[Feature]) -> list[Line]:
+def lines_about(used: Collection[Feature]) -> list[EvidenceLine]:
     """Lines whose features are all ``used``."""
     return [line for line in known_lines() if set(line.features) <= set(used)]

@@ -65,9 +65,9 @@ def plot_curves(of: Curves, units: Units) -> PlottedCurves:
     x_unit, x_scale = units.display_unit(of.x_unit)
     y_unit, y_scale = units.display_unit(of.y_unit)
     curves = {name: _scale_curve(curve, x_scale, y_scale) for name, curve in of.curves.items()}
-    each = list(curves.values())
-    x = _range(np.concatenate([c.x for c in each]))
-    y = _range(np.concatenate([part for c in each for part in (c.y, c.low, c.high)]))
+    curve_list = list(curves.values())
+    x = _range(np.concatenate([c.x for c in curve_list]))
+    y = _range(np.concatenate([part for c in curve_list for part in (c.y, c.low, c.high)]))
     across, up = _scale(x, LEFT_EDGE, RIGHT_EDGE), _scale(y, BOTTOM_EDGE, TOP_EDGE)
     lines = [list(_points(name, c, across, up)) for name, c in curves.items()]
     x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
@@ -100,18 +100,18 @@ def _points(
         *(curve.x, curve.y, curve.low, curve.high, remarks), strict=True
     ):
         if np.isfinite([x, y]).all():
-            known = np.isfinite([low, high]).any()
+            has_range = np.isfinite([low, high]).any()
             low, high = (value if np.isfinite(value) else y for value in (low, high))
-            between = f" ({digits_of(low)} to {digits_of(high)})" if known else ""
-            said = f"{name}: {digits_of(y)}{between} {remark}"
-            yield PlottedPoint(across(x), up(y), up(low), up(high), said.strip())
+            between = f" ({digits_of(low)} to {digits_of(high)})" if has_range else ""
+            label = f"{name}: {digits_of(y)}{between} {remark}"
+            yield PlottedPoint(across(x), up(y), up(low), up(high), label.strip())
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:
-    known = values[np.isfinite(values)]
-    if known.size == 0:
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
         return 0.0, 1.0
-    low, high = float(known.min()), float(known.max())
+    low, high = float(finite.min()), float(finite.max())
     pad = RANGE_MARGIN_FRACTION * (high - low) or RANGE_MARGIN_FRACTION * abs(high) or 1.0
     return low - pad, high + pad
 
@@ -186,9 +186,9 @@ def written_page(document: Document, output: Output) -> int:
     send."""
     page = html(document, output.mark).encode("utf-8", "backslashreplace")
     if len(page) > MAX_PAGE_BYTES:
-        found = f"{len(page) / 1e6:.1f} MB; expected at most {MAX_PAGE_BYTES / 1e6:g} MB"
+        size_text = f"{len(page) / 1e6:.1f} MB; expected at most {MAX_PAGE_BYTES / 1e6:g} MB"
         raise InputError(
-            f"{output.path}: the page would have {found}. hydrosim plot draws pictures instead."
+            f"{output.path}: the page would have {size_text}. hydrosim plot draws pictures instead."
         )
     with output.write_complete() as path:
         path.write_bytes(page)
@@ -203,10 +203,10 @@ def html(document: Document, mark: str) -> str:
         raise InputError(
             "a page needs jinja2. Install it: pip install 'hydrosim[report]'."
         ) from None
-    own = files("hydrosim.report") / "templates"
+    templates = files("hydrosim.report") / "templates"
     scripts = ["page.js", *(["replay.js"] if _nodes_of_kind(document, Replay) else [])]
-    codes = [(own / name).read_text("utf-8") for name in scripts]
-    style = (own / "page.css").read_text("utf-8")
+    codes = [(templates / name).read_text("utf-8") for name in scripts]
+    style = (templates / "page.css").read_text("utf-8")
     environment = Environment(
         loader=PackageLoader("hydrosim.report"),
         autoescape=True,

@@ -111,7 +111,7 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         "force_unit": units.display_unit("N")._asdict(),
         "length_unit": units.display_unit("m")._asdict(),
         "factor": 1 if _has_connections(run, scene) else _factor(_displacements(frames), size),
-        "waves": [_wave_data(each) for each in waves],
+        "waves": [_wave_data(components) for components in waves],
         "planes": list(_planes(scene, size)) if scene else [],
         "supports": supports_of(scene, [s.triangles for s in shapes], size) if scene else [],
         **_contacts(frames, scene),
@@ -129,8 +129,8 @@ def _records_per_moment(run: xr.Dataset) -> int:
     """Number of records from one moment to the next."""
     single = sum(run.sizes.get(dim, 0) for dim in SCALAR_KINDS)
     single += (1 + 2 * POINTS_OF_LINE) * run.sizes.get("line", 0)
-    each = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
-    return -(-run.time.size * 4 * each // MAX_REPLAY_BYTES)
+    numbers_per_record = 6 * run.sizes["body"] + 2 * run.sizes.get("fender", 0) + single
+    return -(-run.time.size * 4 * numbers_per_record // MAX_REPLAY_BYTES)
 
 
 def _displacements(frames: xr.Dataset) -> np.ndarray:
@@ -184,8 +184,8 @@ def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict
 
 
 def _wave_data(waves: Any) -> dict[str, Any]:
-    each = ("omega", "amplitude", "phase", "wavenumber", "heading")
-    return {name: base64_of(getattr(waves, name)) for name in each} | {"ramp": waves.ramp}
+    names = ("omega", "amplitude", "phase", "wavenumber", "heading")
+    return {name: base64_of(getattr(waves, name)) for name in names} | {"ramp": waves.ramp}
 
 
 def _body_number(scene: Scene, name: str | None) -> int:
@@ -203,14 +203,14 @@ def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
         for point in element.points
     ]
     names = map(str, frames.fender.values)
-    each = ("time", "fender")
+    dims = ("time", "fender")
     return {
         "contacts": [
             {"name": name, "body": body, "point": point}
             for name, (body, point) in zip(names, places, strict=True)
         ],
-        "modes": base64_of(frames.fender_mode.transpose(*each).values.ravel()),
-        "forces": base64_of(frames.fender_normal_force.transpose(*each).values.ravel()),
+        "modes": base64_of(frames.fender_mode.transpose(*dims).values.ravel()),
+        "forces": base64_of(frames.fender_normal_force.transpose(*dims).values.ravel()),
     }
 
 
@@ -248,7 +248,7 @@ def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
     loads = [_load(frames, scene, name) for name in drawn]
-    shapes = {name: base64_of(each.ravel()) for name, _, each in shapes_in(frames, scene)}
+    shapes = {name: base64_of(shape.ravel()) for name, _, shape in shapes_in(frames, scene)}
     return {
         "lines": [
             {

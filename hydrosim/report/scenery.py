@@ -70,11 +70,11 @@ def shape_of(body: Body | None, keel: float | None = None) -> Shape:
         return Shape(corners, "a box, because its case cannot be read again")
     if body.hydrostatics is not None:
         return Shape(body.hydrostatics.corners - body.centre_of_gravity, "its hull")
-    found = _recipe_hull(body)
-    if found is not None:
+    shape = _recipe_hull(body)
+    if shape is not None:
         deck = f"a deck at {DECK_HEIGHT_RATIO:g} times the draught"
-        said = f"the hull of its database's recipe, with {deck}"
-        return Shape(found - body.centre_of_gravity, said)
+        source = f"the hull of its database's recipe, with {deck}"
+        return Shape(shape - body.centre_of_gravity, source)
     square = np.diag(body.inertia) / body.mass
     sides = 6.0 * (square.sum() - 2.0 * square)  # of a homogeneous box
     least = max(float(sides.max()), 1e-6) * MIN_SIDE_RATIO**2
@@ -143,10 +143,10 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[WaveComponents]
     except InputError:
         return [], level
     at = np.unique(np.linspace(0, run.time.size - 1, RECORDS_COMPARED).astype(int))
-    time, known = run.time.values[at], run.wave_elevation.values[at]
+    time, elevation = run.time.values[at], run.wave_elevation.values[at]
     made = np.sum([_at_origin(waves, time) for waves in sets], axis=0)
     if not np.allclose(
-        made, known, rtol=0.0, atol=ELEVATION_RTOL * np.abs(run.wave_elevation).max().item()
+        made, elevation, rtol=0.0, atol=ELEVATION_RTOL * np.abs(run.wave_elevation).max().item()
     ):
         return [], level
     return _largest_components(sets)
@@ -165,16 +165,16 @@ def _largest_components(sets: list[WaveComponents]) -> tuple[list[WaveComponents
         return sets, f"The water is the sum of all {amplitude.size} components of the waves."
     least = np.sort(amplitude)[-MAX_COMPONENTS]
     share = np.sum(amplitude[amplitude >= least] ** 2) / np.sum(amplitude**2)
-    kept = [_select_components(waves, waves.amplitude >= least) for waves in sets]
-    return kept, (
+    selected = [_select_components(waves, waves.amplitude >= least) for waves in sets]
+    return selected, (
         f"The water is the sum of the {MAX_COMPONENTS} largest of {amplitude.size} components of"
         f" the waves, which have {share:.0%} of their energy."
     )
 
 
 def _select_components(waves: WaveComponents, these: np.ndarray) -> WaveComponents:
-    each = ("omega", "amplitude", "phase", "wavenumber", "heading")
-    return replace(waves, **{name: getattr(waves, name)[these] for name in each})
+    names = ("omega", "amplitude", "phase", "wavenumber", "heading")
+    return replace(waves, **{name: getattr(waves, name)[these] for name in names})
 
 
 # Catenaries of a scene in pictures: their shapes at rest, and at the moments of a run.
@@ -207,15 +207,15 @@ def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary,
     fairlead to the anchor, and height [m] above the straight line between them."""
     places = list(_body_poses(frames, scene))
     for name, line in _catenaries(scene):
-        found = np.zeros((len(places), POINTS_PER_REPLAY_LINE, 2))
+        shapes = np.zeros((len(places), POINTS_PER_REPLAY_LINE, 2))
         for k, (t, bodies) in enumerate(zip(frames.time.values, places, strict=True)):
             points = _points(line, bodies, scene, float(t), POINTS_PER_REPLAY_LINE)
             chord = points[-1] - points[0]
             across = chord[:2] @ chord[:2]
             share = (points[:, :2] - points[0, :2]) @ chord[:2] / max(across, 1e-12)
-            found[k, :, 0] = share
-            found[k, :, 1] = points[:, 2] - points[0, 2] - share * chord[2]
-        yield name, line, found
+            shapes[k, :, 0] = share
+            shapes[k, :, 1] = points[:, 2] - points[0, 2] - share * chord[2]
+        yield name, line, shapes
 
 
 def _catenaries(scene: Scene) -> list[tuple[str, Any]]:
@@ -255,8 +255,8 @@ def _points(
     pull = LinePull(*pull_entries(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
     if not pull.converged:
         return np.linspace(start, end, count)
-    found, _ = line_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
-    return np.column_stack([start[:2] + found[:, :1] * e, end[2] + found[:, 1]])
+    line_positions, _ = line_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
+    return np.column_stack([start[:2] + line_positions[:, :1] * e, end[2] + line_positions[:, 1]])
 
 
 def _point_in_earth(
@@ -272,8 +272,8 @@ def _pieces(line: Catenary, t: float) -> np.ndarray:
     for name in ("length", "weight", "stiffness", "hung"):
         pieces[name] = getattr(line, name)
     if line.paid is not None and line.paying != NO_INDEX:
-        each, parts = compile_signals([line.paid])
-        pieces["length"][line.paying] = value(t, each[0], parts)
+        paid, parts = compile_signals([line.paid])
+        pieces["length"][line.paying] = value(t, paid[0], parts)
     return pieces
 
 
@@ -295,8 +295,8 @@ NO_BODY = -1  # in place of the index of a body
 def keel_of(scene: Scene, name: str) -> float | None:
     """Height in the body frame [m] at which a landing or a plane of the body is touched from below;
     None if there is none."""
-    found = [z for element in scene.forces.values() for z in _contact_heights(element, name)]
-    return min((z for z in found if z < 0.0), default=None)
+    heights = [z for element in scene.forces.values() for z in _contact_heights(element, name)]
+    return min((z for z in heights if z < 0.0), default=None)
 
 
 def _contact_heights(element: object, name: str) -> Iterator[float]:
@@ -313,19 +313,19 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
     contact. ``shapes`` are the triangles of the bodies."""
     numbers = {body.name: k for k, body in enumerate(scene.bodies)}
     depth = min(COLUMN_DEPTH * size, scene.environment.water_depth)
-    found: list[dict[str, Any]] = []
+    supports: list[dict[str, Any]] = []
     contact = 0
     for element in scene.forces.values():
         if isinstance(element, Landing):
             for k, (point, seat) in enumerate(zip(element.points, element.seats, strict=True)):
-                own = numbers[element.body]
-                ends = [(own, point, _nearest_in_box(shapes[own], point))]
+                body_number = numbers[element.body]
+                ends = [(body_number, point, _nearest_in_bounding_box(shapes[body_number], point))]
                 if element.on is None:
                     ends += [(NO_BODY, seat, np.array([seat[0], seat[1], -depth]))]
                 else:
                     on = numbers[element.on]
-                    ends += [(on, seat, _nearest_in_box(shapes[on], seat))]
-                found += [
+                    ends += [(on, seat, _nearest_in_bounding_box(shapes[on], seat))]
+                supports += [
                     {
                         "body": body,
                         "contact": contact + k,
@@ -334,26 +334,26 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
                     for body, a, b in ends
                 ]
         contact += len(element.points) if isinstance(element, Contact) else 0
-    return found
+    return supports
 
 
-def column(one: np.ndarray, other: np.ndarray, half: float) -> np.ndarray:
+def column(low: np.ndarray, high: np.ndarray, half: float) -> np.ndarray:
     """Triangles (12, 3, 3) of a square column between two points, with sides of twice ``half``;
     empty if the points coincide."""
-    along = np.asarray(other, float) - one
+    along = np.asarray(high, float) - low
     if np.linalg.norm(along) == 0.0:
         return np.zeros((0, 3, 3))
     across = np.cross(along, np.eye(3)[int(np.abs(along).argmin())])
     across *= half / np.linalg.norm(across)
     other_way = np.cross(along, across) / np.linalg.norm(along)
     turned = [a * across + b * other_way for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    begin, end = np.asarray(one) + turned, np.asarray(other) + turned
+    begin, end = np.asarray(low) + turned, np.asarray(high) + turned
     sides = [(begin[k], begin[k - 1], end[k - 1], end[k]) for k in range(4)]
     quads = np.array([*sides, begin, end[::-1]])
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def _nearest_in_box(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
+def _nearest_in_bounding_box(triangles: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Position nearest to a point in the box around a shape."""
     corners = triangles.reshape(-1, 3)
     return np.clip(point, corners.min(axis=0), corners.max(axis=0))
@@ -371,7 +371,7 @@ def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     """Corners of tanks about the centres of gravity of their bodies, and the filled fractions of
     their heights (nt, nk)."""
     every = [(k, body) for k, body in enumerate(scene.bodies if scene else ()) if body.tanks]
-    known = _levels(frames)
+    levels = _levels(frames)
     drawn, full = [], []
     for number, body in every:
         for tank in body.tanks:
@@ -379,7 +379,7 @@ def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
                 low, high = ends - np.asarray(body.centre_of_gravity)
                 drawn.append({"name": tank.name, "body": number, "low": [*low], "high": [*high]})
                 still = np.full(frames.time.size, tank.level)
-                level = known.get(f"{tank.name} of {body.name}", still)
+                level = levels.get(f"{tank.name} of {body.name}", still)
                 full.append(level / (high - low)[2])
     return {"tanks": drawn, "levels": base64_of(np.array(full).T.ravel())}
 

@@ -107,7 +107,11 @@ def lowest_value(name: str) -> float:
 
 def channel_names(run: xr.Dataset) -> list[str]:
     """Names of all channels of a run, including derived ones."""
-    derived = (f"{kind}.{of}" for kind, each in CHANNEL_KINDS.items() for of in each.names(run))
+    derived = (
+        f"{kind}.{of}"
+        for kind, channel_kind in CHANNEL_KINDS.items()
+        for of in channel_kind.names(run)
+    )
     return [*columns_of(run), *derived]
 
 
@@ -125,42 +129,48 @@ def channel_series(run: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
 def unknown_channel_message(run: xr.Dataset, name: str) -> str:
     """Message that a run has no channel ``name``, and which channels it has."""
     kind = name.partition(".")[0]
-    known = channel_names(run)
-    alike = [each for each in known if each.partition(".")[0] == kind]
+    channels = channel_names(run)
+    alike = [channel for channel in channels if channel.partition(".")[0] == kind]
     if kind in NEEDS and not alike:
         return f"found {name}, but the run has no channels {kind}: they need {NEEDS[kind]}."
-    text = f"found {name}; expected a channel of the run: {', '.join(_names_to_show(name, known))}"
-    return with_hint(text, suggestion(name, known))
+    text = (
+        f"found {name}; expected a channel of the run: {', '.join(_names_to_show(name, channels))}"
+    )
+    return with_hint(text, suggestion(name, channels))
 
 
 def default_channels(run: xr.Dataset) -> list[str]:
     """Channels of motions, waves, forces, fenders, springs, struts and bushings that are not zero
     throughout."""
-    known = columns_of(run)
+    columns = columns_of(run)
     return [
-        name for name in known if _fits(name, DEFAULT_CHANNELS) and select(RUN, run, name)[0].any()
+        name
+        for name in columns
+        if _fits(name, DEFAULT_CHANNELS) and select(RUN, run, name)[0].any()
     ]
 
 
 def match_channels(names: Iterable[str], patterns: Sequence[str], option: str) -> list[str]:
     """Names that match one of the patterns ("position.*"). Raises InputError if a pattern of the
     ``option`` matches none."""
-    known = list(names)
+    channels = list(names)
     for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in known):
-            names_text = ", ".join(_names_to_show(pattern, known))
+        if not any(fnmatchcase(name, pattern) for name in channels):
+            names_text = ", ".join(_names_to_show(pattern, channels))
             text = f"{option}: found {pattern}; expected one of: {names_text}"
-            raise InputError(with_hint(text, suggestion(pattern, known)))
-    return [name for name in known if _fits(name, patterns)]
+            raise InputError(with_hint(text, suggestion(pattern, channels)))
+    return [name for name in channels if _fits(name, patterns)]
 
 
-def _names_to_show(name: str, known: Sequence[str]) -> list[str]:
+def _names_to_show(name: str, channels: Sequence[str]) -> list[str]:
     """All names if they are few; else the names of the same kind as ``name``, or "KIND.*" of every
     kind."""
-    if len(known) <= MAX_NAMES_SHOWN:
-        return list(known)
-    alike = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
-    kinds = (f"{each.partition('.')[0]}.*" if "." in each else each for each in known)
+    if len(channels) <= MAX_NAMES_SHOWN:
+        return list(channels)
+    alike = [channel for channel in channels if channel.partition(".")[0] == name.partition(".")[0]]
+    kinds = (
+        f"{channel.partition('.')[0]}.*" if "." in channel else channel for channel in channels
+    )
     return alike or list(dict.fromkeys(kinds))
 
 
@@ -196,13 +206,13 @@ def _groups(run: xr.Dataset) -> list[str]:
 
 
 def _group_force(run: xr.Dataset, group: str) -> np.ndarray:
-    own = run.fender_normal_force.sel(fender=run.fender_group == group)
-    return np.asarray(own.transpose("time", "fender").values.sum(axis=1))
+    group_forces = run.fender_normal_force.sel(fender=run.fender_group == group)
+    return np.asarray(group_forces.transpose("time", "fender").values.sum(axis=1))
 
 
 def _points(run: xr.Dataset) -> Iterator[str]:
     """Names such as "bow of barge.x"."""
-    return (".".join(each) for each in product(_labels(run, "point"), _labels(run, "axis")))
+    return (".".join(labels) for labels in product(_labels(run, "point"), _labels(run, "axis")))
 
 
 def _moving_points(run: xr.Dataset) -> Iterator[str]:
@@ -211,7 +221,7 @@ def _moving_points(run: xr.Dataset) -> Iterator[str]:
 
 def _pairs(run: xr.Dataset) -> Iterator[str]:
     """Names such as "bow of barge to foot of topside.x"."""
-    return (".".join(each) for each in product(_point_pairs(run), _labels(run, "axis")))
+    return (".".join(labels) for labels in product(_point_pairs(run), _labels(run, "axis")))
 
 
 def _place(run: xr.Dataset, point: str) -> np.ndarray:
@@ -275,15 +285,15 @@ def _point_pairs(run: xr.Dataset) -> Iterator[str]:
 
 
 def _relative_speed(run: xr.Dataset, points: str) -> np.ndarray:
-    each = [_axis_value(_velocity)(run, f"{points}.{axis}") for axis in _labels(run, "axis")]
-    return np.asarray(np.linalg.norm(each, axis=0))
+    components = [_axis_value(_velocity)(run, f"{points}.{axis}") for axis in _labels(run, "axis")]
+    return np.asarray(np.linalg.norm(components, axis=0))
 
 
 def _capable(run: xr.Dataset) -> Iterator[str]:
     for dim in CAPABLE:
         if f"{dim}_capacity" in run.coords:
-            known = np.isfinite(run[f"{dim}_capacity"].values)
-            yield from np.array(_labels(run, dim))[known].tolist()
+            has_capacity = np.isfinite(run[f"{dim}_capacity"].values)
+            yield from np.array(_labels(run, dim))[has_capacity].tolist()
 
 
 class LargestLoad(NamedTuple):
@@ -351,9 +361,9 @@ def interval_envelope(x: np.ndarray, size: int) -> np.ndarray:
 
 def interval_means(x: np.ndarray, size: int) -> np.ndarray:
     """Mean (n,) of the finite values in each interval of ``size`` records."""
-    starts, known = np.arange(0, x.size, size), np.isfinite(x)
-    count = np.add.reduceat(known.astype(float), starts)
-    total = np.add.reduceat(np.where(known, x, 0.0), starts)
+    starts, is_known = np.arange(0, x.size, size), np.isfinite(x)
+    count = np.add.reduceat(is_known.astype(float), starts)
+    total = np.add.reduceat(np.where(is_known, x, 0.0), starts)
     return np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
 
 

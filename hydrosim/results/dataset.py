@@ -30,23 +30,23 @@ def new_dataset(
     """`xarray.Dataset` with the same arguments."""
     import xarray as xr  # slow to load, and no run needs it before its end
 
-    indexes = {name: each for name, each in coords.items() if _dims(name, each) == (name,)}
-    others = {name: each for name, each in coords.items() if name not in indexes}
+    indexes = {name: values for name, values in coords.items() if _dims(name, values) == (name,)}
+    others = {name: values for name, values in coords.items() if name not in indexes}
     made = xr.Dataset({**data, **others}, _cached_coordinates(pickle.dumps(indexes)), attributes)
     return made.set_coords(others) if others else made
 
 
-def differing(one: xr.Dataset, other: xr.Dataset) -> str | None:
+def differing(first: xr.Dataset, second: xr.Dataset) -> str | None:
     """Name of a coordinate that differs between two datasets or is missing in one; None if all
     agree. Indexes that are the same object, as in datasets that are `new_dataset`, are not
     compared."""
-    here, there = one.xindexes, other.xindexes
-    for name in dict.fromkeys([*one.coords, *other.coords]):
+    here, there = first.xindexes, second.xindexes
+    for name in dict.fromkeys([*first.coords, *second.coords]):
         if name in here and name in there:
             same = here[name] is there[name] or here[name].equals(there[name])
         else:
-            both = name in one.coords and name in other.coords
-            same = both and one.variables[name].equals(other.variables[name])
+            both = name in first.coords and name in second.coords
+            same = both and first.variables[name].equals(second.variables[name])
         if not same:
             return str(name)
     return None
@@ -116,12 +116,12 @@ def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
     return run
 
 
-def _require_known(path: Path, found: str) -> None:
+def _require_known(path: Path, version: str) -> None:
     """Refuse files of later versions."""
-    number = found.removeprefix(FORMAT).strip()
+    number = version.removeprefix(FORMAT).strip()
     if number.isdecimal() and int(number) > LATEST:
         expected = f"expected {FORMAT} {LATEST} or older; read it with a later version of hydrosim"
-        raise InputError(f"{path}: has the format {found}; {expected}.")
+        raise InputError(f"{path}: has the format {version}; {expected}.")
 
 
 def is_part(run: xr.Dataset) -> bool:

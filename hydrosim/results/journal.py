@@ -75,10 +75,10 @@ class Journal:
         self._file.seek(0)
         self._file.readline()
         whole = self._file.tell()
-        for place, known, values in entries(self._file, self._folder, (FIRST_RUN_FILE,)):
+        for place, record, values in entries(self._file, self._folder, (FIRST_RUN_FILE,)):
             whole = self._file.tell()
             if values and (self._folder / FIRST_RUN_FILE).exists():
-                self._places[known["run"]] = place
+                self._places[record["run"]] = place
         self._file.truncate(whole)
         if self._places:
             self._first = self._last = first_of(self._folder)
@@ -92,41 +92,43 @@ class Journal:
     def read(self, run: int) -> StoredRun:
         """Read a run of the journal."""
         self._file.seek(self._places[run])
-        known, values = _entry(self._file)
+        record, values = _entry(self._file)
         assert self._first is not None
-        return StoredRun(_of_form(self._first, values), known["attributes"], known["warnings"])
+        return StoredRun(_of_form(self._first, values), record["attributes"], record["warnings"])
 
     def take_known(self, file: Path) -> None:
         """Write the file of data that are known before the first run."""
         file.replace(self._folder / KNOWN)
         self._beside[KNOWN] = _checksum(self._folder / KNOWN)
 
-    def add(self, run: int, kept: StoredRun) -> None:
+    def add(self, run: int, stored: StoredRun) -> None:
         """Append a complete run, unless its form differs from the first. On return, it is on the
         disk or in the system's buffers."""
         if self._last is None:
-            _store_first(kept.found, self._folder)
+            _store_first(stored.found, self._folder)
             self._beside[FIRST_RUN_FILE] = _checksum(self._folder / FIRST_RUN_FILE)
-            self._first = self._last = kept.found
-        if not _is_same_start(kept.found, self._last):
+            self._first = self._last = stored.found
+        if not _is_same_start(stored.found, self._last):
             return
-        self._last = kept.found
-        arrays = (kept.found.variables[name].values for name in kept.found.data_vars)
+        self._last = stored.found
+        arrays = (stored.found.variables[name].values for name in stored.found.data_vars)
         values = b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
-        attributes = {name: _encode(value) for name, value in kept.attributes.items()}
-        known = {"run": run, "attributes": attributes, "warnings": kept.warnings}
-        self._places[run] = self._append(known, values)
+        attributes = {name: _encode(value) for name, value in stored.attributes.items()}
+        record = {"run": run, "attributes": attributes, "warnings": stored.warnings}
+        self._places[run] = self._append(record, values)
 
     def note(self, run: int, status: str, message: str) -> None:
         """Record that a run is not complete. Readers see it, and a continued study makes the run
         again."""
         self._append({"run": run, "status": status, "message": message}, b"")
 
-    def _append(self, known: dict[str, Any], values: bytes) -> int:
+    def _append(self, record: dict[str, Any], values: bytes) -> int:
         """Append an entry and return its place; it is then on the disk or in the system's
         buffers."""
         place = self._file.seek(0, 2)
-        self._file.write(_entry_of({**known, "beside": self._beside, "bytes": len(values)}, values))
+        self._file.write(
+            _entry_of({**record, "beside": self._beside, "bytes": len(values)}, values)
+        )
         self._file.flush()
         return place
 
@@ -196,13 +198,13 @@ def entries(
     with suppress(ValueError, KeyError, TypeError):
         while True:
             place = file.tell()
-            known, values = _entry(file)
-            others = [k for k, each in known["beside"].items() if sums.get(k, each) != each]
+            record, values = _entry(file)
+            others = [k for k, digest in record["beside"].items() if sums.get(k, digest) != digest]
             if others:
                 changed = others[0]
                 continue
             fitting += 1
-            yield place, known, values
+            yield place, record, values
     if changed and not fitting:
         raise InputError(
             f"{folder / changed}: is damaged (its checksum has changed), and the runs beside it"
@@ -211,20 +213,20 @@ def entries(
         )
 
 
-def _entry_of(known: dict[str, Any], values: bytes = b"") -> bytes:
+def _entry_of(record: dict[str, Any], values: bytes = b"") -> bytes:
     """A line with its checksum, and the values that follow it."""
-    text = json.dumps(known).encode() + b"\n" + values
+    text = json.dumps(record).encode() + b"\n" + values
     return b"%08x %s" % (crc32(text), text)
 
 
 def _entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
     """Description of a run, and its values. Raises ValueError if the checksum does not match."""
     check, _, line = file.readline().partition(b" ")
-    known = json.loads(line, object_hook=_decode)
-    values = file.read(known.get("bytes", 0))
+    record = json.loads(line, object_hook=_decode)
+    values = file.read(record.get("bytes", 0))
     if check != b"%08x" % crc32(line + values):
         raise ValueError
-    return known, values
+    return record, values
 
 
 def _checksum(path: Path) -> int:
@@ -242,8 +244,8 @@ def _of_form(first: xr.Dataset, values: bytes) -> xr.Dataset:
     return first.copy(data={name: np.asarray(row[str(name)]) for name in first.data_vars})
 
 
-def _is_same_start(one: xr.Dataset, other: xr.Dataset) -> bool:
-    return _forms(one) == _forms(other) and differing(one, other) is None
+def _is_same_start(first: xr.Dataset, second: xr.Dataset) -> bool:
+    return _forms(first) == _forms(second) and differing(first, second) is None
 
 
 def _forms(of: xr.Dataset) -> list[Any]:
@@ -260,10 +262,10 @@ def first_of(folder: Path) -> xr.Dataset | None:
     return first
 
 
-def _store_first(found: xr.Dataset, folder: Path) -> None:
+def _store_first(first_run: xr.Dataset, folder: Path) -> None:
     partial = folder / f"{FIRST_RUN_FILE}{PARTIAL}"
     path = folder / FIRST_RUN_FILE
-    marked = found.assign_attrs(history=Output(path, MARKED[FIRST_RUN_FILE], path).mark)
+    marked = first_run.assign_attrs(history=Output(path, MARKED[FIRST_RUN_FILE], path).mark)
     marked.to_netcdf(partial, engine="netcdf4", format="NETCDF4")
     partial.replace(path)
 
@@ -276,10 +278,10 @@ def _encode(value: object) -> object:
     return {"dtype": array.dtype.str, "shape": array.shape, "values": array.ravel().tolist()}
 
 
-def _decode(found: dict[str, Any]) -> Any:
-    if found.keys() != {"dtype", "shape", "values"}:
-        return found
-    array = np.array(found["values"], dtype=found["dtype"]).reshape(found["shape"])
+def _decode(decoded: dict[str, Any]) -> Any:
+    if decoded.keys() != {"dtype", "shape", "values"}:
+        return decoded
+    array = np.array(decoded["values"], dtype=decoded["dtype"]).reshape(decoded["shape"])
     return array if array.shape else array[()]
 
 
@@ -322,10 +324,10 @@ def read_unfinished(folder: Path) -> xr.Dataset:
     try:
         if is_earlier(folder):
             raise _earlier(folder, f"lines of {RUNS} have no checksums")
-        known = xr.load_dataset(folder / KNOWN, engine="netcdf4", decode_times=False)
+        layout = xr.load_dataset(folder / KNOWN, engine="netcdf4", decode_times=False)
         first = first_of(folder)
         with (folder / RUNS).open("rb") as file:
-            return _gather_runs(folder, known, first, file)
+            return _gather_runs(folder, layout, first, file)
     except FileNotFoundError:
         raise InputError(f"{folder}: no longer exists, because its sweep has ended.") from None
     except (OSError, RuntimeError, ValueError) as error:
@@ -335,19 +337,19 @@ def read_unfinished(folder: Path) -> xr.Dataset:
         ) from None
 
 
-def _earlier(folder: Path, found: str) -> InputError:
+def _earlier(folder: Path, text: str) -> InputError:
     return InputError(
-        f"{folder}: {found}, because an earlier version of the program began it; expected a"
+        f"{folder}: {text}, because an earlier version of the program began it; expected a"
         " folder of this version. Let that program finish, or continue with it."
     )
 
 
 def _gather_runs(
-    folder: Path, known: xr.Dataset, first: xr.Dataset | None, file: BinaryIO
+    folder: Path, layout: xr.Dataset, first: xr.Dataset | None, file: BinaryIO
 ) -> xr.Dataset:
-    count = known.sizes[RUN]
+    count = layout.sizes[RUN]
     status, messages, warnings = (
-        known[name].values.astype(object) for name in ("status", "status_message", "warnings")
+        layout[name].values.astype(object) for name in ("status", "status_message", "warnings")
     )
     whole = np.dtype([]) if first is None else form_of(first)
     small = [name for name in whole.names or () if whole[name].itemsize < 8 * LARGE]
@@ -369,30 +371,30 @@ def _gather_runs(
             )
     done = int(np.sum(status == COMPLETE))
     failed = [f"run {k}: {messages[k]}" for k in np.flatnonzero(status == "failed")]
-    said = f"{done:,} of {count:,} runs are complete" + (
+    summary = f"{done:,} of {count:,} runs are complete" + (
         f", {len(failed):,} failed" if failed else ""
     )
     if first is None or not done:
         raise InputError(
-            f"{folder}: {said}. Wait for the first complete run, or continue the sweep with"
+            f"{folder}: {summary}. Wait for the first complete run, or continue the sweep with"
             f" --resume. {' '.join(failed[:1])}".strip()
         )
     texts = {"status": status, "status_message": messages, "warnings": warnings}
-    found = known.assign({name: known[name].copy(data=text) for name, text in texts.items()})
+    gathered = layout.assign({name: layout[name].copy(data=text) for name, text in texts.items()})
     parts = {name: ((RUN, *first[name].dims), _values(table[name])) for name in small}
-    found = found.assign({n: (*part, first[n].attrs) for n, part in parts.items()})
-    by_run = [name for name in str(known.attrs.get(BY_RUN, "")).split() if name in small]
-    found = found.assign_coords(first.coords).set_coords(by_run)
-    return found.assign_attrs({**(common or {}), GATHERED: said})
+    gathered = gathered.assign({n: (*part, first[n].attrs) for n, part in parts.items()})
+    by_run = [name for name in str(layout.attrs.get(BY_RUN, "")).split() if name in small]
+    gathered = gathered.assign_coords(first.coords).set_coords(by_run)
+    return gathered.assign_attrs({**(common or {}), GATHERED: summary})
 
 
 def _values(column: np.ndarray) -> np.ndarray:
     """Values as xarray reads them from a file: integers with missing values become floats."""
     if column.dtype.kind == "f":
         return np.ascontiguousarray(column)
-    found = column.astype(np.promote_types(column.dtype, np.float32))
-    found[column == MISSING] = np.nan
-    return found
+    values = column.astype(np.promote_types(column.dtype, np.float32))
+    values[column == MISSING] = np.nan
+    return values
 
 
 def _empty_rows(count: int, form: np.dtype[np.void]) -> np.ndarray:

@@ -53,7 +53,7 @@ ADAPTIVE_REMEDY = "Try a smaller solver.tolerance"
 SMALLER_STEP_HINT = "Try a smaller solver.step"
 
 
-class Gap(NamedTuple):
+class EnergyGap(NamedTuple):
     """The interval [s] with the largest relative residual: ``energy`` [J] is missing or in excess,
     ``relative`` is its ratio to the exchanged energy."""
 
@@ -63,25 +63,27 @@ class Gap(NamedTuple):
     relative: float
 
 
-def worst_gap(run: xr.Dataset, least: float = 0.0) -> Gap:
+def worst_energy_gap(run: xr.Dataset, least: float = 0.0) -> EnergyGap:
     """Worst gap in the energy balance of a run; ``least`` [J] is the smallest exchange of an
     interval."""
     time, residual, kinetic = (
         run.variables[name].values for name in ("time", "energy_residual", "energy_kinetic")
     )
     if time.size < 2:
-        return Gap(0.0, 0.0, 0.0, 0.0)
+        return EnergyGap(0.0, 0.0, 0.0, 0.0)
     exchanged = _exchanged_energy(run)
     rounding = ENERGY_RTOL * max(float(np.abs(e).max()) for e in _energies(run).values())
     parts = list(_stretches(time.size))
-    each = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
-    usual = float(np.median(each))
-    found = []
-    for (i, j), own in zip(parts, each, strict=True):
+    exchanges = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
+    usual = float(np.median(exchanges))
+    gaps = []
+    for (i, j), exchange in zip(parts, exchanges, strict=True):
         missing = max(float(np.ptp(residual[i : j + 1])) - rounding, 0.0)
-        scale = max(np.sqrt(own * max(own, usual)), least)
-        found.append(Gap(time[i], time[j], missing, float(missing / scale) if missing else 0.0))
-    return max(found, key=lambda gap: gap.relative)
+        scale = max(np.sqrt(exchange * max(exchange, usual)), least)
+        gaps.append(
+            EnergyGap(time[i], time[j], missing, float(missing / scale) if missing else 0.0)
+        )
+    return max(gaps, key=lambda gap: gap.relative)
 
 
 def check_balance(run: xr.Dataset, mass: float = 0.0) -> None:
@@ -89,19 +91,19 @@ def check_balance(run: xr.Dataset, mass: float = 0.0) -> None:
     warnings if the energy balance is open, if friction adds energy, or if the delay of an external
     force gives or takes much."""
     with np.errstate(over="ignore", invalid="ignore"):  # of a failed run
-        worst = worst_gap(run, MIN_SPECIFIC_ENERGY * mass)
+        worst = worst_energy_gap(run, MIN_SPECIFIC_ENERGY * mass)
     run.attrs["energy_residual_relative"] = worst.relative
     append_warnings(run, [*_gap_warning(run, worst), *_energy_adding_points(run), *_delays(run)])
 
 
 def append_warnings(run: xr.Dataset, more: Iterable[str]) -> None:
     """Append ``more`` warnings to those of the run."""
-    said = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
-    if said:
-        run.attrs["warnings"] = "\n".join(said)
+    warnings = [*str(run.attrs.get("warnings", "")).splitlines(), *more]
+    if warnings:
+        run.attrs["warnings"] = "\n".join(warnings)
 
 
-def _gap_warning(run: xr.Dataset, worst: Gap) -> Iterator[str]:
+def _gap_warning(run: xr.Dataset, worst: EnergyGap) -> Iterator[str]:
     """Warning about a gap that is too large."""
     if worst.relative > MAX_RESIDUAL_FRACTION:
         yield (

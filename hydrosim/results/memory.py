@@ -62,12 +62,12 @@ def clearances(scene: Scene, frames: Frames) -> np.ndarray:
 
 def check_points(scene: Scene) -> None:
     """Raises InputError if a clearance names a point that does not exist."""
-    known = point_names(scene)
+    names = point_names(scene)
     bodies = [body.name for body in scene.bodies]
     for name, c in scene.clearances.items():
         for key, point in (("of", c.of), ("to", c.to)):
-            if point is not None and point not in known:
-                there = ", ".join(known) or (
+            if point is not None and point not in names:
+                there = ", ".join(names) or (
                     "no point in this scene has a name (bodies.NAME.points)"
                 )
                 text = f"found {point}; expected one of the named points: {there}"

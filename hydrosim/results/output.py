@@ -82,8 +82,8 @@ def impulse_variables(
         return {}
     integrals = values["y"][model.impulse :]
     count = len(integrals)
-    each = model.rows * values["momentum"].shape[1]
-    forces = integrals[:, : 2 * each].reshape(count, 2, model.rows, -1, 6)
+    columns = model.rows * values["momentum"].shape[1]
+    forces = integrals[:, : 2 * columns].reshape(count, 2, model.rows, -1, 6)
     dims = ("time", "force", "body", "dof")
     return {
         "momentum": (("time", "body", "dof"), values["momentum"].reshape(count, -1, 6)),
@@ -157,11 +157,11 @@ def _states(
 ) -> tuple[Columns, dict[str, object]]:
     """State that a run can start from, at every output time or at the last one that has radiation
     states, and its coordinates. That is the end, unless the run blew up and was cut off."""
-    kept = with_states(record, count)
+    records = with_states(record, count)
     if not scene.output_states:
-        kept = kept[-1:]
-    time = unpack_channels(model, record, count)["time"][kept]
-    modes = record.modes[kept]
+        records = records[-1:]
+    time = unpack_channels(model, record, count)["time"][records]
+    modes = record.modes[records]
     of_memory = (q for entry in layout.entries_of(StateKind.RADIATION) for q in entry.coordinates)
     remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)
@@ -179,7 +179,7 @@ def _states(
         ),
     }
     states: Columns = {
-        "state_value": (("state_time", "state"), states_at(model, record, kept)),
+        "state_value": (("state_time", "state"), states_at(model, record, records)),
         "state_input": (("state",), rates),
     }
     for kind, p in kinds_of(model):
@@ -189,16 +189,16 @@ def _states(
 
 def _of_modes(unit: str, rows: ModeRows, modes: np.ndarray) -> Columns:
     """Data of the ``modes`` (nt, n, 3) of units that a run can start from, besides the states."""
-    found: Columns = {}
+    columns: Columns = {}
     if rows.size and rows.first is not None:
         large = rows.last is not None and rows.last.max() > np.iinfo(np.int16).max
         segments = modes[:, :, SEGMENT] - rows.first
         segments = segments.astype(np.int32 if large else np.int16)
-        found[f"{unit}_segment"] = (("state_time", unit), segments)
+        columns[f"{unit}_segment"] = (("state_time", unit), segments)
     if rows.size and rows.rising:
         rising = modes[:, :, RISING].astype(np.int8)
-        found[f"{unit}_{rows.rising}"] = (("state_time", unit), rising)
-    return found
+        columns[f"{unit}_{rows.rising}"] = (("state_time", unit), rising)
+    return columns
 
 
 def _unit_records(
@@ -227,10 +227,10 @@ def _draughts(model: Model, y: RecordedStates) -> Columns:
     family = model.family
     if family.body.size == 0:
         return {}
-    found = np.full((len(y), model.bodies.each.size), np.nan)
+    draughts = np.full((len(y), model.bodies.each.size), np.nan)
     filters = y[model.draught : model.energy]
-    found[:, family.body] = family.rest - filters[:, 1::STATES_OF_DRAUGHT]
-    return {"slow_draught": (MOTION[:2], found)}
+    draughts[:, family.body] = family.rest - filters[:, 1::STATES_OF_DRAUGHT]
+    return {"slow_draught": (MOTION[:2], draughts)}
 
 
 def _probes(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Columns:
@@ -239,21 +239,24 @@ def _probes(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Co
     if not scene.wave_probes:
         return {}
     points = np.array(list(scene.wave_probes.values()))
-    found = elevations(sea, points, time)
-    return {"wave_elevation_at_probe": (("time", "probe"), found)}
+    elevation = elevations(sea, points, time)
+    return {"wave_elevation_at_probe": (("time", "probe"), elevation)}
 
 
 def _points(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
     """Named points and clearances."""
-    found: Columns = {}
+    columns: Columns = {}
     if not (memory.point_names(scene) or scene.clearances):
-        return found
+        return columns
     frames = memory.frames_of(model, coordinates)
     if memory.point_names(scene):
-        found["point_position"] = (("time", "point", "axis"), memory.point_positions(scene, frames))
+        columns["point_position"] = (
+            ("time", "point", "axis"),
+            memory.point_positions(scene, frames),
+        )
     if scene.clearances:
-        found["clearance"] = (("time", "gap"), memory.clearances(scene, frames))
-    return found
+        columns["clearance"] = (("time", "gap"), memory.clearances(scene, frames))
+    return columns
 
 
 def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -86,8 +86,10 @@ def group_phases(time: np.ndarray, modes: np.ndarray, groups: Sequence[str]) -> 
     """Phases (nt, ng) of each group of contacts, in the order of their names, from contact
     ``modes`` (nt, nf). ``groups`` (nf,) are the groups of the contacts."""
     names = np.array(groups)
-    each = [contact_phases(time, modes[:, names == name]) for name in dict.fromkeys(groups)]
-    return np.stack(each, axis=1)
+    phases_by_group = [
+        contact_phases(time, modes[:, names == name]) for name in dict.fromkeys(groups)
+    ]
+    return np.stack(phases_by_group, axis=1)
 
 
 def _last_index(condition: np.ndarray) -> int:
@@ -102,14 +104,14 @@ def _sticks_from(time: np.ndarray, modes: np.ndarray) -> int:
     if share.size < width:
         return share.size
     mean = np.convolve(share, np.full(width, 1.0 / width), mode="valid")
-    found = _last_index(mean < MIN_STICKING_SHARE) + 1
-    return found if found < mean.size else share.size
+    start = _last_index(mean < MIN_STICKING_SHARE) + 1
+    return start if start < mean.size else share.size
 
 
 Share = Callable[[np.ndarray], np.ndarray]
 
 AVERAGING_WINDOW_S = 60.0  # s
-TRANSFER_STEP_S = 0.1  # s: time step at which the transferred fraction is computed
+TRANSFERRED_FRACTION_STEP_S = 0.1  # s: time step at which the transferred fraction is computed
 FULL_TRANSFER_TOL = 0.005  # of the weight
 TRANSFER_FRACTIONS = (0.25, 0.5, 0.75, 1.0)
 STAGES = (
@@ -163,7 +165,7 @@ class GroupLoad(NamedTuple):
         if not self.weight > 0.0 or self.time.size < 2:
             return [NEVER] * len(TRANSFER_FRACTIONS)
         share = self.share()
-        time = np.arange(self.time[0], self.time[-1], TRANSFER_STEP_S)
+        time = np.arange(self.time[0], self.time[-1], TRANSFERRED_FRACTION_STEP_S)
         levels = [
             part - (FULL_TRANSFER_TOL if part == TRANSFER_FRACTIONS[-1] else 0.0)
             for part in TRANSFER_FRACTIONS
@@ -184,47 +186,49 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Data
     impulse = np.full(load.shape, np.nan)
     times = np.full((count, len(STAGES)), np.nan)
     figures = np.full((count, len(FIGURES)), np.nan)
-    for each in groups:
-        k = each.group
-        own = each.y
-        impulse[:, k] = own[:, group.GROUP_IMPULSE]
-        weight[k] = each.weight or np.nan
+    for memory in groups:
+        k = memory.group
+        weight_at_group = memory.y
+        impulse[:, k] = weight_at_group[:, group.GROUP_IMPULSE]
+        weight[k] = memory.weight or np.nan
         parts = GroupLoad(
             run.time.values, impulse[:, k], load.values[:, k], weight[k]
         ).transfer_times()
         here = run.isel(time=-1, fender=run.fender_group.values == run.contact_group.values[k])
-        times[k] = _times(own[-1], parts, bool(np.all(here.fender_mode == OPEN)))
-        figures[k] = [*_figures(own[-1]), -here.fender_compression.max()]
+        times[k] = _times(weight_at_group[-1], parts, bool(np.all(here.fender_mode == OPEN)))
+        figures[k] = [*_figures(weight_at_group[-1]), -here.fender_compression.max()]
     over = ("contact_group",)
-    found = {
+    variables = {
         "contact_load": (load.dims, load.values, _attributes("sum of the normal forces", "N")),
         GROUP_IMPULSE: (load.dims, impulse, _attributes("integral of the normal forces", "N s")),
         STAGE_TIME: ((*over, "stage"), times, _attributes("time of a stage", "s")),
         **{
-            name: (over, values, _attributes(*said))
-            for (name, said), values in zip(FIGURES.items(), figures.T, strict=True)
+            name: (over, values, _attributes(*meaning))
+            for (name, meaning), values in zip(FIGURES.items(), figures.T, strict=True)
         },
     }
-    run = run.assign(found).assign_coords(stage=list(STAGES))
-    said = _attributes("weight that the group carries or takes over", "N")
+    run = run.assign(variables).assign_coords(stage=list(STAGES))
+    attributes = _attributes("weight that the group carries or takes over", "N")
     return (
-        run.assign_coords({CONTACT_WEIGHT: (over, weight, said)}) if np.any(weight > 0.0) else run
+        run.assign_coords({CONTACT_WEIGHT: (over, weight, attributes)})
+        if np.any(weight > 0.0)
+        else run
     )
 
 
-def _times(own: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
+def _times(stage_times: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
     """Times of `STAGES` [s] from the stored events of a group; NaN for stages that did not
     happen."""
-    first, opened, last = own[[group.FIRST_CONTACT, group.FIRST_OPEN, group.LAST_OPEN]]
+    first, opened, last = stage_times[[group.FIRST_CONTACT, group.FIRST_OPEN, group.LAST_OPEN]]
     after = (time if time == NEVER else max(time, first) for time in parts)  # the mean looks ahead
-    known = (first, *after, opened, last if ends_open else NEVER)
-    return [time if time != NEVER else np.nan for time in known]
+    times = (first, *after, opened, last if ends_open else NEVER)
+    return [time if time != NEVER else np.nan for time in times]
 
 
-def _figures(own: np.ndarray) -> list[float]:
+def _figures(stage_times: np.ndarray) -> list[float]:
     """Values of all `FIGURES` except the last."""
-    count, speed, force = own[group.CLOSINGS : group.RECONTACTS]
-    again, again_speed, again_force = own[group.RECONTACTS :]
+    count, speed, force = stage_times[group.CLOSINGS : group.RECONTACTS]
+    again, again_speed, again_force = stage_times[group.RECONTACTS :]
     unknown = np.nan
     return [
         *(count, speed if count else unknown, force),
@@ -260,7 +264,7 @@ def transferred_fraction(run: xr.Dataset) -> xr.DataArray:
     )
     impulse = run[GROUP_IMPULSE].sel(contact_group=load.contact_group).transpose(*load.dims)
     time = run.time.values
-    each = zip(impulse.values.T, load.values.T, load[CONTACT_WEIGHT].values, strict=True)
-    shares = [GroupLoad(time, *own).share()(time) for own in each]
+    group_columns = zip(impulse.values.T, load.values.T, load[CONTACT_WEIGHT].values, strict=True)
+    shares = [GroupLoad(time, *columns).share()(time) for columns in group_columns]
     attributes = {"long_name": "share of the weight transferred", "units": "1"}
     return load.copy(data=np.stack(shares, axis=1)).assign_attrs(attributes)

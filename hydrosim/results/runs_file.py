@@ -63,9 +63,9 @@ def with_keys(runs: xr.Dataset) -> xr.Dataset:
     return runs.rename({name: key for name, key in keys.items() if key != name})
 
 
-def is_of_runs(found: xr.Dataset) -> bool:
+def is_of_runs(dataset: xr.Dataset) -> bool:
     """Whether a dataset holds many runs."""
-    return RUN in found.dims and "status" in found
+    return RUN in dataset.dims and "status" in dataset
 
 
 class RunsWriter:
@@ -120,18 +120,22 @@ class RunsWriter:
         return variable
 
     def add(
-        self, run: int, found: xr.Dataset, attributes: Mapping[str, object], warnings: str = ""
+        self,
+        run: int,
+        run_results: xr.Dataset,
+        attributes: Mapping[str, object],
+        warnings: str = "",
     ) -> None:
         """Add a complete run, the next in order. Of its ``attributes``, the file keeps those that
         all runs share."""
         if self._last is None:
-            self._define(found, attributes)
-        self._last = found.coords.to_dataset()
+            self._define(run_results, attributes)
+        self._last = run_results.coords.to_dataset()
         common = in_common(self._attributes, attributes)
         for other in sorted(self._attributes.keys() - common.keys()):
             self._file.delncattr(other)
         self._attributes = common
-        values = {name: found.variables[name].values for name in self._names}
+        values = {name: run_results.variables[name].values for name in self._names}
         self._take(run, values, (COMPLETE, "", warnings))
 
     def mark(self, run: int, status: str, message: str = "", warnings: str = "") -> None:
@@ -164,9 +168,9 @@ class RunsWriter:
         self._block = []
         self._bytes = 0
 
-    def differs(self, found: xr.Dataset) -> str | None:
+    def differs(self, run_results: xr.Dataset) -> str | None:
         """Name of a coordinate of a run that differs from earlier runs."""
-        return None if self._last is None else differing(found, self._last)
+        return None if self._last is None else differing(run_results, self._last)
 
     def close(self) -> None:
         """Finish the file; the status of missing runs is "not run"."""
@@ -179,16 +183,16 @@ class RunsWriter:
         finally:
             self._file.close()
 
-    def _define(self, found: xr.Dataset, attributes: Mapping[str, object]) -> None:
-        for dimension, size in found.sizes.items():
+    def _define(self, run_results: xr.Dataset, attributes: Mapping[str, object]) -> None:
+        for dimension, size in run_results.sizes.items():
             self._file.createDimension(str(dimension), size)
-        for name, variable in found.variables.items():
-            if name in found.coords:
+        for name, variable in run_results.variables.items():
+            if name in run_results.coords:
                 self._coordinate(str(name), variable)
             else:
                 self._variable(str(name), variable)
                 self._names.append(str(name))
-        beside = [str(name) for name in found.coords if name not in found.dims]
+        beside = [str(name) for name in run_results.coords if name not in run_results.dims]
         self._file.coordinates = " ".join([self._file.coordinates, *beside]).strip()
         self._attributes = dict(attributes)
         self._file.setncatts(self._attributes)
@@ -209,10 +213,10 @@ class RunsWriter:
         made.setncatts(variable.attrs)
 
 
-def in_common(one: Mapping[str, object], other: Mapping[str, object]) -> dict[str, object]:
+def in_common(first: Mapping[str, object], second: Mapping[str, object]) -> dict[str, object]:
     """Attributes that both have, with equal values of the same type."""
-    return {name: value for name, value in one.items() if _is_identical(other.get(name), value)}
+    return {name: value for name, value in first.items() if _is_identical(second.get(name), value)}
 
 
-def _is_identical(one: object, other: object) -> bool:
-    return type(one) is type(other) and np.array_equal(np.asarray(one), np.asarray(other))
+def _is_identical(first: object, second: object) -> bool:
+    return type(first) is type(second) and np.array_equal(np.asarray(first), np.asarray(second))

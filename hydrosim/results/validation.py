@@ -138,7 +138,9 @@ def _is_design(value: Any) -> bool:
 
 
 def _is_criteria(value: Any) -> bool:
-    return isinstance(value, list) and all(_is_mapping(each, "name", "limit") for each in value)
+    return isinstance(value, list) and all(
+        _is_mapping(criterion, "name", "limit") for criterion in value
+    )
 
 
 JSON_ATTRIBUTES: Mapping[str, tuple[str, Callable[[Any], bool]]] = {

@@ -126,7 +126,7 @@ def unit_coordinates(
 ) -> dict[str, object]:
     """Coordinates with units, of ``data`` whose degrees of freedom, joint motions or drives have
     different ones; ``coords`` has the labels of these."""
-    found: dict[str, object] = {}
+    coordinates: dict[str, object] = {}
     for name, (dims, _) in data.items():
         units = VARIABLES[_key(name)].units
         if " or " not in units:
@@ -134,11 +134,15 @@ def unit_coordinates(
         if "dof" in dims:
             quantity = UNITS_BY_DOF[units]
             attributes = {"long_name": f"{quantity.replace('_', ' ')} of each degree of freedom"}
-            found[quantity] = ("dof", _units_by_dof(units), attributes)
+            coordinates[quantity] = ("dof", _units_by_dof(units), attributes)
         else:
-            each = [unit_of(units_of(units), [label]) for label in coords[dims[-1]][1]]
-            found[f"{name}_unit"] = (dims[-1], each, {"long_name": f"unit of {name}"})
-    return found
+            units_by_label = [unit_of(units_of(units), [label]) for label in coords[dims[-1]][1]]
+            coordinates[f"{name}_unit"] = (
+                dims[-1],
+                units_by_label,
+                {"long_name": f"unit of {name}"},
+            )
+    return coordinates
 
 
 def _units_by_dof(units: str) -> list[str]:
@@ -168,8 +172,8 @@ def describe(dataset: xr.Dataset) -> None:
             attributes |= {"flag_values": values, "flag_meanings": variable.flags}
         dataset.variables[name].attrs.update(attributes)
     describe_coordinates(dataset)
-    for each, array in dataset.variables.items():
-        if any(str(label).startswith(RESTART) for label in (each, *array.dims)):
+    for variable_name, array in dataset.variables.items():
+        if any(str(label).startswith(RESTART) for label in (variable_name, *array.dims)):
             array.attrs[PURPOSE] = "restart"
 
 

@@ -119,13 +119,13 @@ def program_identity() -> str:
 class CheckpointWriter:
     """Checkpoints of a ``run`` of a compiled scene."""
 
-    def __init__(self, kept: Checkpoint, compiled: Compiled, run: Run) -> None:
-        self._kept = kept
+    def __init__(self, settings: Checkpoint, compiled: Compiled, run: Run) -> None:
+        self._kept = settings
         self._compiled = compiled
         self._run = run
         self._before = 0.0
         self._start = running_time()
-        self._next = perf_counter() + kept.every
+        self._next = perf_counter() + settings.every
 
     def begin(self) -> None:
         """Start the clock."""
@@ -262,8 +262,8 @@ def _read(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         raise _damage_error(output, error) from None
 
 
-def _damage_error(output: Output, found: object) -> InputError:
-    text = f"--resume: {output.path} is damaged ({found}). Run again without --resume."
+def _damage_error(output: Output, problem_text: object) -> InputError:
+    text = f"--resume: {output.path} is damaged ({problem_text}). Run again without --resume."
     return InputError(text)
 
 
@@ -309,7 +309,7 @@ def provenance(compiled: Compiled) -> dict[str, object]:
         "solver_symmetry": notes.symmetry or None,
         "zero_by_symmetry": "\n".join(notes.zero) or None,
         **started_from(scene),
-        HEADINGS: compiled.facts.headings if np.any(compiled.model.headings.stream) else None,
+        HEADINGS: compiled.derived.headings if np.any(compiled.model.headings.stream) else None,
         "seas": "\n".join(notes.seas) or None,
         "records": "\n".join(notes.records) or None,
         "meetings": "\n".join(notes.meetings) or None,
@@ -329,8 +329,8 @@ def provenance(compiled: Compiled) -> dict[str, object]:
 
 def _wave_position_attributes(compiled: Compiled) -> dict[str, str]:
     """Positions where waves act on each wet body, for runs that continue this one."""
-    met = compiled.facts.met
-    wet = [name for name in met if name in compiled.facts.databases]
+    met = compiled.derived.met
+    wet = [name for name in met if name in compiled.derived.databases]
     return {f"{MET}_{name}": f"{met[name].position} {met[name].headings}" for name in wet}
 
 
@@ -379,7 +379,9 @@ def _select_run(result: xr.Dataset, number: int | None) -> xr.Dataset:
         )
     run = result.isel({RUN_DIM: number})
     texts = {
-        str(name): str(one.values) for name, one in run.variables.items() if one.dtype.kind in "OU"
+        str(name): str(variable.values)
+        for name, variable in run.variables.items()
+        if variable.dtype.kind in "OU"
     }
     return run.assign_attrs(texts)
 
@@ -405,8 +407,8 @@ def _seed_settings(run: xr.Dataset, case: Any) -> Iterator[tuple[str, int]]:
         keys = list(_keys_of_seeds(case["environment"]))
         several = [f"seed_{k}" for k in range(2, len(keys) + 1) if f"seed_{k}" in run.variables]
         seeds = np.concatenate([np.ravel(run[name].values) for name in ("seed", *several)])
-        each = np.repeat(seeds, len(keys)) if seeds.size == 1 else seeds
-        for key, seed in zip(keys, each, strict=True):
+        run_seeds = np.repeat(seeds, len(keys)) if seeds.size == 1 else seeds
+        for key, seed in zip(keys, run_seeds, strict=True):
             if key:
                 yield key, int(seed)
 

@@ -55,7 +55,7 @@ class RunInProgress:
     def __init__(
         self,
         compiled: Compiled,
-        kept: Checkpoint | None = None,
+        checkpoint: Checkpoint | None = None,
         propagate: Callable[[Run], Iterator[float]] | None = None,
     ) -> None:
         scene = compiled.scene
@@ -71,7 +71,9 @@ class RunInProgress:
         self._status = "complete"
         self._torn = False
         stepped = propagate is None  # otherwise computed at once: no checkpoint
-        self._keeper = CheckpointWriter(kept, compiled, self.run) if kept and stepped else None
+        self._keeper = (
+            CheckpointWriter(checkpoint, compiled, self.run) if checkpoint and stepped else None
+        )
         if self._keeper:
             self._keeper.resume_run()
         self._propagated = propagate(self.run) if propagate else None
@@ -169,12 +171,14 @@ class RunInProgress:
         run = self.run
         counters = run.counters
         count = int(counters[RECORDS])
-        found = find_blow_up(self.compiled.scene, run.model, run.record, self._seen, count)
+        blow_up = find_blow_up(self.compiled.scene, run.model, run.record, self._seen, count)
         self._seen = count
-        if found is not None:
-            counters[RECORDS] = found + 1
+        if blow_up is not None:
+            counters[RECORDS] = blow_up + 1
             counters[STATUS] = BLOWN_UP
-            self.time = float(unpack_channels(run.model, run.record, found + 1, found)["time"][0])
+            self.time = float(
+                unpack_channels(run.model, run.record, blow_up + 1, blow_up)["time"][0]
+            )
 
     @property
     def complete(self) -> bool:
@@ -197,7 +201,7 @@ class RunInProgress:
         if last:
             del run, self.compiled, self.run, self._held, self._keeper, self._propagated
             clear_references()  # with them the table of waves, if no caller holds it
-        layout = compiled.facts.layout
+        layout = compiled.derived.layout
         sea = compiled.sea
         scene = compiled.scene
         dataset = to_dataset(scene, compiled.model, layout, sea, record, count, history, attributes)
@@ -223,17 +227,17 @@ class RunInProgress:
             warnings += unresolved_vibration_warnings(compiled, self.run.record, count)
         warnings += [] if self.has_failed else repeatability_warnings(compiled, self.run)
         warnings += delay_warnings(compiled, self.run)
-        kept = self._keeper
+        keeper = self._keeper
         return {
             **provenance(compiled),
             # functions are further than the last complete step of a torn run
             **function_attributes(compiled.scene, nan if self._torn else self.time),
-            "solver_linear": solution(compiled.scene, compiled.facts),
+            "solver_linear": solution(compiled.scene, compiled.derived),
             "solver_steps": int(counters[ACCEPTED]),
             "solver_rejected": int(counters[REJECTED]),
             "solver_events": int(counters[EVENTS]),
             "solver_evaluations": int(counters[EVALUATIONS]),
-            "wall_time": kept.wall_time if kept else running_time() - self._start,
+            "wall_time": keeper.wall_time if keeper else running_time() - self._start,
             "status": status,
             "status_message": message,
             "warnings": "\n".join(warnings) or None,
@@ -245,4 +249,4 @@ def _without_table(compiled: Compiled) -> Compiled:
     a third of its record."""
     waves = compiled.model.waves
     model = compiled.model._replace(waves=waves._replace(values=waves.values[:0].copy()))
-    return replace(compiled, facts=replace(compiled.facts, model=model))
+    return replace(compiled, derived=replace(compiled.derived, model=model))

@@ -237,9 +237,9 @@ def _fixed_stride(compiled: Compiled, run: Run, finer: bool) -> Stride:
     ``finer`` one."""
     clock = run.clock
     lengths = {clock.every, clock.block} - {0, 1, 2, 3}
-    own = [Stride(n, round(n / COARSER_BY)) for n in sorted(lengths)]
+    strides = [Stride(n, round(n / COARSER_BY)) for n in sorted(lengths)]
     stable = STABLE_SHARE * compiled.stable_step
-    coarser = [] if finer else [*own, *map(Stride._make, COARSER_STRIDES)]
+    coarser = [] if finer else [*strides, *map(Stride._make, COARSER_STRIDES)]
     for stride in (*coarser, *map(Stride._make, FINER_STRIDES)):
         is_stable = stride.ratio < 1.0 or stride.ratio * clock.step <= stable
         if is_stable and _fits(stride, run):
@@ -262,7 +262,7 @@ def _phase(clock: Clock) -> int:
     return clock.first % clock.block if clock.block else 0
 
 
-PARTED = 0.3
+PARTING_FRACTION = 0.3
 """Error relative to the range of a motion at which two runs have parted."""
 STAYS_PARTED = 0.1
 """Median error, relative to the range, of runs that have parted for good."""
@@ -424,7 +424,7 @@ def parting_time(time: np.ndarray, relative: np.ndarray) -> float:
     """Time [s] at which errors (nt, nb) relative to the range become those of runs that have
     parted for good; NaN if they do not."""
     worst = relative.max(axis=1, initial=0.0)
-    beyond = np.flatnonzero(worst >= PARTED)
+    beyond = np.flatnonzero(worst >= PARTING_FRACTION)
     if beyond.size == 0 or np.median(worst[beyond[0] :]) < STAYS_PARTED:
         return nan
     return float(time[beyond[0]])
@@ -560,4 +560,4 @@ def with_tighter_steps(compiled: Compiled, factor: float) -> Compiled | None:
         return replace(compiled, scene=scene)
     # rows of waves that follow slow paths are as fine as the tolerance
     made = add_waves(compile_calm(scene, compiled.wet), scene, compiled.sea)
-    return replace(compiled, scene=made.scene, facts=made.facts, state=made.state)
+    return replace(compiled, scene=made.scene, derived=made.derived, state=made.state)

@@ -221,7 +221,7 @@ def _failed_part(compiled: Compiled, state: State) -> str:
     first = int(np.argmax(~np.isfinite(y)))
     if np.isfinite(y[first]):
         return scene.bodies[_steepest_body(model, y)].name
-    kind, entry = compiled.facts.layout.entry_at(first)
+    kind, entry = compiled.derived.layout.entry_at(first)
     if kind in (StateKind.COORDINATE, StateKind.RATE):
         return f"{entry.component} of body {entry.owner}"
     if kind in STATE_DESCRIPTIONS:
@@ -233,8 +233,12 @@ def _steepest_body(model: Model, y: np.ndarray) -> int:
     """Index of the body with the largest tilt among those with a pitch, a hull or cut tanks."""
     bodies = model.bodies
     n = bodies.active.size
-    own = bodies.active[: n - bodies.tree.coordinates]
-    judged = [*own[own % 6 == PITCH_DOF] // 6, *model.hulls.body, *model.liquids.each["body"]]
+    free_dofs = bodies.active[: n - bodies.tree.coordinates]
+    judged = [
+        *free_dofs[free_dofs % 6 == PITCH_DOF] // 6,
+        *model.hulls.body,
+        *model.liquids.each["body"],
+    ]
     motion = motion_at(model, y)
     return int(min(judged, key=lambda b: motion.rotation[b, 2, 2], default=0))
 

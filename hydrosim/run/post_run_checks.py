@@ -184,10 +184,10 @@ def _distance_from_seat(
 def _wave_position_warnings(compiled: Compiled, run: xr.Dataset, sea: SampledSea) -> Iterator[str]:
     """Warn of bodies that were not where waves act on them."""
     scene = compiled.scene
-    alone = compiled.facts.databases
+    alone = compiled.derived.databases
     for body in scene.bodies:
         if body.name in alone and body.wave_forces.has_loads:
-            chosen = compiled.facts.met[body.name]
+            chosen = compiled.derived.met[body.name]
             slow = _slow_motion(run, body.name, sea)
             if body.wave_forces.first_order and chosen.position == Place.MEAN:
                 yield from _drift_warnings(body, run, slow, sea)

@@ -63,22 +63,25 @@ def scene_combinations(
 
 @one_thread
 def scene_vibrations(
-    compiled: Compiled, found: Sequence[Combination], error: float = MAX_MOTION_ERROR
+    compiled: Compiled, mode_combinations: Sequence[Combination], error: float = MAX_MOTION_ERROR
 ) -> tuple[Vibration, ...]:
-    """Vibrations in the combinations ``found`` with an error of more than ``error`` of their
-    amplitude at the step of the scene, see `accuracy`."""
+    """Vibrations in the ``mode_combinations`` with an error of more than ``error`` of
+    their amplitude at the step of the scene, see `accuracy`."""
     scene = compiled.scene
     of = (scene.duration, scene.solver.step, error)
-    return tuple(vibrations(found, compiled.method, compiled.model, compiled.facts.layout, *of))
+    return tuple(
+        vibrations(mode_combinations, compiled.method, compiled.model, compiled.derived.layout, *of)
+    )
 
 
-def accuracy_limit(compiled: Compiled, found: Sequence[Combination]) -> str:
+def accuracy_limit(compiled: Compiled, mode_combinations: Sequence[Combination]) -> str:
     """Line on the largest step that resolves all possible vibrations in the combinations of
-    contacts ``found``. Only a run can tell which vibrations are excited."""
+    contacts ``mode_combinations``. Only a run can tell which vibrations are excited."""
     scene = compiled.scene
     of = (compiled.method, scene.solver.step, scene.duration, MAX_AMPLITUDE_ERROR)
     needs = [
-        (v.accurate_step(*of), v) for v in scene_vibrations(compiled, found, MAX_AMPLITUDE_ERROR)
+        (v.accurate_step(*of), v)
+        for v in scene_vibrations(compiled, mode_combinations, MAX_AMPLITUDE_ERROR)
     ]
     if not needs:
         return (
@@ -147,8 +150,8 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]
 def _ranges(motion: np.ndarray, kind: np.ndarray) -> np.ndarray:
     """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in the direction of its
     largest range, or about the axis of its largest range."""
-    own = np.ptp(motion, axis=0)
-    return np.maximum([own[kind == k].max() for k in kind], MIN_MOTION_RANGE)
+    ranges = np.ptp(motion, axis=0)
+    return np.maximum([ranges[kind == k].max() for k in kind], MIN_MOTION_RANGE)
 
 
 @one_thread
@@ -157,7 +160,7 @@ def add_step_warnings(compiled: Compiled) -> Compiled:
     the modes that the step does not resolve. Raises InputError if the scene refuses such a step."""
     scene = compiled.scene
     step = scene.solver.step
-    if compiled.method.adapts or compiled.facts.exact:
+    if compiled.method.adapts or compiled.derived.exact:
         return compiled
     scene_contacts = scene_combinations(compiled)
     stable = smallest_step(scene_contacts, compiled.method)
@@ -181,13 +184,13 @@ def add_step_warnings(compiled: Compiled) -> Compiled:
 
 
 def _limits_below(
-    step: float, compiled: Compiled, found: Sequence[Combination], stable: float
+    step: float, compiled: Compiled, mode_combinations: Sequence[Combination], stable: float
 ) -> list[StepLimit]:
-    """Limits of a scene below this ``step``, for the combinations ``found``. Their largest
-    ``stable`` step needs eigenvalues alone. Names of limits need eigenvectors."""
+    """Limits of a scene below this ``step``, for the ``mode_combinations``. Their
+    largest ``stable`` step needs eigenvalues alone. Names of limits need eigenvectors."""
     if compiled.method.any_step or stable >= step:
         return []
-    return [limit for limit in scene_step_limits(compiled, found) if limit.step < step]
+    return [limit for limit in scene_step_limits(compiled, mode_combinations) if limit.step < step]
 
 
 def _advice(scene: Scene, limit: StepLimit) -> str:
@@ -203,8 +206,12 @@ def _advice(scene: Scene, limit: StepLimit) -> str:
     )
 
 
-def scene_step_limits(compiled: Compiled, found: Sequence[Combination] = ()) -> list[StepLimit]:
-    """Limits of the step of a scene with its method, for the combinations of contacts ``found``,
-    see `stability.step_limits`."""
-    found = found or scene_combinations(compiled)
-    return step_limits(found, compiled.method, compiled.facts.layout, compiled.scene.solver.step)
+def scene_step_limits(
+    compiled: Compiled, mode_combinations: Sequence[Combination] = ()
+) -> list[StepLimit]:
+    """Limits of the step of a scene with its method, for the combinations of contacts
+    ``mode_combinations``, see `stability.step_limits`."""
+    mode_combinations = mode_combinations or scene_combinations(compiled)
+    return step_limits(
+        mode_combinations, compiled.method, compiled.derived.layout, compiled.scene.solver.step
+    )

@@ -239,8 +239,8 @@ class Environment:
     @property
     def seeds(self) -> list[int]:
         """The seeds of all wave trains, and of the gusts if there are any."""
-        own = [] if self.gusts is None else [self.gusts.seed]
-        return [*(train.seed for train in self.waves), *own]
+        gust_seeds = [] if self.gusts is None else [self.gusts.seed]
+        return [*(train.seed for train in self.waves), *gust_seeds]
 
     def with_seed(self, seed: int) -> Environment:
         """The same waves and gusts, drawn from another seed. They stay independent of each

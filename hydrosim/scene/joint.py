@@ -213,7 +213,7 @@ EARTH_BODY = None
 HORIZONTAL_AXIS_TOL = 1e-3  # of a unit axis: its part along the vertical
 
 
-class Branch(NamedTuple):
+class TreeJoint(NamedTuple):
     """A joint of a tree: its ``name``, the ``child`` that it carries and its ``parent`` (None: the
     earth). It is ``reversed`` if the child is the joint's `to`."""
 
@@ -231,7 +231,7 @@ class Arrangement(NamedTuple):
     of the trees of bodies that joints carry, or that carry others; a joint to the earth begins a
     tree of its own."""
 
-    branches: tuple[Branch, ...]
+    branches: tuple[TreeJoint, ...]
     loops: tuple[str, ...]
     passing: tuple[str, ...]
     children: frozenset[str]
@@ -272,7 +272,7 @@ def arrange_joints(joints: Mapping[str, Joint], bodies: Sequence[str]) -> Arrang
     )
 
 
-def _root_of_each(branches: Sequence[Branch]) -> dict[str, str]:
+def _root_of_each(branches: Sequence[TreeJoint]) -> dict[str, str]:
     """The first body of the tree of each body in the ``branches``."""
     roots: dict[str, str] = {}
     for branch in branches:
@@ -298,7 +298,7 @@ def _roots(joints: Mapping[str, Joint], bodies: Sequence[str]) -> list[str]:
     return sorted(bodies, key=lambda body: body in joined)
 
 
-def _grow_branches(joints: Mapping[str, Joint], reached: set[str | None]) -> Iterator[Branch]:
+def _grow_branches(joints: Mapping[str, Joint], reached: set[str | None]) -> Iterator[TreeJoint]:
     """Branches from the bodies ``reached``, nearest first; it adds the bodies that they carry."""
     grows = True
     while grows:
@@ -307,9 +307,9 @@ def _grow_branches(joints: Mapping[str, Joint], reached: set[str | None]) -> Ite
         for name, joint in joints.items():
             if joint.to in layer and joint.body not in reached:
                 reached.add(joint.body)
-                yield Branch(name, joint, joint.body, joint.to, False)
+                yield TreeJoint(name, joint, joint.body, joint.to, False)
                 grows = True
             elif joint.body in layer and joint.to not in reached:
                 reached.add(joint.to)
-                yield Branch(name, joint, str(joint.to), joint.body, True)
+                yield TreeJoint(name, joint, str(joint.to), joint.body, True)
                 grows = True

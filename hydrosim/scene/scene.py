@@ -249,16 +249,16 @@ def is_anchored(scene: Scene, body: str) -> bool:
 
 def floating_roots(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Roots of trees that do not touch the earth, each with the bodies that the tree carries."""
-    found = arrangement(scene)
+    joint_tree = arrangement(scene)
     carried: dict[str, list[str]] = {}
-    for body, root in found.roots.items():
-        if root not in found.children and body != root:
+    for body, root in joint_tree.roots.items():
+        if root not in joint_tree.children and body != root:
             carried.setdefault(root, []).append(body)
     return {root: tuple(bodies) for root, bodies in carried.items()}
 
 
 def tree_joints(scene: Scene) -> dict[str, Joint]:
     """The joints whose motions are coordinates, in the order of the scene."""
-    found = arrangement(scene).branches
-    used = {branch.name for branch in found}
+    branches = arrangement(scene).branches
+    used = {branch.name for branch in branches}
     return {name: joint for name, joint in scene.joints.items() if name in used}

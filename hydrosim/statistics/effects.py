@@ -64,9 +64,9 @@ class PlanRuns(NamedTuple):
 
     def unit(self, name: str) -> str:
         """Unit of the values of a coordinate, empty if there is none."""
-        said = self.runs[name].attrs
-        unit = str(said.get("units", "")).removeprefix("1")
-        return f"{unit}{CYCLES_SUFFIX}" if CYCLIC in said else unit
+        attributes = self.runs[name].attrs
+        unit = str(attributes.get("units", "")).removeprefix("1")
+        return f"{unit}{CYCLES_SUFFIX}" if CYCLIC in attributes else unit
 
 
 class SeedSpread(NamedTuple):
@@ -126,14 +126,14 @@ def plans(runs: xr.Dataset) -> list[PlanRuns]:
             " sweep."
         )
     runs = with_keys(runs)
-    known = json.loads(runs.attrs[DESIGN])
-    found = []
-    for name, plan in known["plans"].items():
-        own = runs.isel(run=(runs["study"].values == name)) if name else runs
-        figures = [each for each in known["figures"] if each in runs]
-        parts = plan["parameters"], figures, plan["samples"], own
-        found.append(PlanRuns(name, plan["design"], *parts, known.get("criteria", {})))
-    return found
+    design = json.loads(runs.attrs[DESIGN])
+    plan_runs = []
+    for name, plan in design["plans"].items():
+        runs_of_study = runs.isel(run=(runs["study"].values == name)) if name else runs
+        figures = [figure for figure in design["figures"] if figure in runs]
+        parts = plan["parameters"], figures, plan["samples"], runs_of_study
+        plan_runs.append(PlanRuns(name, plan["design"], *parts, design.get("criteria", {})))
+    return plan_runs
 
 
 def seed_spread(values: np.ndarray, lowest: float = -np.inf) -> SeedSpread:
@@ -171,10 +171,10 @@ def combinations(plan: PlanRuns) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
     have them, in order."""
     names = [*dict.fromkeys(plan.axis(parameter) for parameter in plan.parameters)]
     names += ["varied"] if plan.design == "one_at_a_time" else []
-    each = list(zip(*(plan.runs[name].values.tolist() for name in names), strict=True))
-    each = each or [()] * plan.runs.sizes["run"]
+    value_rows = list(zip(*(plan.runs[name].values.tolist() for name in names), strict=True))
+    value_rows = value_rows or [()] * plan.runs.sizes["run"]
     places: dict[tuple[Any, ...], list[int]] = {}
-    for k, values in enumerate(each):
+    for k, values in enumerate(value_rows):
         places.setdefault(values, []).append(k)
     for values, at in places.items():
         yield dict(zip(names, values, strict=True)), np.array(at)
@@ -182,9 +182,9 @@ def combinations(plan: PlanRuns) -> Iterator[tuple[dict[str, Any], np.ndarray]]:
 
 def rows(plan: PlanRuns) -> Iterator[EffectRow]:
     """Each figure at each combination of values, over seeds, in the order of the runs."""
-    found = {figure: plan.runs[figure].load() for figure in plan.figures}
+    figures = {figure: plan.runs[figure].load() for figure in plan.figures}
     for values, at in combinations(plan):
-        for figure, of in found.items():
+        for figure, of in figures.items():
             unit = str(of.attrs.get("units", ""))
             lowest = float(of.attrs.get(LOWEST_ATTRIBUTE, -np.inf))
             yield EffectRow(plan.name, values, figure, unit, seed_spread(of.values[at], lowest), at)
@@ -196,8 +196,8 @@ def differences(plan: PlanRuns) -> Iterator[Difference]:
     for parameter, keys in plan.parameters.items():
         values, runs = plan.runs[keys[0]].values, plan.runs
         if plan.design == "one_at_a_time":
-            own = np.isin(runs["varied"].values, [parameter, ""])
-            runs, values = runs.isel(run=own), values[own]
+            varies_parameter = np.isin(runs["varied"].values, [parameter, ""])
+            runs, values = runs.isel(run=varies_parameter), values[varies_parameter]
         if values.dtype.kind not in "if" or np.unique(values).size < 2:
             continue
         low, high = float(values.min()), float(values.max())
@@ -208,8 +208,8 @@ def differences(plan: PlanRuns) -> Iterator[Difference]:
             first, last = runs[figure].values[pairs]
             change = last - first
             unit = str(runs[figure].attrs.get("units", ""))
-            found = change[np.isfinite(change)]
-            std = float(np.std(found, ddof=1)) if found.size > 1 else np.nan
+            finite = change[np.isfinite(change)]
+            std = float(np.std(finite, ddof=1)) if finite.size > 1 else np.nan
             changed = _changed_fraction(runs, pairs)
             yield Difference(parameter, figure, unit, low, high, seed_spread(change), std, changed)
 
@@ -225,8 +225,8 @@ def _changed_fraction(runs: xr.Dataset, pairs: np.ndarray) -> float:
     if "contact_sequence" not in runs:
         return np.nan
     first, last = runs.contact_sequence.values[pairs].astype(float)
-    known = np.isfinite(first) & np.isfinite(last)  # failed runs have none
-    return float(np.mean((first != last)[known])) if known.any() else np.nan
+    is_finite = np.isfinite(first) & np.isfinite(last)  # failed runs have none
+    return float(np.mean((first != last)[is_finite])) if is_finite.any() else np.nan
 
 
 def _missing_value_remedy(runs: xr.Dataset) -> str:
@@ -253,14 +253,14 @@ def indices(plan: PlanRuns) -> Iterator[SobolIndex]:
             "f_B": values[None, n : 2 * n],
             "f_AB": values[2 * n :].reshape(d, 1, n),
         }
-        found = scipy.stats.sobol_indices(func=sets, n=n)
-        sure = found.bootstrap(INTERVAL_PROBABILITY)
+        sobol = scipy.stats.sobol_indices(func=sets, n=n)
+        sure = sobol.bootstrap(INTERVAL_PROBABILITY)
         for k, parameter in enumerate(plan.parameters):
             first, total = (
                 tuple(float(np.ravel(part)[k]) for part in parts)
                 for parts in (
-                    (found.first_order, *_interval_ends(sure.first_order)),
-                    (found.total_order, *_interval_ends(sure.total_order)),
+                    (sobol.first_order, *_interval_ends(sure.first_order)),
+                    (sobol.total_order, *_interval_ends(sure.total_order)),
                 )
             )
             yield SobolIndex(parameter, figure, first, total)  # type: ignore[arg-type]
@@ -274,7 +274,11 @@ def correlations(plan: PlanRuns) -> Iterator[tuple[str, str, float]]:
     """Spearman's rank correlation of each figure with each parameter of a plan of samples."""
     for figure in plan.figures:
         y = plan.runs[figure].values
-        known = np.isfinite(y)
+        is_finite = np.isfinite(y)
         for parameter in plan.parameters:
             x = plan.runs[plan.axis(parameter)].values
-            yield figure, parameter, float(scipy.stats.spearmanr(x[known], y[known]).statistic)
+            yield (
+                figure,
+                parameter,
+                float(scipy.stats.spearmanr(x[is_finite], y[is_finite]).statistic),
+            )

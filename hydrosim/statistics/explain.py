@@ -88,13 +88,13 @@ def explain_run(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) 
     if run.time.size < 2:
         text = f"found {run.time.size} output times from {start:g} to {until:g} s"
         raise InputError(f"{text}; expected two or more.")
-    each = [_explain_stage(run, stage) for stage in stages(run)]
-    found = xr.concat(each, "span", join="exact").drop_vars("time", errors="ignore")
+    explained = [_explain_stage(run, stage) for stage in stages(run)]
+    explanations = xr.concat(explained, "span", join="exact").drop_vars("time", errors="ignore")
     for name, (what, unit) in VARIABLE_LABELS.items():
-        if name in found:
-            found[name].attrs = {"long_name": what, **units_of(unit)}
-    describe_coordinates(found)
-    return found
+        if name in explanations:
+            explanations[name].attrs = {"long_name": what, **units_of(unit)}
+    describe_coordinates(explanations)
+    return explanations
 
 
 def explanations_of_runs(runs: xr.Dataset) -> xr.Dataset:
@@ -130,8 +130,8 @@ def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[ExplainedSta
     at = [int(np.searchsorted(run.time.values, t)) if np.isfinite(t) else None for t in times]
     for k, name in enumerate(STAGES[1:]):
         begin, end = at[k : k + 2]
-        known = begin is not None and end is not None and begin < end < run.time.size
-        ends = (begin, end) if known else (None, None)
+        is_inside = begin is not None and end is not None and begin < end < run.time.size
+        ends = (begin, end) if is_inside else (None, None)
         yield ExplainedStage(f"{prefix}{STAGES[k]} to {name}", *ends)
 
 
@@ -154,7 +154,7 @@ def _explain_stage(run: xr.Dataset, stage: ExplainedStage) -> xr.Dataset:
     held = lacking.where(still, 0.0).expand_dims(force=[REACTION])
     joined = lacking.where(~still & _has_trees(run), 0.0).expand_dims(force=[JOINT_REACTIONS])
     reaction = xr.concat([held, joined], "force")
-    found = {
+    variables = {
         "span_begin": xr.DataArray(ends[0]),
         "span_end": xr.DataArray(ends[1]),
         "mean_force": xr.concat([d.impulse, reaction], "force") / time,
@@ -165,8 +165,8 @@ def _explain_stage(run: xr.Dataset, stage: ExplainedStage) -> xr.Dataset:
         "displacement": d.position,
         **(_contacts(d, run, time) if "contact_time" in d else {}),
     }
-    known = xr.Dataset(found) if stage.end else xr.Dataset(found).where(False)
-    named = known.rename(axis="direction") if "axis" in known.dims else known
+    explanation = xr.Dataset(variables) if stage.end else xr.Dataset(variables).where(False)
+    named = explanation.rename(axis="direction") if "axis" in explanation.dims else explanation
     return named.assign_coords(span=stage.name)
 
 
@@ -237,8 +237,8 @@ def _slip_by_sign(d: xr.Dataset) -> dict[str, xr.DataArray]:
 
 def stages_with_values(values: xr.DataArray) -> list[str]:
     """Stages that have values."""
-    known = values.notnull().any([dim for dim in values.dims if dim != "span"])
-    return [str(span) for span in known.span.values[known.values]]
+    has_values = values.notnull().any([dim for dim in values.dims if dim != "span"])
+    return [str(span) for span in has_values.span.values[has_values.values]]
 
 
 def significant_entries(values: xr.DataArray, dim: str, share: float = SHOWN_FRACTION) -> list[str]:

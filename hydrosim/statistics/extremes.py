@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.statistics.gaussian import (
-    Gaussian,
+    GaussianFit,
     ImpactPeaks,
     Impacts,
     find_impacts,
@@ -57,8 +57,8 @@ from hydrosim.statistics.series import (
     has_initial_transient,
     independent_samples,
     low_frequency_share,
-    moments,
     peaks,
+    skewness_and_kurtosis,
     slow_part,
     upcrossings,
 )
@@ -194,22 +194,22 @@ def extremes(
     """Extremes of the smallest and of the largest value in an ``exposure`` [s]; default: the length
     of the record x (nt,) with time ``step`` [s]. The waves have no energy below ``slowest``
     [rad/s]. A run with ``contacts`` may lean on them."""
-    said = refusal_reason(x)
-    if said is not None:
-        return no_extremes(said), no_extremes(said)
+    reason = refusal_reason(x)
+    if reason is not None:
+        return no_extremes(reason), no_extremes(reason)
     middle, size = float(np.median(x)), float(np.ptp(x))
     z = (x - middle) / size
     long = independent_samples(z)
     changing = changes_of_moments(z, long)
     if any(changing):
-        said = ExtremeModel.MEAN_CHANGES if changing[0] else ExtremeModel.STD_CHANGES
-        return no_extremes(said), no_extremes(said)
+        reason = ExtremeModel.MEAN_CHANGES if changing[0] else ExtremeModel.STD_CHANGES
+        return no_extremes(reason), no_extremes(reason)
     if has_initial_transient(z, long):
         return no_extremes(ExtremeModel.TRANSIENT), no_extremes(ExtremeModel.TRANSIENT)
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
     share, few = low_frequency_share(z, step, slowest)
     slow = share > SLOW_FRACTION and few < MIN_MEMORIES
-    third, fourth = moments(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
+    third, fourth = skewness_and_kurtosis(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
     record = _RecordProperties(long, slow, third, ratio, contacts)
     if fourth < MIN_SLOW_KURTOSIS and not _is_regular_series(z):
         return no_extremes(ExtremeModel.BOUNDED), no_extremes(ExtremeModel.BOUNDED)
@@ -231,8 +231,8 @@ def _of_squares(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     """Extremes of a magnitude. Its square is close to Gumbel's law, as the energy of a Gaussian
     motion is; so intervals are computed for the square."""
     middle, size = float(np.median(x**2)), float(np.ptp(x**2))
-    found = _of_largest((x**2 - middle) / size, record).rescale(size, middle)
-    return _extremes_from(np.sqrt(found[:-1]), found.basis)
+    extreme = _of_largest((x**2 - middle) / size, record).rescale(size, middle)
+    return _extremes_from(np.sqrt(extreme[:-1]), extreme.basis)
 
 
 def no_extremes(basis: ExtremeModel) -> RecordExtremes:
@@ -251,10 +251,10 @@ def refusal_reason(x: np.ndarray) -> ExtremeModel | None:
 
 def _of_largest(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     """Extremes by a law that also holds from one half of the record to the other."""
-    found = _by_law(x, record)
-    if found.basis in LAWS and not _holds_between_halves(x, record):
+    extreme = _by_law(x, record)
+    if extreme.basis in LAWS and not _holds_between_halves(x, record):
         return no_extremes(ExtremeModel.HALVES)
-    return found
+    return extreme
 
 
 def _holds_between_halves(x: np.ndarray, record: _RecordProperties) -> bool:
@@ -328,11 +328,11 @@ def _by_windows(x: np.ndarray, count: int, record: _RecordProperties) -> RecordE
         tail = tail._replace(shape=1.0)
     elif tail.exceedances(x.max()) < MIN_TAIL_EXCEEDANCES:
         return no_extremes(ExtremeModel.ALONE)
-    found = _by_tail(x, tail, count, record)
+    extreme = _by_tail(x, tail, count, record)
     bounded = tail.shape > MAX_CLIPPED_SHAPE and _stays_at(x, x.min())
-    if found.basis == ExtremeModel.GUMBEL and (bounded or _is_curved(x, tail)):
+    if extreme.basis == ExtremeModel.GUMBEL and (bounded or _is_curved(x, tail)):
         return no_extremes(ExtremeModel.CURVED)
-    return found
+    return extreme
 
 
 def _is_curved(x: np.ndarray, tail: Tail) -> bool:
@@ -389,15 +389,15 @@ def _by_shape(
     """Extremes by Gumbel's law of windows of (x - origin)^shape. The ``error`` of the shape, a
     standard deviation, widens the intervals."""
     z = x - origin
-    found = _of_power(z, shape, count, record)
-    if found is None:
+    extreme = _of_power(z, shape, count, record)
+    if extreme is None:
         return no_extremes(ExtremeModel.ALONE)
     other = _of_power(z, shape + error, count, record) if error > 0.0 else None
     if other is not None:
-        off = NORMAL_QUANTILE * (other[0] - found[0])
-        apart = found - found[0]
-        found = found[0] + np.sign(apart) * np.hypot(apart, off)
-    return _extremes_from(origin + found, ExtremeModel.GUMBEL)
+        off = NORMAL_QUANTILE * (other[0] - extreme[0])
+        apart = extreme - extreme[0]
+        extreme = extreme[0] + np.sign(apart) * np.hypot(apart, off)
+    return _extremes_from(origin + extreme, ExtremeModel.GUMBEL)
 
 
 def _by_impacts(hits: ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
@@ -443,7 +443,10 @@ def _is_regular_series(x: np.ndarray) -> bool:
 
 
 def _extremes_by_law(
-    law: Gaussian | Gumbel | Impacts, record: _RecordProperties, count: float, basis: ExtremeModel
+    law: GaussianFit | Gumbel | Impacts,
+    record: _RecordProperties,
+    count: float,
+    basis: ExtremeModel,
 ) -> RecordExtremes:
     """Extremes by a law for the largest value in one of ``count`` windows of a record."""
     ratio = record.ratio * count

@@ -59,8 +59,10 @@ def _impulse(run: xr.Dataset, name: str) -> np.ndarray | None:
     """Time integral (nt,) of a force channel, if the run has it."""
     kind, _, of = name.partition(".")
     if kind == FENDER_NORMAL_FORCE and "contact_impulse" in run:
-        own = [of] if of in run.fender.values else run.fender.values[run.fender_group.values == of]
-        impulse = run.contact_impulse.sel(fender=own).transpose("time", ...)
+        fenders = (
+            [of] if of in run.fender.values else run.fender.values[run.fender_group.values == of]
+        )
+        impulse = run.contact_impulse.sel(fender=fenders).transpose("time", ...)
         return np.asarray(impulse.values.reshape(run.sizes["time"], -1).sum(axis=1))
     if kind.startswith("force_") and "impulse" in run:
         force, body, dof = kind.removeprefix("force_"), *of.split(".")
@@ -193,8 +195,8 @@ class ScalarResult(NamedTuple):
                 times &= ~np.isnan(means)
         within = values[times]
         number = float(STATISTICS[self.statistic](within)) if within.size else np.nan
-        said = {"long_name": str(self), "units": unit}
-        return xr.DataArray(number, attrs={**said, **_side(self), **_lowest(self)})
+        attributes = {"long_name": str(self), "units": unit}
+        return xr.DataArray(number, attrs={**attributes, **_side(self), **_lowest(self)})
 
 
 def _side(of: ScalarResult) -> dict[str, str]:
@@ -292,7 +294,7 @@ class JudgedCriterion(NamedTuple):
 def criteria_of(run: xr.Dataset) -> list[Criterion]:
     """The criteria that the case of a run asks for, with what the run comes to."""
     asked = json.loads(str(run.attrs.get(CRITERIA, "[]")))
-    return [_criterion_in_run(run, each) for each in asked]
+    return [_criterion_in_run(run, criterion) for criterion in asked]
 
 
 def judge_study(plans: Sequence[PlanRuns]) -> list[JudgedCriterion]:
@@ -301,24 +303,24 @@ def judge_study(plans: Sequence[PlanRuns]) -> list[JudgedCriterion]:
     for plan in plans:
         for judged in judge_plan(plan):
             by_name.setdefault(judged.worst.name, []).append(judged)
-    return [_merge_combinations(each) for each in by_name.values()]
+    return [_merge_combinations(judged) for judged in by_name.values()]
 
 
 def judge_plan(plan: PlanRuns) -> Iterator[JudgedCriterion]:
     """Each criterion of a plan at each combination of values of its parameters."""
-    known = [name for name in plan.criteria if name in plan.runs]
+    criteria = [name for name in plan.criteria if name in plan.runs]
     for values, at in combinations(plan):
         runs = plan.runs.isel(run=at)
-        for name in known:
+        for name in criteria:
             yield _judge_runs(plan, values, runs, name)
 
 
-def _merge_combinations(each: Sequence[JudgedCriterion]) -> JudgedCriterion:
+def _merge_combinations(judged: Sequence[JudgedCriterion]) -> JudgedCriterion:
     """A criterion over the runs of all combinations: the one with the least margin."""
-    return min(each, key=lambda judged: _rank(judged.worst))._replace(
-        runs=sum(judged.runs for judged in each),
-        met=sum(judged.met for judged in each),
-        without=sum(judged.without for judged in each),
+    return min(judged, key=lambda judged: _rank(judged.worst))._replace(
+        runs=sum(judged.runs for judged in judged),
+        met=sum(judged.met for judged in judged),
+        without=sum(judged.without for judged in judged),
     )
 
 
@@ -331,19 +333,19 @@ def _judge_runs(
     plan: PlanRuns, values: dict[str, Any], runs: xr.Dataset, name: str
 ) -> JudgedCriterion:
     complete = runs.isel(run=runs.status.values == COMPLETE)
-    each = [_criterion(plan, name, float(value)) for value in complete[name].values]
-    if not each:
+    criteria = [_criterion(plan, name, float(value)) for value in complete[name].values]
+    if not criteria:
         none = _criterion(plan, name, nan)._replace(missing=NO_COMPLETE_RUN)
         return JudgedCriterion(none, plan, values, "", 0, 0, 0)
-    place = min(range(len(each)), key=lambda k: _rank(each[k]))
+    place = min(range(len(criteria)), key=lambda k: _rank(criteria[k]))
     return JudgedCriterion(
-        each[place],
+        criteria[place],
         plan,
         values,
         str(complete.seed.values[place]) if "seed" in complete else "",
-        runs=len(each),
-        met=sum(criterion.is_met for criterion in each),
-        without=sum(isnan(criterion.value) for criterion in each),
+        runs=len(criteria),
+        met=sum(criterion.is_met for criterion in criteria),
+        without=sum(isnan(criterion.value) for criterion in criteria),
     )
 
 
@@ -368,11 +370,11 @@ def _criterion_in_run(run: xr.Dataset, asked: dict[str, Any]) -> Criterion:
     limit = float(asked["limit"])
     fixed = (str(asked["source"]), figure.at_least)
     try:
-        found = figure_of(run, figure)
+        figure_value = figure_of(run, figure)
     except InputError as error:
         return Criterion(figure.name, str(figure), nan, limit, "", *fixed, str(error))
-    unit = str(found.attrs["units"])
-    return Criterion(figure.name, str(figure), float(found), limit, unit, *fixed)
+    unit = str(figure_value.attrs["units"])
+    return Criterion(figure.name, str(figure), float(figure_value), limit, unit, *fixed)
 
 
 def figure_asked(asked: dict[str, Any]) -> ScalarResult | StageResult:

@@ -140,7 +140,7 @@ MAXIMUM_REJECTION = 1e-3
 MOMENT_REJECTION = 0.01  # probability that a Gaussian record is rejected, for each moment
 
 
-class Gaussian(NamedTuple):
+class GaussianFit(NamedTuple):
     """A fit to a record: ``mean`` and ``std``; the mean ``scores`` (4,) and draws (4, k) of their
     ``scatter``; the ``information`` (4, 4). ``crossings`` are the upcrossings of levels, and
     ``moved`` (2,) is their change with mean and std. ``counted`` (k,) are draws of the scatter of
@@ -163,12 +163,12 @@ class Gaussian(NamedTuple):
         """Confidence interval (2,) of the `expected_maximum` value. If more groups were found than
         are possible, the interval is centred on the groups found, as far as possible."""
         u = self._level(ratio, np.exp(-1.0))
-        found = self.mean + self.std * u
+        bounds = self.mean + self.std * u
         whole = self._error(u)
         if not self.crossings.beyond > 0.0:
-            return found + whole * np.array([-1.0, 1.0])
+            return bounds + whole * np.array([-1.0, 1.0])
         size, beyond = self._error(u, counted=False), self.std * self.crossings.beyond / u
-        return found + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
+        return bounds + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
     def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
         """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
@@ -217,12 +217,12 @@ class Gaussian(NamedTuple):
         """Derivative of the value at u with respect to the mean scores (4,), if so many parameters
         are free."""
         shape = hermevander(u, HERMITE_ORDER - 1)[0, :order]
-        found = np.zeros(HERMITE_ORDER)
-        found[:order] = np.linalg.solve(self.information[:order, :order], shape)
-        return found
+        weights = np.zeros(HERMITE_ORDER)
+        weights[:order] = np.linalg.solve(self.information[:order, :order], shape)
+        return weights
 
 
-def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | None:
+def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> GaussianFit | None:
     """Fit to a record x (nt,) that is so many times as long as its memory; None if there is none.
     Values at the smallest value are clipped if there are several."""
     floor = x.min()
@@ -237,7 +237,7 @@ def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> Gaussian | 
         if np.abs(step).max() < FIT_TOLERANCE:
             draws = scatter(scores, independent)
             about = scores.mean(axis=1), draws, information
-            return Gaussian(
+            return GaussianFit(
                 mean, std, *about, *_group_statistics(x, mean, std, windows, draws.shape[1])
             )
         mean, std = mean + std * float(step[0]), std * (1.0 + float(np.clip(step[1], -0.5, 1.0)))
@@ -255,10 +255,10 @@ def _group_statistics(
     weight = np.exp(-0.5 * z**2)
     weight /= weight.mean()
     moved = np.array([(weight * z).mean(), (weight * z**2).mean()])
-    found = crossings(rate, (at - mean) / std, z, windows, x.size)
+    group_crossings = crossings(rate, (at - mean) / std, z, windows, x.size)
     slow = slow_parts(weight - 1.0, count)
     # a mean over sliding windows has less of the fast variation
-    return found, moved, slow / np.sinc(0.5 * np.arange(1, slow.size + 1) / windows)
+    return group_crossings, moved, slow / np.sinc(0.5 * np.arange(1, slow.size + 1) / windows)
 
 
 def _initial_moments(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
@@ -413,11 +413,11 @@ def _find_events(z: np.ndarray, period: float) -> list[tuple[int, int]]:
     Rises within half a period belong to the same impact, also at its end."""
     errors, stride = prediction_errors(z)
     usual = np.median(np.abs(errors)) / ndtri(0.75)
-    found = np.flatnonzero(np.abs(errors) > MIN_IMPACT_PREDICTION_ERROR * usual)
-    if found.size == 0:
+    impacts = np.flatnonzero(np.abs(errors) > MIN_IMPACT_PREDICTION_ERROR * usual)
+    if impacts.size == 0:
         return []
-    apart = np.flatnonzero(np.diff(found) > 0.5 * period / stride) + 1
-    groups = np.split(found, apart)
+    apart = np.flatnonzero(np.diff(impacts) > 0.5 * period / stride) + 1
+    groups = np.split(impacts, apart)
     upwards = [group for group in groups if errors[group[0]] > 0.0]
     return [(stride * int(group[0]), stride * int(group[-1])) for group in upwards]
 
@@ -436,7 +436,7 @@ class Excursions(NamedTuple):
         """Logarithm of the probability that the motion stays within its ``levels``: at most one
         above its mean and one below."""
         nearest = min(levels)
-        crossings = sum(exp(0.5 * (nearest**2 - each**2)) for each in levels)
+        crossings = sum(exp(0.5 * (nearest**2 - level**2)) for level in levels)
         envelope = sqrt(2.0 * pi) * self.broadness * nearest
         groups = -crossings * expm1(-envelope / crossings)
         begins_inside = -expm1(-0.5 * nearest**2)

@@ -96,8 +96,8 @@ def fit_record(x: np.ndarray, windows: int, memories: float) -> Gumbel:
     """Law of the largest value in a window of a record x (nt,), from so many windows; the record is
     so many times as long as its memory."""
     location, scale = _fit(sliding_maxima(x, windows))
-    each = min(max(round(memories / windows), 1), MAX_WINDOW_MEMORIES + 1)
-    return Gumbel(float(location), float(scale), windows, each)
+    memories_per_window = min(max(round(memories / windows), 1), MAX_WINDOW_MEMORIES + 1)
+    return Gumbel(float(location), float(scale), windows, memories_per_window)
 
 
 def sliding_maxima(x: np.ndarray, windows: int) -> np.ndarray:
@@ -152,19 +152,21 @@ def _energies(random: np.random.Generator, windows: int, memories: int) -> np.nd
     """Largest energies (`DRAWS`, windows x `PARTS_PER_WINDOW`) in parts of windows. Samples are at
     most one memory apart, about one cycle of an oscillator with that memory."""
     steps = -(-memories // PARTS_PER_WINDOW)  # of a part
-    kept = np.exp(-0.5 * memories / (steps * PARTS_PER_WINDOW))
-    z, found = random.normal(size=(2, DRAWS)), np.zeros((windows * PARTS_PER_WINDOW, DRAWS))
-    for energy in found:
+    memory_fraction = np.exp(-0.5 * memories / (steps * PARTS_PER_WINDOW))
+    z, energies = random.normal(size=(2, DRAWS)), np.zeros((windows * PARTS_PER_WINDOW, DRAWS))
+    for energy in energies:
         for _ in range(steps):
-            z = kept * z + np.sqrt(1.0 - kept**2) * random.normal(size=z.shape)
+            z = memory_fraction * z + np.sqrt(1.0 - memory_fraction**2) * random.normal(
+                size=z.shape
+            )
             np.maximum(energy, (z**2).sum(axis=0), out=energy)
-    return found.T
+    return energies.T
 
 
 def _by_rank(values: np.ndarray) -> np.ndarray:
     """Values of Gumbel's law in the same order."""
-    known = np.sort(values[:, :: PARTS_PER_WINDOW // 2].ravel())
-    return _reduced_variate((np.searchsorted(known, values) + 0.5) / (known.size + 1.0))
+    maxima = np.sort(values[:, :: PARTS_PER_WINDOW // 2].ravel())
+    return _reduced_variate((np.searchsorted(maxima, values) + 0.5) / (maxima.size + 1.0))
 
 
 def _reduced_variate(probability: np.ndarray) -> np.ndarray:
@@ -199,9 +201,9 @@ def find_prediction(values: np.ndarray) -> PredictionInterval:
 def find_confidence(values: np.ndarray, probability: float) -> tuple[float, float]:
     """Confidence interval of a quantile: the value below which another one is with a
     ``probability``. An end is infinite if there are too few values for it."""
-    found = scipy.stats.quantile_test(values, p=probability).confidence_interval(
+    interval = scipy.stats.quantile_test(values, p=probability).confidence_interval(
         INTERVAL_PROBABILITY
     )
-    low = -np.inf if np.isnan(found.low) else float(found.low)
-    high = np.inf if np.isnan(found.high) else float(found.high)
+    low = -np.inf if np.isnan(interval.low) else float(interval.low)
+    high = np.inf if np.isnan(interval.high) else float(interval.high)
     return low, high

@@ -117,9 +117,9 @@ def _ends_if_moving(
     name: str, unit: str, of: xr.DataArray, lowest: float = -np.inf
 ) -> Iterator[SmallestAndLargest]:
     """A channel by its statistics (run, statistic), if it changes."""
-    own = of.transpose(RUN, "statistic").dropna(RUN, how="all")
-    if own.sizes[RUN] and float(own.sel(statistic="std").max()) > 0.0:
-        low, high = (own.sel(statistic=side).values for side in EXTREME_SIDES)
+    figures = of.transpose(RUN, "statistic").dropna(RUN, how="all")
+    if figures.sizes[RUN] and float(figures.sel(statistic="std").max()) > 0.0:
+        low, high = (figures.sel(statistic=side).values for side in EXTREME_SIDES)
         yield SmallestAndLargest(name, unit, low, high, lowest)
 
 
@@ -135,14 +135,14 @@ def _ends_of_series(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
             continue
         if RUN not in variable.dims or variable.dtype.kind != "f":
             continue
-        own = variable.isel(time=late)
-        low, high = own.min("time"), own.max("time")
+        late_values = variable.isel(time=late)
+        low, high = late_values.min("time"), late_values.max("time")
         labels = [dim for dim in low.dims if dim != RUN]
         stacked = (
-            each.stack(_of=labels) if labels else each.expand_dims("_of") for each in (low, high)
+            ends.stack(_of=labels) if labels else ends.expand_dims("_of") for ends in (low, high)
         )
         for least, most in zip(
-            *(list(each.transpose("_of", RUN)) for each in stacked), strict=True
+            *(list(ends.transpose("_of", RUN)) for ends in stacked), strict=True
         ):
             of = [str(least[dim].values) for dim in labels]
             ends = _finite_values(least.values), _finite_values(most.values)
@@ -197,8 +197,8 @@ def find_extremes(ends: SmallestAndLargest) -> Iterator[tuple[str, SeedExtremes]
         if maxima.size >= MIN_RUNS and np.ptp(maxima) > 0.0:
             law = fit_maxima(maxima)
             follows = follows_gumbel(maxima, law)
-            found = _by_law(law, sign) if follows else _by_order(maxima, sign)
-            yield side, _raise_to_lowest(found, ends.lowest)
+            extreme = _by_law(law, sign) if follows else _by_order(maxima, sign)
+            yield side, _raise_to_lowest(extreme, ends.lowest)
 
 
 def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
@@ -209,9 +209,9 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
     Intervals hold 90 %; the interval of another run holds ``another_probability``. Raises
     InputError if no combination of parameters has `MIN_RUNS` runs.
     """
-    rows = [row for values, own in _groups(runs) for row in _rows(values, own)]
+    rows = [row for values, group_runs in _groups(runs) for row in _rows(values, group_runs)]
     if not rows:
-        most = max(own.sizes["run"] for _, own in _groups(runs))
+        most = max(group_runs.sizes["run"] for _, group_runs in _groups(runs))
         raise InputError(
             f"found no channel with different extremes in {MIN_RUNS} runs of one combination of"
             f" parameters, of which there are at most {most}; run more seeds."
@@ -234,16 +234,18 @@ def _column_attributes(name: str, runs: xr.Dataset) -> dict[str, str]:
         return {
             key: str(runs[name].attrs[key]) for key in COPIED_ATTRIBUTES if key in runs[name].attrs
         }
-    said = {"long_name": LABELS.get(name, name.replace("_", " "))}
+    attributes = {"long_name": LABELS.get(name, name.replace("_", " "))}
     if name in ("runs", "another_probability"):
-        return {**said, "units": "1"}
+        return {**attributes, "units": "1"}
     is_value = name.startswith(("most_probable", "p90", "another"))
-    return {**said, "comment": "each in the unit of its channel"} if is_value else said
+    return {**attributes, "comment": "each in the unit of its channel"} if is_value else attributes
 
 
 def figures_in(runs: xr.Dataset) -> list[str]:
     """Figures that are the largest or the smallest value of each run."""
-    return [str(name) for name, each in runs.data_vars.items() if SIDE_ATTRIBUTE in each.attrs]
+    return [
+        str(name) for name, variable in runs.data_vars.items() if SIDE_ATTRIBUTE in variable.attrs
+    ]
 
 
 def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
@@ -260,20 +262,20 @@ def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
 
 def _rows(values: dict[str, Any], runs: xr.Dataset) -> Iterator[dict[str, Any]]:
     for ends in _ends_of_runs(runs):
-        for side, found in find_extremes(ends):
+        for side, extreme in find_extremes(ends):
             yield {
                 **values,
                 "channel": ends.name,
                 "side": side,
                 "unit": ends.unit,
-                "runs": found.runs,
-                "most_probable": found.probable,
-                **_interval_columns("most_probable", found.interval),
-                "p90": found.p90,
-                **_interval_columns("p90", found.p90_interval),
-                **_interval_columns("another", found.another),
-                "another_probability": found.probability,
-                "by": found.method,
+                "runs": extreme.runs,
+                "most_probable": extreme.probable,
+                **_interval_columns("most_probable", extreme.interval),
+                "p90": extreme.p90,
+                **_interval_columns("p90", extreme.p90_interval),
+                **_interval_columns("another", extreme.another),
+                "another_probability": extreme.probability,
+                "by": extreme.method,
             }
 
 
@@ -319,18 +321,18 @@ def _by_order(maxima: np.ndarray, sign: float) -> SeedExtremes:
     )
 
 
-def _raise_to_lowest(found: SeedExtremes, lowest: float) -> SeedExtremes:
+def _raise_to_lowest(extreme: SeedExtremes, lowest: float) -> SeedExtremes:
     """Extremes of which none is below the ``lowest`` value of the channel."""
 
     def raise_interval(interval: tuple[float, float]) -> tuple[float, float]:
         return max(interval[0], lowest), max(interval[1], lowest)
 
-    return found._replace(
-        probable=max(found.probable, lowest),
-        interval=raise_interval(found.interval),
-        p90=max(found.p90, lowest),
-        p90_interval=raise_interval(found.p90_interval),
-        another=raise_interval(found.another),
+    return extreme._replace(
+        probable=max(extreme.probable, lowest),
+        interval=raise_interval(extreme.interval),
+        p90=max(extreme.p90, lowest),
+        p90_interval=raise_interval(extreme.p90_interval),
+        another=raise_interval(extreme.another),
     )
 
 
@@ -357,10 +359,12 @@ def as_csv(runs: xr.Dataset) -> str:
     the study."""
     units = units_of(runs.attrs)
     plans = effects.plans(runs)
-    each = [(plan, row) for plan in plans for row in effects.rows(plan)]
+    plan_rows = [(plan, row) for plan in plans for row in effects.rows(plan)]
     judged = {_key(j.plan, j.worst.name, j.values): j for p in plans for j in judge_plan(p)}
-    names = {name: plan for plan, row in reversed(each) for name in row.values}
-    names = {name: names[name] for name in dict.fromkeys(n for _, row in each for n in row.values)}
+    names = {name: plan for plan, row in reversed(plan_rows) for name in row.values}
+    names = {
+        name: names[name] for name in dict.fromkeys(n for _, row in plan_rows for n in row.values)
+    }
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     heads = (_head(name, plan, units) for name, plan in names.items())
@@ -375,10 +379,10 @@ def as_csv(runs: xr.Dataset) -> str:
             *CRITERION_COLUMNS,
         ]
     )
-    for plan, row in each:
+    for plan, row in plan_rows:
         cells = _cells(plan, row, list(names), units)
-        found = judged.get(_key(plan, row.figure, row.values))
-        row_cells = [*cells, *_criterion(found, units)]
+        judgement = judged.get(_key(plan, row.figure, row.values))
+        row_cells = [*cells, *_criterion(judgement, units)]
         table.writerow([escape_unprintable(x) if isinstance(x, str) else x for x in row_cells])
     return text.getvalue()
 
@@ -416,10 +420,10 @@ def _cells(plan: PlanRuns, row: EffectRow, names: list[str], units: Units) -> It
 
 def _extremes(plan: PlanRuns, row: EffectRow, factor: float) -> list[str]:
     """Most probable extreme and P90 with their intervals; empty where there are none."""
-    own = ends_of_figures(plan.runs.isel(run=row.runs), [row.figure])
-    found = [extremes for ends in own for _, extremes in find_extremes(ends)]
-    if not found:
+    ends_of_row = ends_of_figures(plan.runs.isel(run=row.runs), [row.figure])
+    extremes_found = [extremes for ends in ends_of_row for _, extremes in find_extremes(ends)]
+    if not extremes_found:
         return ["" for _ in EXTREME_COLUMNS]
-    one = found[0]
-    numbers = (one.probable, *one.interval, one.p90, *one.p90_interval)
-    return [*(f"{factor * number:.6g}" for number in numbers), one.method]
+    extreme = extremes_found[0]
+    numbers = (extreme.probable, *extreme.interval, extreme.p90, *extreme.p90_interval)
+    return [*(f"{factor * number:.6g}" for number in numbers), extreme.method]

@@ -40,7 +40,7 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     modes, phase = run.fender_mode, run.contact_phase.transpose("contact_group", "time").values
     names = modes.attrs["flag_meanings"].split()
     share = np.array([(modes.values == k).mean(axis=0) for k in range(len(names))])
-    crawl = [[_displacement_during(run, of == one) for one in Phase] for of in phase]
+    crawl = [[_displacement_during(run, of == phase) for phase in Phase] for of in phase]
     durations = phase_durations(run)
     phases = {name: durations[name] for name in durations.dims}
     return {
@@ -67,8 +67,8 @@ def phase_durations(run: xr.Dataset) -> xr.DataArray:
     """How long each group of contacts is in each phase [s] (contact_group, phase)."""
     phase = run.contact_phase.transpose("contact_group", "time").values
     span = np.ptp(run.time.values)
-    time = np.array([[np.mean(of == one) * span for one in Phase] for of in phase])
-    names = [one.name.lower().replace("_", " ") for one in Phase]
+    time = np.array([[np.mean(of == phase) * span for phase in Phase] for of in phase])
+    names = [phase.name.lower().replace("_", " ") for phase in Phase]
     phases = {"contact_group": run.contact_group, "phase": names}
     return xr.DataArray(time, phases, tuple(phases), attrs=_attributes("duration", "s"))
 
@@ -157,23 +157,23 @@ class RunResults:
 
     def group(self, name: str | None) -> str:
         """The group of contacts of this name, or the only one; InputError if there is none."""
-        known = [str(each) for each in self.run.get("contact_group", xr.DataArray([])).values]
-        if name in known or (name is None and len(known) == 1):
-            return name or known[0]
-        if not known:
+        groups = [str(group) for group in self.run.get("contact_group", xr.DataArray([])).values]
+        if name in groups or (name is None and len(groups) == 1):
+            return name or groups[0]
+        if not groups:
             raise InputError("found a run without contacts; expected fenders or landings.")
-        found = f"the group {name}" if name else "no key group, but several groups of contacts"
-        text = f"found {found}; expected one of these groups: {', '.join(known)}"
-        raise InputError(with_hint(text, suggestion(name or "", known)))
+        asked_text = f"the group {name}" if name else "no key group, but several groups of contacts"
+        text = f"found {asked_text}; expected one of these groups: {', '.join(groups)}"
+        raise InputError(with_hint(text, suggestion(name or "", groups)))
 
     def body(self, name: str | None) -> str:
         """The body of this name, or the only one; InputError if there is none."""
-        known = [str(each) for each in self.run.body.values]
-        if name in known or (name is None and len(known) == 1):
-            return name or known[0]
-        found = f"the body {name}" if name else "no key body, but several bodies"
-        text = f"found {found}; expected one of these bodies: {', '.join(known)}"
-        raise InputError(with_hint(text, suggestion(name or "", known)))
+        bodies = [str(body) for body in self.run.body.values]
+        if name in bodies or (name is None and len(bodies) == 1):
+            return name or bodies[0]
+        asked_text = f"the body {name}" if name else "no key body, but several bodies"
+        text = f"found {asked_text}; expected one of these bodies: {', '.join(bodies)}"
+        raise InputError(with_hint(text, suggestion(name or "", bodies)))
 
 
 class ChannelFreeResult:
@@ -276,7 +276,7 @@ class MotionCauseResult(ChannelFreeResult):
 
     def __str__(self) -> str:
         text = self.result.replace("_", " ")
-        more = " ".join(each for each in (self.force, self.part, self.mode) if each)
+        more = " ".join(part for part in (self.force, self.part, self.mode) if part)
         more = f" ({more})" if more else ""
         way = "" if self.result == "time_share" else f" in {self.direction}"
         return f"{text}{more}{_of_suffix(self.group or self.body)}{way}, {self.stage}"
@@ -290,32 +290,32 @@ class MotionCauseResult(ChannelFreeResult):
         at = at.sel(span=self._span(why, None))
         if self.result == "displacement":
             return _scalar_result(float(at.displacement), "m", self)
-        known = [str(each) for each in at.force.values]
-        if self.force not in known:
-            text = f"found the force {self.force}; expected one of: {', '.join(known)}"
-            raise InputError(with_hint(text, suggestion(self.force or "", known)))
+        forces = [str(force) for force in at.force.values]
+        if self.force not in forces:
+            text = f"found the force {self.force}; expected one of: {', '.join(forces)}"
+            raise InputError(with_hint(text, suggestion(self.force or "", forces)))
         return _scalar_result(float(at.mean_force.sel(force=self.force)), "N", self)
 
     def _of_contacts(self, results: RunResults, why: xr.Dataset) -> xr.DataArray:
         group = results.group(self.group)
-        own = why.sel(fender=why.fender_group == group, span=self._span(why, group))
-        along = own.sel(direction=DIRECTION_AXES[self.direction])
+        group_values = why.sel(fender=why.fender_group == group, span=self._span(why, group))
+        along = group_values.sel(direction=DIRECTION_AXES[self.direction])
         if self.result == "friction":
             part = along.friction_part.sel(part=[self.part] if self.part else list(FRICTION_PARTS))
             return _scalar_result(_sum(part), "N", self)
         if self.result == "time_share":
             return _scalar_result(
-                float(own.mode_share.sel(contact_mode=self.mode).mean()), "1", self
+                float(group_values.mode_share.sel(contact_mode=self.mode).mean()), "1", self
             )
         return _scalar_result(float(along.mode_moved.sel(contact_mode=self.mode).mean()), "m", self)
 
     def _span(self, why: xr.Dataset, group: str | None) -> str:
         """The name of the stage: of one group among several it begins with the group's."""
-        known = [str(span) for span in why.span.values]
+        spans = [str(span) for span in why.span.values]
         name = f"{group}: {self.stage}" if group else self.stage
-        if self.stage in known or name in known:
-            return self.stage if self.stage in known else name
-        raise InputError(f"found the stage {self.stage}; expected one of: {', '.join(known)}.")
+        if self.stage in spans or name in spans:
+            return self.stage if self.stage in spans else name
+        raise InputError(f"found the stage {self.stage}; expected one of: {', '.join(spans)}.")
 
 
 def _of_suffix(name: str | None) -> str:

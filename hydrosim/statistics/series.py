@@ -92,7 +92,7 @@ def slow_part(x: np.ndarray, step: float, frequency: float) -> np.ndarray:
     return np.fft.irfft(coefficients, x.size)
 
 
-def moments(x: np.ndarray) -> tuple[float, float]:
+def skewness_and_kurtosis(x: np.ndarray) -> tuple[float, float]:
     """Skewness and kurtosis of x (nt,): 0 and 3 for a normal distribution."""
     z = x - x.mean()
     size = np.sqrt(np.mean(z**2))
@@ -189,7 +189,7 @@ class _UpcrossingDecrease(NamedTuple):
 
     def halves(self) -> tuple[_UpcrossingDecrease, _UpcrossingDecrease]:
         """The lower and the upper levels."""
-        parts = [np.array_split(each, 2) for each in self]
+        parts = [np.array_split(values, 2) for values in self]
         lower, upper = zip(*parts, strict=True)
         return _UpcrossingDecrease(*lower), _UpcrossingDecrease(*upper)
 
@@ -306,10 +306,10 @@ def has_initial_transient(x: np.ndarray, independent: float) -> bool:
         first = variance[: variance.size // part]
         if first.size < MIN_INTERVALS or not np.ptp(first) > LOG_VARIANCE_ROUNDING:
             continue
-        found = scipy.stats.ttest_ind(
+        test = scipy.stats.ttest_ind(
             first, variance[first.size :], equal_var=False, alternative="greater"
         )
-        if found.pvalue < TRANSIENT_ALARM:
+        if test.pvalue < TRANSIENT_ALARM:
             return True
     return False
 

@@ -102,8 +102,8 @@ def statistics(
     record. Spectra are those of motions. For the whole run, each fender has the time in each mode
     and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
     not exist."""
-    found, coords, attributes = columns(run, start, exposure, channels)
-    made = new_dataset({**found, **of_units(run)}, coords, attributes)
+    variables, coords, attributes = columns(run, start, exposure, channels)
+    made = new_dataset({**variables, **of_units(run)}, coords, attributes)
     describe_coordinates(made)
     return made
 
@@ -118,19 +118,19 @@ def of_units(run: xr.Dataset) -> dict[str, xr.DataArray]:
 def of_lines(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Of all that pulls, the tension at the start of a run; of what has a capacity, the largest
     share of it that was used, at output times."""
-    found = {}
+    variables = {}
     for dim in LINES:
         if CAPABLE[dim] not in run or not run.sizes["time"]:
             continue
         tension = run[CAPABLE[dim]]
         start = tension.isel(time=0, drop=True)
-        found[f"{dim}_start"] = start.assign_attrs(_attributes("tension at the start", "N"))
+        variables[f"{dim}_start"] = start.assign_attrs(_attributes("tension at the start", "N"))
         if (capacity := f"{dim}_capacity") in run.coords:
             used = tension.max("time") / run[capacity]
-            found[f"{dim}_used"] = used.assign_attrs(
+            variables[f"{dim}_used"] = used.assign_attrs(
                 _attributes("largest tension over capacity", "1")
             )
-    return found
+    return variables
 
 
 def columns(
@@ -146,28 +146,28 @@ def columns(
     growing = float(time[0]) < float(run.attrs.get("wave_ramp", 0.0))
     slowest = _lowest_of_waves(run.variables["wave_elevation"].values[late], step)
     how = step, exposure, slowest, "contact_group" in run.dims
-    found: Variables = {}
+    variables: Variables = {}
     coords: dict[str, Any] = {}
     for name, (variable, dims, unit) in CHANNELS.items():
         if variable in run:
-            each = run.variables[variable].isel(time=late).transpose(*dims, "time")
-            lowest = np.full(each.shape[:-1], lowest_value(variable))
-            found |= _of_channels(name, each, lowest, how, growing, unit)
-    if "fender_force" in found:
+            series = run.variables[variable].isel(time=late).transpose(*dims, "time")
+            lowest = np.full(series.shape[:-1], lowest_value(variable))
+            variables |= _of_channels(name, series, lowest, how, growing, unit)
+    if "fender_force" in variables:
         names = [f"{FENDER_NORMAL_FORCE}.{fender}" for fender in run.fender.values]
-        found |= _by_impulse("fender_force", run.isel(time=late), names, found)
+        variables |= _by_impulse("fender_force", run.isel(time=late), names, variables)
     if channels:
         named, coords = _requested_channels(run, late, channels)
         lowest = np.array([lowest_value(channel) for channel in channels])
-        found |= _of_channels(NAMED_CHANNELS, named, lowest, how, growing, UNIT_OF_CHANNEL)
-        found |= _by_phase(run, late, named.values, step)
-        found |= _by_impulse(NAMED_CHANNELS, run.isel(time=late), channels, found)
+        variables |= _of_channels(NAMED_CHANNELS, named, lowest, how, growing, UNIT_OF_CHANNEL)
+        variables |= _by_phase(run, late, named.values, step)
+        variables |= _by_impulse(NAMED_CHANNELS, run.isel(time=late), channels, variables)
     if _has_phases(run, late):
-        _leave_out_laws(found)
+        _leave_out_laws(variables)
     places = run.variables["position"].transpose(*MOTION_DIMS, "time").values[..., late]
     frequency, spectrum = _spectrum(places, step)
-    said = _attributes("one-sided spectral density", "m^2 s/rad or rad s")
-    found["motion_spectrum"] = ((*MOTION_DIMS, "frequency"), spectrum, said)
+    attributes_of_density = _attributes("one-sided spectral density", "m^2 s/rad or rad s")
+    variables["motion_spectrum"] = ((*MOTION_DIMS, "frequency"), spectrum, attributes_of_density)
     coords["frequency"] = ("frequency", frequency, _attributes("angular frequency", "rad/s"))
     attributes = {
         "title": run.attrs["title"],
@@ -175,7 +175,7 @@ def columns(
         "exposure": step * time.size if exposure is None else exposure,
         "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
     }
-    return found, _coordinates(run, found) | coords, attributes
+    return variables, _coordinates(run, variables) | coords, attributes
 
 
 def _records_from(run: xr.Dataset, start: float) -> slice:
@@ -188,19 +188,19 @@ def _records_from(run: xr.Dataset, start: float) -> slice:
     return slice(first, time.size - int(odd))
 
 
-def _coordinates(run: xr.Dataset, found: Variables) -> dict[str, Any]:
-    """Coordinates of the variables ``found``: those of the run, and names of their own."""
-    dims = {dim for over, *_ in found.values() for dim in over}
+def _coordinates(run: xr.Dataset, variables: Variables) -> dict[str, Any]:
+    """Coordinates of the variables ``variables``: those of the run, and names of their own."""
+    dims = {dim for over, *_ in variables.values() for dim in over}
     of_run = {str(name): run.variables[name] for name in run.coords}
-    of_run = {name: each for name, each in of_run.items() if {*each.dims} <= dims}
-    own: dict[str, Any] = {
-        name: list(each) for name, each in OWN_COORDINATES.items() if name in dims
+    of_run = {name: coordinate for name, coordinate in of_run.items() if {*coordinate.dims} <= dims}
+    own_coordinates: dict[str, Any] = {
+        name: list(labels) for name, labels in OWN_COORDINATES.items() if name in dims
     }
-    own["statistic_unit"] = (
+    own_coordinates["statistic_unit"] = (
         "statistic",
         [UNITS_APART.get(name, AS_CHANNEL) for name in STATISTIC_NAMES],
     )
-    return of_run | own
+    return of_run | own_coordinates
 
 
 def _requested_channels(
@@ -219,7 +219,7 @@ def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> 
         return {}
     phases = _phases(run, late)
     nothing = np.full((len(series), len(STATISTIC_NAMES)), np.nan)
-    found = [
+    figures_by_phase = [
         [
             [_figures(x[of == phase], step) for x in series]
             if np.count_nonzero(of == phase) >= MIN_SAMPLES
@@ -229,8 +229,10 @@ def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> 
         for of in phases
     ]
     dims = ("contact_group", "phase", "channel", "statistic")
-    said = _attributes("statistics of a channel in a phase", UNIT_OF_CHANNEL) | OWN_UNITS
-    return {f"{NAMED_CHANNELS}_phase": (dims, np.array(found), said)}
+    phase_attributes = (
+        _attributes("statistics of a channel in a phase", UNIT_OF_CHANNEL) | OWN_UNITS
+    )
+    return {f"{NAMED_CHANNELS}_phase": (dims, np.array(figures_by_phase), phase_attributes)}
 
 
 def _of_channels(
@@ -252,7 +254,9 @@ def _of_channels(
     values = np.array([[side[:-1] for side in both] for both in sides])
     values = np.maximum(values, lowest.reshape(-1, 1, 1))
     basis = np.array([[side.basis for side in both] for both in sides], dtype=np.int8)
-    said = _attributes("most probable extreme and interval, prediction interval", unit)
+    extreme_attributes = _attributes(
+        "most probable extreme and interval, prediction interval", unit
+    )
     return {
         name: (
             (*dims, "statistic"),
@@ -262,7 +266,7 @@ def _of_channels(
         f"{name}_extreme": (
             (*dims, "side", "extreme"),
             np.reshape(values, (*size, len(EXTREME_SIDES), -1)),
-            {**said, "interval_probability": INTERVAL_PROBABILITY},
+            {**extreme_attributes, "interval_probability": INTERVAL_PROBABILITY},
         ),
         f"{name}_basis": ((*dims, "side"), basis.reshape(*size, -1), _flags()),
     }
@@ -292,10 +296,13 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *more))]
 
 
-def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Variables) -> Variables:
+def _by_impulse(
+    kind: str, run: xr.Dataset, names: Sequence[str], variables: Variables
+) -> Variables:
     """Replace means of force channels by means from impulses, if these differ, in the statistics
-    ``found`` of a ``kind`` and by phase. Returns the means of the records that were replaced."""
-    dims, figures, said = found[kind]
+    ``variables`` of a ``kind`` and by phase. Returns the means of the records that were
+    replaced."""
+    dims, figures, figure_attributes = variables[kind]
     recorded = np.full(len(names), np.nan)
     for k, name in enumerate(names):
         means = means_between_records(run, name, channel_series(run, name)[0])
@@ -306,21 +313,24 @@ def _by_impulse(kind: str, run: xr.Dataset, names: Sequence[str], found: Variabl
         parts = {"mean": means, "first_mean": means[:size], "last_mean": means[-size:]}
         for which, part in parts.items():
             figures[k, STATISTIC_NAMES.index(which)] = np.nanmean(part)
-        if kind == NAMED_CHANNELS and f"{NAMED_CHANNELS}_phase" in found:
-            _by_impulse_in_phases(found[f"{NAMED_CHANNELS}_phase"][1][:, :, k], run, means)
+        if kind == NAMED_CHANNELS and f"{NAMED_CHANNELS}_phase" in variables:
+            _by_impulse_in_phases(variables[f"{NAMED_CHANNELS}_phase"][1][:, :, k], run, means)
     if np.isnan(recorded).all():
         return {}
-    said = {**said, "long_name": "mean of the records, where impulses have another"}
-    return {f"{kind}{RECORDED_SUFFIX}": (dims[:-1], recorded, said)}
+    figure_attributes = {
+        **figure_attributes,
+        "long_name": "mean of the records, where impulses have another",
+    }
+    return {f"{kind}{RECORDED_SUFFIX}": (dims[:-1], recorded, figure_attributes)}
 
 
 def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarray) -> None:
     """Write means by impulses into the ``figures`` (contact_group, phase, statistic) of a
     channel."""
-    for own, phases in zip(figures, _phases(run, slice(None)), strict=True):
-        for each, phase in zip(own, Phase, strict=True):
-            if np.isfinite(each[STATISTIC_NAMES.index("mean")]):
-                each[STATISTIC_NAMES.index("mean")] = np.nanmean(means[phases == phase])
+    for series_figures, phases in zip(figures, _phases(run, slice(None)), strict=True):
+        for phase_figures, phase in zip(series_figures, Phase, strict=True):
+            if np.isfinite(phase_figures[STATISTIC_NAMES.index("mean")]):
+                phase_figures[STATISTIC_NAMES.index("mean")] = np.nanmean(means[phases == phase])
 
 
 def _channel_extremes(
@@ -343,21 +353,21 @@ def _has_phases(run: xr.Dataset, late: slice) -> bool:
     if "contact_group" not in run.dims:
         return False
     phases = _phases(run, late)
-    shares = np.array([(phases == one).mean(axis=1) for one in Phase])
+    shares = np.array([(phases == phase).mean(axis=1) for phase in Phase])
     return bool(np.any((shares > MIN_PHASE_FRACTION).sum(axis=0) > 1))
 
 
-def _leave_out_laws(found: Variables) -> None:
+def _leave_out_laws(variables: Variables) -> None:
     """Extremes are not fitted where a channel is not stationary. In an operation this holds for all
     channels of bodies and contacts if one of them changes, because single phases may be long
     without a contact."""
-    names = [name for name in (*CHANNELS, NAMED_CHANNELS) if name != "wave" and name in found]
-    each = {name: found[f"{name}_basis"][1] for name in names}
-    if not any(np.isin(basis, CHANGES).any() for basis in each.values()):
+    names = [name for name in (*CHANNELS, NAMED_CHANNELS) if name != "wave" and name in variables]
+    bases = {name: variables[f"{name}_basis"][1] for name in names}
+    if not any(np.isin(basis, CHANGES).any() for basis in bases.values()):
         return
-    for name, basis in each.items():
+    for name, basis in bases.items():
         by_law = np.isin(basis, LAWS)
-        found[f"{name}_extreme"][1][by_law] = np.nan
+        variables[f"{name}_extreme"][1][by_law] = np.nan
         basis[by_law] = ExtremeModel.OPERATION
 
 
@@ -384,5 +394,8 @@ def _flags() -> dict[str, Any]:
 
 
 def _attributes(what: str, unit: str) -> dict[str, str]:
-    own = {"comment": "each in the unit of its channel"}
-    return {"long_name": what, **(own if unit == UNIT_OF_CHANNEL else units_of(unit))}
+    channel_attributes = {"comment": "each in the unit of its channel"}
+    return {
+        "long_name": what,
+        **(channel_attributes if unit == UNIT_OF_CHANNEL else units_of(unit)),
+    }

@@ -38,8 +38,8 @@ class LimitCurve:
 
     def limit_at(self, period: np.ndarray) -> np.ndarray:
         """Limits [m] at any periods [s]; NaN outside the range."""
-        known = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
-        return _over_periods(self.period, self.height, known, np.asarray(period))[0]
+        is_limited = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
+        return _over_periods(self.period, self.height, is_limited, np.asarray(period))[0]
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,12 @@ class LimitSurface:
         nodes = np.append(self.heading, first + turn)
         before = np.clip(np.searchsorted(nodes, on + ROUNDING_RAD, "right") - 1, 0, nodes.size - 2)
         after = (before + 1) % self.heading.size
-        known = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
-        each = [
+        is_limited = np.zeros(self.height.shape, bool) if self.is_open is None else self.is_open
+        limits = [
             _over_periods(self.period, *row, np.asarray(period))
-            for row in zip(self.height, known, strict=True)
+            for row in zip(self.height, is_limited, strict=True)
         ]
-        rows, are_open = (np.array(part) for part in zip(*each, strict=True))
+        rows, are_open = (np.array(part) for part in zip(*limits, strict=True))
         states = np.arange(on.size)
         low, high = rows[before, states], rows[after, states]
         gap = nodes[before + 1] - nodes[before]
@@ -86,10 +86,10 @@ def _over_periods(
     before = np.clip(np.searchsorted(nodes, period, "right") - 1, 0, nodes.size - 2)
     part = (period - nodes[before]) / (nodes[before + 1] - nodes[before])
     ends = is_open[before], is_open[before + 1]
-    found = _interpolate_limits(height[before], height[before + 1], *ends, part)
+    limits = _interpolate_limits(height[before], height[before + 1], *ends, part)
     outside = (period < nodes[0]) | (period > nodes[-1])
     open_there = np.where(part == 0.0, ends[0], np.where(part == 1.0, ends[1], ends[0] & ends[1]))
-    return np.where(outside, np.nan, found), open_there & ~outside
+    return np.where(outside, np.nan, limits), open_there & ~outside
 
 
 def _interpolate_limits(
@@ -97,9 +97,9 @@ def _interpolate_limits(
 ) -> np.ndarray:
     """Linear between two limits; of one that is open and one that is not, the one that is not."""
     line = (1.0 - part) * low + part * high
-    known = np.where(low_open, high, low)
+    lower_limit = np.where(low_open, high, low)
     one_open = (low_open != high_open) & (part > 0.0) & (part < 1.0)
-    return np.where(one_open & ~np.isnan(low + high), known, line)
+    return np.where(one_open & ~np.isnan(low + high), lower_limit, line)
 
 
 @dataclass(frozen=True)
@@ -175,9 +175,9 @@ class Hindcast:
         spans = np.clip(np.stack([seconds[:-1], seconds[1:]], axis=1), first, last)
         of = edges[:-1].astype(int) % 12 + 1
         for month in range(1, 13):
-            found = spans[(of == month) & (spans[:, 1] > spans[:, 0])]
-            if found.size:
-                yield month, found
+            month_spans = spans[(of == month) & (spans[:, 1] > spans[:, 0])]
+            if month_spans.size:
+                yield month, month_spans
 
 
 class WaitingTimes(NamedTuple):
@@ -197,8 +197,8 @@ def windows(hindcast: Hindcast, held: np.ndarray, length: float) -> np.ndarray:
     says which states are workable."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(int)))
     first, after = edges.reshape(-1, 2).T
-    found = np.stack([hindcast.time[first], hindcast.ends[after - 1]], axis=1)
-    return found[found[:, 1] - found[:, 0] >= length]
+    open_spans = np.stack([hindcast.time[first], hindcast.ends[after - 1]], axis=1)
+    return open_spans[open_spans[:, 1] - open_spans[:, 0] >= length]
 
 
 def waiting(
@@ -263,16 +263,16 @@ FULL_TURN = 2.0 * np.pi
 SAME_HEADING_RAD = 1e-6  # rad
 
 
-def without_images(found: xr.Dataset) -> xr.Dataset:
+def without_images(limits: xr.Dataset) -> xr.Dataset:
     """The limits without those to the other side."""
-    images = np.atleast_1d(found.attrs.get(MIRRORED_ATTRIBUTE, []))
-    own = [k for k, at in enumerate(found.heading.values) if not np.any(images == at)]
-    return found.isel(heading=own)
+    images = np.atleast_1d(limits.attrs.get(MIRRORED_ATTRIBUTE, []))
+    kept_rows = [k for k, at in enumerate(limits.heading.values) if not np.any(images == at)]
+    return limits.isel(heading=kept_rows)
 
 
-def image_of(heading: float, found: xr.Dataset) -> float | None:
+def image_of(heading: float, limits: xr.Dataset) -> float | None:
     """The heading [rad] to the other side whose limits are those of this one."""
-    for at in np.atleast_1d(found.attrs.get(MIRRORED_ATTRIBUTE, [])):
+    for at in np.atleast_1d(limits.attrs.get(MIRRORED_ATTRIBUTE, [])):
         if _heading_difference(float(at), -heading) < SAME_HEADING_RAD:
             return float(at)
     return None
@@ -281,15 +281,15 @@ def image_of(heading: float, found: xr.Dataset) -> float | None:
 def images_of(headings: np.ndarray) -> list[tuple[float, float]]:
     """Headings, and those to their other sides that are not among them, within one turn."""
     first = float(headings[0])
-    found = []
+    images = []
     for heading in headings.tolist():
         if all(
             _heading_difference(-heading, other) > SAME_HEADING_RAD for other in headings.tolist()
         ):
-            found.append((heading, first + (-heading - first) % FULL_TURN))
-    return found
+            images.append((heading, first + (-heading - first) % FULL_TURN))
+    return images
 
 
-def _heading_difference(one: float, other: float) -> float:
+def _heading_difference(first: float, second: float) -> float:
     """How far two directions are apart [rad]."""
-    return abs((one - other + np.pi) % FULL_TURN - np.pi)
+    return abs((first - second + np.pi) % FULL_TURN - np.pi)

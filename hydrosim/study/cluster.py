@@ -29,7 +29,7 @@ from hydrosim.errors import InputError
 from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.run.checkpoint import program_identity
 from hydrosim.study.executors import Digest, RunOutcome, outcome_of
-from hydrosim.study.shared import PackedTask, RunTask, pack, unpack
+from hydrosim.study.shared import PackedTask, RunTask, pack_task, unpack_task
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
@@ -144,7 +144,7 @@ class Cluster:
             self._calm = work.calm
             self._made = None
             self._digest = digest
-        self._waiting.append((future, pack(work)))
+        self._waiting.append((future, pack_task(work)))
         if len(self._waiting) >= self.size:
             self.flush()
         return future
@@ -164,7 +164,7 @@ class Cluster:
         return self._made
 
     def _send(self, batch: Sequence[Run], made: Any, digest: Any, alone: bool = False) -> None:
-        packed = [each for _, each in batch]
+        packed = [task for _, task in batch]
         with self._lock:
             task = self._client.submit(
                 run_batch, program_identity(), made, packed, digest, pure=False
@@ -220,7 +220,7 @@ class Cluster:
     def _give_up(self) -> None:
         """End all that is waited for with a message; what comes later is not looked at."""
         with self._lock:
-            waiting = [future for each in self._tasks.values() for future in each]
+            waiting = [future for futures in self._tasks.values() for future in futures]
             waiting += [future for future, _ in self._take_unsent()]
             tasks = list(self._tasks)
             self._tasks = {}
@@ -267,7 +267,7 @@ def run_batch(
             f"--scheduler: found a worker with {program_identity()}; expected {expected}, as"
             " here. Install the same version there, and start the worker again."
         )
-    return [outcome_of(unpack(packed, calm), digest, Event()) for packed in works]
+    return [outcome_of(unpack_task(packed, calm), digest, Event()) for packed in works]
 
 
 def _program() -> str:

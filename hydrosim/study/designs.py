@@ -53,16 +53,21 @@ def value_at_key(data: BaseModel, key: str) -> CaseValue:
             about = (field.annotation, *field.metadata) if field else ()
             node = getattr(node, part, None)
         elif isinstance(node, Mapping):
-            node, about = node.get(part), tuple(a for each in about for a in get_args(each))
+            node, about = (
+                node.get(part),
+                tuple(a for annotation in about for a in get_args(annotation)),
+            )
         elif isinstance(node, Sequence) and part.isdigit() and int(part) < len(node):
             node, about = node[int(part)], _item_annotations(about, int(part))
         else:
             return CaseValue(None)
-    quantities = [quantity for each in about for quantity in _quantities(each)]
+    quantities = [quantity for annotation in about for quantity in _quantities(annotation)]
     units = {quantity.unit for quantity in quantities}
     if len(units) != 1:
         return CaseValue(node)
-    return CaseValue(node, units.pop(), any(isinstance(each, Cyclic) for each in quantities))
+    return CaseValue(
+        node, units.pop(), any(isinstance(quantity, Cyclic) for quantity in quantities)
+    )
 
 
 def label_values(values: Sequence[Any]) -> list[Any]:
@@ -75,9 +80,9 @@ def label_values(values: Sequence[Any]) -> list[Any]:
 def _item_annotations(about: tuple[Any, ...], index: int) -> tuple[Any, ...]:
     """Annotations of an item of a tuple; of any where they are not told apart."""
     annotations: list[Any] = []
-    for each in about:
-        arguments = get_args(each)
-        fixed = getattr(each, "__origin__", None) is tuple and Ellipsis not in arguments
+    for annotation in about:
+        arguments = get_args(annotation)
+        fixed = getattr(annotation, "__origin__", None) is tuple and Ellipsis not in arguments
         annotations += [arguments[index]] if fixed and index < len(arguments) else arguments
     return tuple(annotations)
 
@@ -85,8 +90,8 @@ def _item_annotations(about: tuple[Any, ...], index: int) -> tuple[Any, ...]:
 def _quantities(annotation: Any) -> Iterator[Quantity]:
     if isinstance(annotation, Quantity):
         yield annotation
-    for each in get_args(annotation):
-        yield from _quantities(each)
+    for argument in get_args(annotation):
+        yield from _quantities(argument)
 
 
 Ends = Callable[[str, Range], tuple[float, float]]
@@ -129,8 +134,8 @@ def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[DesignRow]:
     """The combinations of a plan, in order."""
     match plan.design:
         case "grid":
-            for each in product(*(_values(n, p) for n, p in plan.parameters.items())):
-                yield _merge_rows(each)
+            for grid_row in product(*(_values(n, p) for n, p in plan.parameters.items())):
+                yield _merge_rows(grid_row)
         case "one_at_a_time":
             yield DesignRow({}, {})
             for name, parameter in plan.parameters.items():
@@ -154,8 +159,10 @@ def _merge_rows(parts: Any) -> DesignRow:
 def _values(name: str, parameter: Parameter) -> list[DesignRow]:
     keys = keys_of(name, parameter)
     names = (parameter.called or ()) if isinstance(parameter, LinkedKeys) else ()
-    each = [dict(zip(keys, values, strict=True)) for values in zip(*keys.values(), strict=True)]
-    return [DesignRow(e, {name: names[k]} if names else {}) for k, e in enumerate(each)]
+    rows_of_keys = [
+        dict(zip(keys, values, strict=True)) for values in zip(*keys.values(), strict=True)
+    ]
+    return [DesignRow(e, {name: names[k]} if names else {}) for k, e in enumerate(rows_of_keys)]
 
 
 class _Ranges:

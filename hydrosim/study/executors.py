@@ -32,7 +32,7 @@ from hydrosim.simulation import run_compiled
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
 from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_units
-from hydrosim.study.shared import RunTask, pack, unpack
+from hydrosim.study.shared import RunTask, pack_task, unpack_task
 
 if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
@@ -78,8 +78,12 @@ def reduce_run(
     unknown = [name for name in variables if name not in run]
     variables = [name for name in variables if name in run] if lenient else variables
     if unknown and not lenient:
-        known = ", ".join(str(name) for name, each in run.items() if "time" in each.dims)
-        raise InputError(f"variables: found {', '.join(unknown)}; expected some of: {known}.")
+        series_names = ", ".join(
+            str(name) for name, variable in run.items() if "time" in variable.dims
+        )
+        raise InputError(
+            f"variables: found {', '.join(unknown)}; expected some of: {series_names}."
+        )
     statistics, coords, attributes = columns(
         run, start, None, _chosen_channels(run, channels, lenient)
     )
@@ -91,7 +95,7 @@ def reduce_run(
     }
     if "fender" in run.dims:
         variables_of_run |= {
-            "first_contact": _first_contact(run),
+            "first_contact": _first_contact_times(run),
             "contact_sequence": _contact_sequence(run),
         }
     variables_of_run |= {
@@ -102,7 +106,7 @@ def reduce_run(
     results = RunResults(run)
     why = results.explanation if "impulse" in run else xr.Dataset()
     for figure in figures:
-        if any(figure.name in each for each in (variables_of_run, coords, run, why)):
+        if any(figure.name in names for names in (variables_of_run, coords, run, why)):
             raise InputError(
                 f"figures: found the name {figure.name}, which is that of a variable"
                 " of the runs; expected another one."
@@ -128,10 +132,10 @@ def _chosen_channels(run: xr.Dataset, patterns: Sequence[str], lenient: bool) ->
     """The channels of a run that patterns fit."""
     if not patterns:
         return []
-    known = channel_names(run)
+    channels = channel_names(run)
     if lenient:
-        patterns = [pattern for pattern in patterns if fnmatch.filter(known, pattern)]
-    return match_channels(known, patterns, "output.channels")
+        patterns = [pattern for pattern in patterns if fnmatch.filter(channels, pattern)]
+    return match_channels(channels, patterns, "output.channels")
 
 
 def pad_to_layout(
@@ -163,7 +167,7 @@ def _contact_sequence(run: xr.Dataset) -> xr.Variable:
     return xr.Variable((), np.int64(crc32(np.ascontiguousarray(order).tobytes())), attributes)
 
 
-def _first_contact(run: xr.Dataset) -> xr.Variable:
+def _first_contact_times(run: xr.Dataset) -> xr.Variable:
     """When each group of contacts touches first, NaN if it does not."""
     phase = run.contact_phase.transpose("contact_group", "time").values
     first = [run.time.values[np.argmax(of > 0)] if of.any() else np.nan for of in phase]
@@ -209,7 +213,7 @@ def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutc
     """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
     it is its own failure, but for what is asked of all runs."""
 
-    def watch(*_: float) -> None:
+    def interrupt_if_stopped(*_: float) -> None:
         if stop.is_set():
             raise KeyboardInterrupt
 
@@ -220,7 +224,7 @@ def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutc
     try:
         with source_context(work.scene.places):
             compiled = add_waves(work.calm, work.scene, work.sea)
-        run = run_compiled(compiled, watch, estimates=work.estimates, repeats=False)
+        run = run_compiled(compiled, interrupt_if_stopped, estimates=work.estimates, repeats=False)
     except KeyboardInterrupt:
         return RunOutcome("interrupted")
     except Exception as error:
@@ -230,12 +234,12 @@ def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutc
         return RunOutcome(status)
     common = {name: value for name, value in run.attrs.items() if name not in PER_RUN_ATTRIBUTES}
     try:
-        found = digest(run)
+        digested = digest(run)
     except InputError:
         raise
     except Exception as error:
         return RunOutcome("failed", _error_message(error))
-    return RunOutcome(status, "", str(run.attrs.get("warnings", "")), found, common)
+    return RunOutcome(status, "", str(run.attrs.get("warnings", "")), digested, common)
 
 
 def _error_message(error: Exception) -> str:
@@ -369,7 +373,7 @@ class _Process:
     def make(self, work: RunTask, digest: Digest) -> RunOutcome:
         """One run. Raises EOFError or OSError if the process died."""
         changed = None if work.calm is self._calm else work.calm
-        self._pipe.send((changed, pack(work), digest))
+        self._pipe.send((changed, pack_task(work), digest))
         self._calm = work.calm
         answer = self._pipe.recv()
         if isinstance(answer, InputError):
@@ -402,7 +406,7 @@ def _serve(pipe: Connection, stop: Connection) -> None:
         calm = calm if changed is None else changed
         answer: RunOutcome | InputError
         try:
-            answer = outcome_of(unpack(packed, calm), digest, _Stop(stop))
+            answer = outcome_of(unpack_task(packed, calm), digest, _Stop(stop))
         except InputError as error:
             answer = error
         try:

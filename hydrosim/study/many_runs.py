@@ -138,7 +138,9 @@ def simulate_many(
     scenes = [prepare_scene(case) for case in cases]
     _check(scenes, labels or {}, start)
     along = {**_seeds(scenes), **(labels or {})}
-    known = {name: _variable(values) for name, values in along.items()} | _sources(scenes)
+    variables_of_runs = {name: _variable(values) for name, values in along.items()} | _sources(
+        scenes
+    )
     digest: Digest = partial(
         reduce_run,
         variables=list(variables),
@@ -164,7 +166,9 @@ def simulate_many(
 
     def file_at(path: Path) -> RunsWriter:
         coordinates = [*along, *attributes_of_file.get(BY_RUN, "").split()]
-        return RunsWriter(path, len(scenes), known, coordinates, mark, attributes_of_file)
+        return RunsWriter(
+            path, len(scenes), variables_of_runs, coordinates, mark, attributes_of_file
+        )
 
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
@@ -176,7 +180,7 @@ def simulate_many(
     if result is None:
         with TemporaryDirectory() as folder:
             return _by_seed(xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4"))
-    values = {name: known[name].values for name in along}
+    values = {name: variables_of_runs[name].values for name in along}
     request = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
     request |= {"channels": tuple(channels)} if channels else {}
     set_identity = identity(scenes, shared.open_sources, values, request)
@@ -220,14 +224,14 @@ def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -
                 " expected none, because runs are made in other processes. Run such cases one by"
                 " one with hydrosim.simulate."
             )
-        for what, one, other in (
+        for what, of_first, of_run in (
             ("duration", first.duration, scene.duration),
             ("output_step", first.output_step, scene.output_step),
         ):
-            if one != other:
+            if of_first != of_run:
                 raise InputError(
-                    f"simulate_many: found {what} {one} in run 0 and {other} in run {run}; expected"
-                    " the same in all."
+                    f"simulate_many: found {what} {of_first} in run 0 and {of_run} in run {run};"
+                    " expected the same in all."
                 )
     if first.initial is None and not start + MIN_OUTPUT_TIMES * first.output_step <= first.duration:
         raise InputError(
@@ -258,15 +262,15 @@ def _seeds(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     """Seeds of the runs as coordinates; none if the runs have different numbers of wave trains.
     ``seed`` is that of the first train. Where trains and gusts have other seeds, these follow as
     ``seed_2`` and so on."""
-    each = [scene.environment.seeds for scene in scenes]
-    if not each[0] or len({len(seeds) for seeds in each}) > 1:
+    seeds = [scene.environment.seeds for scene in scenes]
+    if not seeds[0] or len({len(seeds) for seeds in seeds}) > 1:
         return {}
-    first, *others = np.array(each).T
-    found = {"seed": _seed(first, "seed of the waves")}
+    first, *others = np.array(seeds).T
+    variables = {"seed": _seed(first, "seed of the waves")}
     if any((other != first).any() for other in others):
         for k, other in enumerate(others, 2):
-            found[f"seed_{k}"] = _seed(other, f"seed of wave train {k}, or of the gusts")
-    return found
+            variables[f"seed_{k}"] = _seed(other, f"seed of wave train {k}, or of the gusts")
+    return variables
 
 
 def _seed(values: np.ndarray, what: str) -> xr.Variable:
@@ -409,15 +413,15 @@ class _RunSet(NamedTuple):
             if self.journal is None or run in self.journal or not future.done():
                 continue
             if not future.exception() and (outcome := future.result()).found is not None:
-                kept = StoredRun(outcome.found, outcome.attributes, outcome.warnings)
+                stored = StoredRun(outcome.found, outcome.attributes, outcome.warnings)
                 with delay_interrupts():
-                    self.journal.add(run, kept)
+                    self.journal.add(run, stored)
 
     def write(self, run: int, outcome: RunOutcome) -> None:
         """Put a run into the file, or why there is none."""
-        found = outcome.found
+        dataset = outcome.found
         file = self.file
-        if found is not None and (name := file.differs(found)):
+        if dataset is not None and (name := file.differs(dataset)):
             outcome = RunOutcome("failed", f"its {name} is not that of the runs before it")
         if outcome.found is not None:
             file.add(run, outcome.found, outcome.attributes, outcome.warnings)
@@ -513,8 +517,8 @@ def run_until(
             part = replace(with_seeds(study, len(seeds), new), first=runs.sizes[RUN])
             all_seeds = [*all_seeds, *new]
         write_run(runs, output)
-        for each in rounds:
-            each.close()
+        for batch in rounds:
+            batch.close()
         _clear(folder)
     unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
     return _width_text(width, unit, count, wanted)

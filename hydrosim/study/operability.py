@@ -343,7 +343,7 @@ def load_limits(path: Path) -> Limits:
     with locating_in(path):
         units = check_figures(path, [scene], figures)
         check_units(path, data.bounds(), units)
-    limits = tuple(each.limit.value for each in data.criteria.values())
+    limits = tuple(criterion.limit.value for criterion in data.criteria.values())
     criteria = zip(data.criteria.values(), figures, strict=True)
     least = tuple(criterion.is_lower_limit(figure) for criterion, figure in criteria)
     named = [data.operability.scatter, data.operability.hindcast]
@@ -424,15 +424,15 @@ class _LimitTable:
 
     def add_spectral(self, at: tuple[int, ...], sea: Sea, about: Spectral) -> None:
         study = self.study
-        each = [
+        spectral_limits = [
             about.limit(sea, figure, limit, study.wanted.probability)
             for figure, limit in zip(study.figures, study.limits, strict=True)
         ]
         for s, criteria in enumerate(self.stages.values()):
-            least = min(criteria, key=lambda k: each[k])
-            for name, value in self._limit_among_heights(each[least]).items():
+            least = min(criteria, key=lambda k: spectral_limits[k])
+            for name, value in self._limit_among_heights(spectral_limits[least]).items():
                 self.values[name][(s, *at)] = value
-            reached = each[least] <= self.heights[-1]
+            reached = spectral_limits[least] <= self.heights[-1]
             self.values["governing"][(s, *at)] = study.figures[least].name if reached else ""
 
     def _limit_among_heights(self, limit: float) -> dict[str, float]:
@@ -534,8 +534,8 @@ class _LimitTable:
 
 def _criteria(study: Limits) -> Iterator[str]:
     units = units_of(study.scene.source)
-    each = zip(study.figures, study.limits, study.least, strict=True)
-    for figure, limit, least in each:
+    criteria = zip(study.figures, study.limits, study.least, strict=True)
+    for figure, limit, least in criteria:
         side = "at least" if least else "at most"
         asked = text_of(Value(limit, study.units.get(figure.name, "")), units)
         yield f"{figure.name}: {figure} {side} {asked}"

@@ -42,25 +42,27 @@ def _compared_fields(part: Any) -> list[Field[Any]]:
     return [field for field in fields(part) if field.compare]
 
 
-def scenes_equal(one: object, other: object) -> bool:
+def scenes_equal(first: object, second: object) -> bool:
     """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
     entry, numbers and texts; anything else only if it is the same object."""
-    if one is other:
+    if first is second:
         return True
-    if type(one) is not type(other):
+    if type(first) is not type(second):
         return False
-    if isinstance(one, np.ndarray):
-        return np.array_equal(one, np.asarray(other))
-    if isinstance(one, Mapping) and isinstance(other, Mapping):
-        return list(one) == list(other) and all(scenes_equal(one[key], other[key]) for key in one)
-    if isinstance(one, tuple | list) and isinstance(other, tuple | list):
-        return len(one) == len(other) and all(map(scenes_equal, one, other))
-    if is_dataclass(one):
-        return all(
-            scenes_equal(getattr(one, f.name), getattr(other, f.name))
-            for f in _compared_fields(one)
+    if isinstance(first, np.ndarray):
+        return np.array_equal(first, np.asarray(second))
+    if isinstance(first, Mapping) and isinstance(second, Mapping):
+        return list(first) == list(second) and all(
+            scenes_equal(first[key], second[key]) for key in first
         )
-    return isinstance(one, PLAIN_TYPES) and one == other
+    if isinstance(first, tuple | list) and isinstance(second, tuple | list):
+        return len(first) == len(second) and all(map(scenes_equal, first, second))
+    if is_dataclass(first):
+        return all(
+            scenes_equal(getattr(first, f.name), getattr(second, f.name))
+            for f in _compared_fields(first)
+        )
+    return isinstance(first, PLAIN_TYPES) and first == second
 
 
 TRIAL_STEPS = 8  # of output, for a trial
@@ -133,8 +135,8 @@ def merge_layouts(scenes: Sequence[Scene], keep: Keep, simulate: Simulate) -> Ru
     if len(kinds) < 2 and not apart:
         return None
     trials = [(_try_scene(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
-    kept = [(trial, count) for trial, count in trials if trial is not None]
-    return _merge_kinds(kept, apart, _named_dims(layouts)) if kept else None
+    counted_trials = [(trial, count) for trial, count in trials if trial is not None]
+    return _merge_kinds(counted_trials, apart, _named_dims(layouts)) if counted_trials else None
 
 
 def one_scene_of_each_kind(scenes: Sequence[Scene]) -> list[Scene]:
@@ -214,9 +216,9 @@ def _differing_numbers(layouts: Sequence[xr.Dataset]) -> set[str]:
     return differing
 
 
-def _values_equal(one: object, other: object) -> bool:
+def _values_equal(first: object, second: object) -> bool:
     """Whether two values are equal, or both not a number."""
-    return one == other or (one != one and other != other)
+    return first == second or (first != first and second != second)
 
 
 def _named_dims(layouts: Sequence[xr.Dataset]) -> set[str]:
@@ -235,10 +237,10 @@ def _try_scene(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | Non
 
 
 def _merge_kinds(
-    kept: Sequence[tuple[xr.Dataset, int]], apart: set[str], named: set[str]
+    runs: Sequence[tuple[xr.Dataset, int]], apart: set[str], named: set[str]
 ) -> RunLayout | None:
-    """The form that holds what is ``kept`` of each kind of scene, of which there are so many."""
-    datasets = [trial for trial, _ in kept]
+    """The form that holds the ``runs`` (first run of a kind of scene, number of them)."""
+    datasets = [trial for trial, _ in runs]
     labels = _all_labels(datasets)
     per_run: dict[str, xr.Variable] = {}
     beside = {dim: xr.Variable(dim, of, _attributes(datasets, dim)) for dim, of in labels.items()}
@@ -265,7 +267,7 @@ def _merge_kinds(
     if not (labels or per_run or lacking):
         return None
     names = tuple(dim for dim in labels if dim in named)
-    remarks = (*_name_remarks(kept, labels, names, lacking), *_value_remarks(per_run, left_out))
+    remarks = (*_name_remarks(runs, labels, names, lacking), *_value_remarks(per_run, left_out))
     ordered = {name: variables[name] for name in order}
     channel_lists = [
         trial.channel.values.tolist() for trial in datasets if "channel" in trial.coords
@@ -274,35 +276,37 @@ def _merge_kinds(
     return RunLayout(labels, beside, per_run, tuple(left_out), ordered, names, remarks, channels)
 
 
-def _all_labels(each: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
+def _all_labels(datasets: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
     """All labels of each dimension that not all have the same of."""
     all_labels = {}
-    for dim in dict.fromkeys(str(d) for trial in each for d in trial.dims):
-        label_lists = [trial[dim].values.tolist() if dim in trial.dims else [] for trial in each]
+    for dim in dict.fromkeys(str(d) for trial in datasets for d in trial.dims):
+        label_lists = [
+            trial[dim].values.tolist() if dim in trial.dims else [] for trial in datasets
+        ]
         if any(other != label_lists[0] for other in label_lists):
-            labels = dict.fromkeys(label for own in label_lists for label in own)
+            labels = dict.fromkeys(label for labels in label_lists for label in labels)
             all_labels[dim] = np.array(list(labels))
     return all_labels
 
 
-def _attributes(each: Sequence[xr.Dataset], name: str) -> Mapping[str, object]:
+def _attributes(datasets: Sequence[xr.Dataset], name: str) -> Mapping[str, object]:
     """The attributes of a coordinate, of the first that has it."""
-    return next((trial[name].attrs for trial in each if name in trial.coords), {})
+    return next((trial[name].attrs for trial in datasets if name in trial.coords), {})
 
 
 def _merge_coordinate(
-    name: str, each: Sequence[xr.Dataset], labels: Mapping[str, np.ndarray]
+    name: str, datasets: Sequence[xr.Dataset], labels: Mapping[str, np.ndarray]
 ) -> tuple[xr.Variable, bool]:
     """A coordinate over all labels, and whether all that have it agree."""
     values: dict[tuple[object, ...], object] = {}
     agree = True
-    first = each[0][name]
-    for trial in each:
+    first = datasets[0][name]
+    for trial in datasets:
         label_lists = [trial[dim].values.tolist() for dim in first.dims]
         for at, value in np.ndenumerate(trial[name].values):
             place = tuple(labels_of[k] for labels_of, k in zip(label_lists, at, strict=True))
             agree = agree and _values_equal(values.setdefault(place, value), value)
-    all_labels = [labels.get(str(dim), each[0][dim].values).tolist() for dim in first.dims]
+    all_labels = [labels.get(str(dim), datasets[0][dim].values).tolist() for dim in first.dims]
     kind = object if first.dtype.kind in "OU" else first.dtype
     merged = np.full([len(of) for of in all_labels], _fill_value(first.dtype), kind)
     for at in np.ndindex(merged.shape):
@@ -350,16 +354,16 @@ def _fill_value(kind: np.dtype) -> object:
 
 
 def _name_remarks(
-    kept: Sequence[tuple[xr.Dataset, int]],
+    trials: Sequence[tuple[xr.Dataset, int]],
     labels: Mapping[str, np.ndarray],
     named: Sequence[str],
     lacking: Sequence[str],
 ) -> Iterator[str]:
     """Which names and variables not all runs have."""
-    runs = sum(count for _, count in kept)
+    runs = sum(count for _, count in trials)
     for dim in named:
         having: Counter[object] = Counter()
-        for trial, count in kept:
+        for trial, count in trials:
             names = trial[dim].values.tolist() if dim in trial.dims else []
             having.update(dict.fromkeys(names, count))
         names_by_count: dict[int, list[str]] = {}
@@ -370,10 +374,10 @@ def _name_remarks(
             f"{_shorten_names(names)} in {n} of {runs} runs" for n, names in names_by_count.items()
         )
         yield f"{dim}: {'; '.join(texts)} ({dim}{IN_RUN} says which run has which)"
-    dims = {name: of.dims for trial, _ in kept for name, of in trial.data_vars.items()}
+    dims = {name: of.dims for trial, _ in trials for name, of in trial.data_vars.items()}
     alone = [name for name in lacking if not {*dims[name]} & {*labels}]
     for name in alone:
-        n = sum(count for trial, count in kept if name in trial)
+        n = sum(count for trial, count in trials if name in trial)
         yield f"{name}: in {n} of {runs} runs"
 
 

@@ -85,28 +85,28 @@ MOTION_CHANNELS = ("position", "velocity", "acceleration")
 
 
 def add_mirrored_limits(
-    found: xr.Dataset,
+    limits: xr.Dataset,
     scene: Scene,
     figures: Sequence[RequestedStatistic],
     swells: Sequence[Swell | None],
 ) -> xr.Dataset:
-    """The limits ``found`` with those to the other side, if these are the same; attributes say
+    """The ``limits`` with those to the other side, if these are the same; attributes say
     which they are, or why there are none."""
-    headings = found.heading.values
+    headings = limits.heading.values
     images = images_of(headings)
     if not images:
-        return found
+        return limits
     reasons = [*_criteria_asymmetries(figures, swells, scene), *_scene_asymmetries(scene, headings)]
     if reasons:
         text = f"Limits are not mirrored to the other side: {'; '.join(reasons)}."
-        return found.assign_attrs({MIRROR_REASON: text})
-    mirrored = found.sel(heading=[heading for heading, _ in images])
+        return limits.assign_attrs({MIRROR_REASON: text})
+    mirrored = limits.sel(heading=[heading for heading, _ in images])
     mirrored = mirrored.assign_coords(
-        heading=("heading", [at for _, at in images], found.heading.attrs)
+        heading=("heading", [at for _, at in images], limits.heading.attrs)
     )
     for name in ("runs", "inferred", "otherwise"):
         mirrored[name] = xr.zeros_like(mirrored[name])
-    both = xr.concat([found, mirrored], "heading", combine_attrs="override").sortby("heading")
+    both = xr.concat([limits, mirrored], "heading", combine_attrs="override").sortby("heading")
     text = (
         "Scene and criteria are symmetric about the x axis. Limits to the other side are the same,"
         " without runs of their own."

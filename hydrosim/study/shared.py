@@ -16,7 +16,7 @@ import numpy as np
 from hydrosim.compile.compile import compile_calm, without_symmetric_motions
 from hydrosim.compile.databases import Source, database_groups, open_database
 from hydrosim.compile.families import all_groups
-from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, said_of_outside
+from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.compile.restart import memory_before, opened_start
 from hydrosim.compile.symmetry import wave_asymmetries
 from hydrosim.compile.validate_scene import check_scene
@@ -64,12 +64,12 @@ class PackedTask(NamedTuple):
     estimates: bool
 
 
-def pack(work: RunTask) -> PackedTask:
+def pack_task(work: RunTask) -> PackedTask:
     """The work without its sea and its compiled model."""
     return PackedTask(replace(work.scene, bodies=(), initial=None), work.estimates)
 
 
-def unpack(packed: PackedTask, calm: Compiled) -> RunTask:
+def unpack_task(packed: PackedTask, calm: Compiled) -> RunTask:
     """A work that was packed. Its sea is drawn again from its seeds."""
     scene = replace(packed.scene, bodies=calm.scene.bodies, initial=calm.scene.initial)
     return RunTask(scene, sea(scene.environment), calm, packed.estimates)
@@ -226,7 +226,9 @@ def _outside_ranges(scene: Scene, shared: SceneCache) -> list[tuple[str, float]]
         range_loss = shares_outside(all_headings(group.database), seas)
         for body in group.bodies:
             if body.wave_forces.first_order and range_loss.share > MIN_REPORTED_SHARE:
-                texts.append((said_of_outside(range_loss, body, group.database), range_loss.share))
+                texts.append(
+                    (outside_range_text(range_loss, body, group.database), range_loss.share)
+                )
     return texts
 
 

@@ -48,7 +48,7 @@ class Spectral:
         probability, infinite where waves do not move it; 0 if it never does."""
         (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
         name, body, dof = figure.channel.split(".")
-        names = [each.name for each in self.scene.bodies]
+        names = [body.name for body in self.scene.bodies]
         order = DERIVATIVE_ORDERS[name]
         at = 6 * names.index(body) + DOFS.index(dof)
         energy = 0.5 * np.abs(self.about.motions(waves)[:, at] * waves.omega**order) ** 2
@@ -79,7 +79,7 @@ def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -
     if any(body.wave_forces.second_order != SecondOrder.NONE for body in scene.bodies):
         return "second-order loads are not Gaussian"
     calm = compile_for_linear(scene, Radiation.MODEL)
-    reasons = calm.facts.nonlinear
+    reasons = calm.derived.nonlinear
     return reasons[0] if reasons else Spectral(calm)
 
 
@@ -101,6 +101,6 @@ def _deviation(rooms: list[float], motion: Excursions, probability: float) -> fl
     room = min(rooms)
 
     def excess(part: float) -> float:
-        return motion.log_inside([each / (part * room) for each in rooms]) - log(probability)
+        return motion.log_inside([room_ / (part * room) for room_ in rooms]) - log(probability)
 
     return room * float(scipy.optimize.brentq(excess, *LEVEL_RANGE, xtol=1e-12))

@@ -147,9 +147,9 @@ class Operability(of.SchemaModel):
     @model_validator(mode="after")
     def _check_periods(self) -> Self:
         turned = [degrees(heading) for heading in self.headings]
-        for name, each in (("peak_periods", self.peak_periods), ("headings", turned)):
-            if list(each) != sorted(set(each)):
-                found_text = f"{name} {', '.join(f'{v:g}' for v in each)}"
+        for name, values in (("peak_periods", self.peak_periods), ("headings", turned)):
+            if list(values) != sorted(set(values)):
+                found_text = f"{name} {', '.join(f'{v:g}' for v in values)}"
                 raise problem(f"{found_text}{' deg' * (name == 'headings')}", "values that rise")
         if self.hindcast is not None and self.operation is None:
             raise problem("a hindcast and no operation", "operation: {planned: 24 hour}")
@@ -333,13 +333,13 @@ STAGE_NAMES = Literal[
     "open",
     "separated",
 ]
-for names, known in (
+for names, keys in (
     (STATISTIC_NAMES, STATISTICS),
     (RESULT_NAMES, RESULT_KEYS),
     (PART_NAMES, FRICTION_PARTS),
     (STAGE_NAMES, ALL_STAGE_NAMES),
 ):
-    assert set(names.__args__) == set(known)  # type: ignore[attr-defined]
+    assert set(names.__args__) == set(keys)  # type: ignore[attr-defined]
 
 
 class OfChannel(of.SchemaModel):
@@ -383,14 +383,14 @@ class OfStages(of.SchemaModel):
 
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
-        known = RESULT_KEYS[self.result]
+        keys = RESULT_KEYS[self.result]
         given = {
             *self.keys_with_value("group", "stage", "until", "body", "direction", "force", "part")
         }
         given |= {*self.keys_with_value("mode")}
-        if unknown := given - known:
+        if unknown := given - keys:
             found_text = f"{', '.join(sorted(unknown))} of the result {self.result}"
-            raise problem(found_text, f"only: {', '.join(sorted(known))}")
+            raise problem(found_text, f"only: {', '.join(sorted(keys))}")
         if lacking := REQUIRED_KEYS.get(self.result, set()) - given:
             raise problem(f"the result {self.result} without {', '.join(lacking)}", "both")
         if self.stage is not None and self.stage not in (names := self._stages()):
@@ -535,11 +535,12 @@ class StudyFile(DesignPlan):
 
     def bounds(self) -> dict[str, tuple[str, Scale]]:
         """What figures are compared with: by key of the file, the figure's name and the bound."""
-        found = {
-            f"criteria.{name}.limit": (name, each.limit) for name, each in self.criteria.items()
+        limits = {
+            f"criteria.{name}.limit": (name, criterion.limit)
+            for name, criterion in self.criteria.items()
         }
         until = self.until
-        return found | ({} if until is None else {"until.wide": (until.figure, until.wide)})
+        return limits | ({} if until is None else {"until.wide": (until.figure, until.wide)})
 
     def plans(self) -> dict[str, DesignPlan]:
         """All plans by name; that of a file with one has none."""

@@ -133,7 +133,11 @@ def with_criteria_of(case: Case, data: StudyFile) -> StudyFile:
     where the study does not use these itself."""
     names = {*data.figures, *data.criteria, *RESERVED_NAMES}
     of_case = case.data.criteria
-    taken = {name: as_study_criterion(each) for name, each in of_case.items() if name not in names}
+    taken = {
+        name: as_study_criterion(criterion)
+        for name, criterion in of_case.items()
+        if name not in names
+    }
     return data.model_copy(update={"criteria": {**taken, **data.criteria}}) if taken else data
 
 
@@ -149,7 +153,7 @@ def requested_figures(
 ) -> tuple[ScalarResult | StageResult | MotionCauseResult, ...]:
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
-    return tuple(each.figure(name, data.output.start) for name, each in asked.items())
+    return tuple(criterion.figure(name, data.output.start) for name, criterion in asked.items())
 
 
 def fixed_settings(data: StudyFile) -> dict[str, Any]:
@@ -178,7 +182,9 @@ def describe_study(data: StudyFile) -> dict[str, Any]:
         }
         for name, plan in data.plans().items()
     }
-    criteria = {name: _criterion_record(name, each) for name, each in data.criteria.items()}
+    criteria = {
+        name: _criterion_record(name, criterion) for name, criterion in data.criteria.items()
+    }
     return {"plans": plans, "figures": [*data.figures, *data.criteria], "criteria": criteria}
 
 
@@ -220,8 +226,8 @@ def _problems(data: StudyFile) -> Iterator[Problem]:
         yield Problem(("criteria", name), "found the name of a figure; expected another name")
     linked = {
         name: where
-        for plan, each in data.plans().items()
-        for name, parameter in each.parameters.items()
+        for plan, plan_data in data.plans().items()
+        for name, parameter in plan_data.parameters.items()
         if isinstance(parameter, LinkedKeys)
         for where in [(*(("studies", plan) if plan else ()), "parameters", name)]
     }
@@ -273,15 +279,19 @@ class _Builder:
     def rows(self, name: str, plan: DesignPlan) -> list[_Combination]:
         """The combinations of a plan. One at a time, the case itself is there once, also where it
         is among the values of parameters."""
-        found: list[_Combination] = []
-        for row in designs.design_rows(plan, self._ends):
+        combinations: list[_Combination] = []
+        for row in designs.design_rows(plan, self._range_ends):
             case = self._case(row.settings)
-            if plan.design == "one_at_a_time" and row.varied and _is_same(found[0].case, case, row):
-                found[0].row.called.update(row.called)
+            if (
+                plan.design == "one_at_a_time"
+                and row.varied
+                and _is_same(combinations[0].case, case, row)
+            ):
+                combinations[0].row.called.update(row.called)
                 continue
             self.inputs |= dict.fromkeys(case.inputs())
-            found.append(_Combination(name, row, case, prepare_scene(case)))
-        return found
+            combinations.append(_Combination(name, row, case, prepare_scene(case)))
+        return combinations
 
     def _case(self, settings: Mapping[str, Any]) -> Case:
         try:
@@ -289,15 +299,15 @@ class _Builder:
         except InputError as error:
             raise InputError(str(error).replace(SETTING, f"{self.path}: ")) from None
 
-    def _ends(self, key: str, spread: Range) -> tuple[float, float]:
+    def _range_ends(self, key: str, spread: Range) -> tuple[float, float]:
         """The ends of a range in SI, each as the case reads it."""
-        found = []
+        bounds = []
         for value in (spread.low, spread.high):
             number = value_at_key(self._case({key: value}).data, key).number
             if number is None:
                 raise InputError(f"{self.path}: {key}: found {value}; expected a number")
-            found.append(number)
-        low, high = found
+            bounds.append(number)
+        low, high = bounds
         if not low < high or (spread.scale == "logarithmic" and low <= 0.0):
             raise InputError(
                 f"{self.path}: {key}: found from {low:g} to {high:g}; expected a range that rises"
@@ -323,15 +333,15 @@ def _labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]
         labels[VARIED_LABEL] = _label([row.row.varied for row in rows], attributes)
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
-            each = {key: _values_of_key(key, rows) for key in designs.keys_of(name, parameter)}
+            variables = {key: _values_of_key(key, rows) for key in designs.keys_of(name, parameter)}
             if isinstance(parameter, LinkedKeys):
                 values, attributes = _values_of_linked(
-                    name, parameter, rows, next(iter(each.values()))
+                    name, parameter, rows, next(iter(variables.values()))
                 )
                 labels[name] = _label(
-                    values, {"long_name": f"linked: {', '.join(each)}", **attributes}
+                    values, {"long_name": f"linked: {', '.join(variables)}", **attributes}
                 )
-            for key, (values, attributes) in each.items():
+            for key, (values, attributes) in variables.items():
                 coordinate = key.replace(".", "_")
                 key_there = labels.get(coordinate, _label([])).attrs.get(KEY, key)
                 is_taken = coordinate in RESERVED_NAMES or key_there != key

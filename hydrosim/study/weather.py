@@ -184,14 +184,14 @@ def _read_netcdf(source: Source) -> Hindcast:
     if (states["hs"] is None or states["tp"] is None) and "efth" in data:
         states = _states_from_spectra(source, data["efth"])
     for what in ("hs", "tp"):
-        if (each := states[what]) is None or each.dims != ("time",):
+        if (state := states[what]) is None or state.dims != ("time",):
             source.wrong(
                 f"found {', '.join(map(str, data.variables))}; expected {REQUIRED_VARIABLES}, or"
                 " efth, of one place"
             )
     height, period, coming = (
-        None if each is None else _convert_values(source, each, what)
-        for what, each in states.items()
+        None if state is None else _convert_values(source, state, what)
+        for what, state in states.items()
     )
     assert height is not None
     assert period is not None
@@ -204,7 +204,7 @@ def _times(source: Source, time: xr.DataArray) -> tuple[np.ndarray, np.datetime6
     if values.dtype.kind == "M":
         return (values - values[0]) / np.timedelta64(1, "s"), values[0].astype("M8[ms]")
     if values.dtype.kind == "O":
-        return np.array([(each - values[0]).total_seconds() for each in values]), None
+        return np.array([(time - values[0]).total_seconds() for time in values]), None
     return _convert_values(source, time, "time"), None
 
 
@@ -274,7 +274,7 @@ class Weather:
     bearing: float | None
     operation: Operation | None
 
-    def alpha(self) -> AlphaFactors | None:
+    def alpha_factors(self) -> AlphaFactors | None:
         """The table of alpha factors, if there is one."""
         table = self.operation.alpha if self.operation is not None else None
         if table is None:
@@ -294,43 +294,43 @@ def read_weather(folder: Path, wanted: Operability) -> Weather:
             " bearing that waves come from; expected one, or no bearing."
         )
     weather = Weather(scatter or None, hindcast or None, wanted.bearing, wanted.operation)
-    if (alpha := weather.alpha()) is not None and wanted.operation is not None:
+    if (alpha := weather.alpha_factors()) is not None and wanted.operation is not None:
         alpha.factor(wanted.operation.planned, alpha.heights)
     return weather
 
 
-def assess_weather(found: xr.Dataset, weather: Weather) -> xr.Dataset:
-    """The limits ``found`` with what they are worth in the weather: ``scatter_workable`` and
+def assess_weather(limits: xr.Dataset, weather: Weather) -> xr.Dataset:
+    """The ``limits`` with what they are worth in the weather: ``scatter_workable`` and
     ``scatter_outside``; ``alpha`` [1] of each limit; of the hindcast, over the ``season``, the
     year and each month, the shares ``workable``, ``startable`` and ``never``, and ``waiting`` [s]
     by ``quantile``. The least limit of all swells counts, stages together; of all headings, too,
     unless a bearing turns the directions of the hindcast into headings."""
-    limit = found.limit.sel(stage="all").min("swell").transpose("heading", "peak_period")
-    is_open = limit >= _lowest_open_height(found)
+    limit = limits.limit.sel(stage="all").min("swell").transpose("heading", "peak_period")
+    is_open = limit >= _lowest_open_height(limits)
     new: dict[str, xr.DataArray] = {}
     if weather.scatter is not None:
         least = limit.min("heading").values
-        curve = LimitCurve(found.peak_period.values, least, is_open.all("heading").values)
+        curve = LimitCurve(limits.peak_period.values, least, is_open.all("heading").values)
         workable, outside = workability(weather.scatter, curve)
         new["scatter_workable"] = _share(workable, "share of the seas that is workable")
         new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
-    operation, alpha = weather.operation, weather.alpha()
+    operation, alpha = weather.operation, weather.alpha_factors()
     bare = limit
     if operation is not None and alpha is not None:
         factors = alpha.factor(operation.planned, limit.values)
         new["alpha"] = limit.copy(data=factors).assign_attrs(long_name=alpha.source, units="1")
         limit = limit * factors
     if operation is not None and weather.hindcast is not None:
-        held, known = (_limits_over_time(of, is_open, weather) for of in (limit, bare))
-        new |= _hindcast_variables(weather.hindcast, held, known, window_length(operation))
-    return found.assign(new).assign_attrs(_assumption_attributes(weather))
+        held, bare_limits = (_limits_over_time(of, is_open, weather) for of in (limit, bare))
+        new |= _hindcast_variables(weather.hindcast, held, bare_limits, window_length(operation))
+    return limits.assign(new).assign_attrs(_assumption_attributes(weather))
 
 
-def _lowest_open_height(found: xr.Dataset) -> float:
+def _lowest_open_height(limits: xr.Dataset) -> float:
     """The height [m] from which a limit is open: the largest that was tried, or near it where runs
     tried heights apart."""
-    near = 0.5 * found.attrs.get("apart", 0.0) if found.attrs.get("runs") else 0.0
-    return float(found.attrs.get("highest", np.inf)) - near
+    near = 0.5 * limits.attrs.get("apart", 0.0) if limits.attrs.get("runs") else 0.0
+    return float(limits.attrs.get("highest", np.inf)) - near
 
 
 def _assumption_attributes(weather: Weather) -> dict[str, str | float]:
@@ -341,7 +341,7 @@ def _assumption_attributes(weather: Weather) -> dict[str, str | float]:
             "planned": weather.operation.planned,
             "window": window_length(weather.operation),
         }
-    if (alpha := weather.alpha()) is not None:
+    if (alpha := weather.alpha_factors()) is not None:
         attributes["alpha_table"] = alpha.source
         attributes["alpha_lowest"] = float(alpha.heights[0])
     if weather.bearing is not None:
@@ -403,11 +403,11 @@ def _hindcast_variables(
     }
     values = {
         "hindcast_" + ("never" if name == "none" else name): xr.DataArray(
-            [getattr(one, name) for one in waits], season, attrs=_attributes(text, "1")
+            [getattr(wait, name) for wait in waits], season, attrs=_attributes(text, "1")
         )
         for name, text in descriptions.items()
     }
-    times = [[one.median, one.p90] for one in waits]
+    times = [[wait.median, wait.p90] for wait in waits]
     coordinates = {**season, "quantile": list(WAITING_QUANTILES)}
     attributes = _attributes("time until a window begins; infinite beyond the record", "s")
     values["waiting"] = xr.DataArray(times, coordinates, attrs={**attributes, "window": length})

@@ -71,9 +71,9 @@ class Tanks(NamedTuple):
 
 def no_tanks() -> Tanks:
     """Constants of a scene without such tanks."""
-    each, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE_DTYPE, REST))
+    tanks, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE_DTYPE, REST))
     flows, rates = (np.zeros(0, dtype=kind) for kind in (FLOW, PUMP_RATE_DTYPE))
-    return Tanks(each, pieces, rests, flows, rates, 0, 0, 0.0, np.zeros((0, 2)))
+    return Tanks(tanks, pieces, rests, flows, rates, 0, 0, 0.0, np.zeros((0, 2)))
 
 
 def changing_tanks(body: Body) -> list[Tank]:
@@ -187,8 +187,8 @@ def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
 
 def quantities(p: Tanks, volume: np.ndarray, which: int) -> np.ndarray:
     """Values of one quantity of `pieces` (nt, tanks) of all tanks at volumes (nt, tanks)."""
-    each = [quantity(p, k, volume[:, k], which) for k in range(p.each.size)]
-    return np.stack(each, axis=1)
+    values_by_tank = [quantity(p, k, volume[:, k], which) for k in range(p.each.size)]
+    return np.stack(values_by_tank, axis=1)
 
 
 def mass_and_centre(
@@ -212,9 +212,9 @@ def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
     """True if the contents and the flows are mirror symmetric about y = 0."""
     volume = y[p.state : p.state + p.each.size]
     image = p.each["image"]
-    own = modes[p.mode : p.mode + p.flows.size]
+    flow_modes = modes[p.mode : p.mode + p.flows.size]
     held = np.abs(volume - volume[image]) <= EQUAL_VOLUME_RTOL * p.each["capacity"]
-    same = own[:, MODE] == own[p.flows["image"], MODE]
+    same = flow_modes[:, MODE] == flow_modes[p.flows["image"], MODE]
     return bool(held.all() and same.all())
 
 

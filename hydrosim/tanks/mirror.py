@@ -130,5 +130,5 @@ def _mirror_pump(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
 
 
 def _same_pump(image: Pump, pumps: Sequence[Pump]) -> int | None:
-    each = enumerate(replace(pump, name=image.name) for pump in pumps)
-    return next((k for k, other in each if other == image), None)
+    images = enumerate(replace(pump, name=image.name) for pump in pumps)
+    return next((k for k, other in images if other == image), None)

@@ -54,12 +54,16 @@ def share_of_step(step, y, modes, p):
         flow = p.flows[i]
         moved = step * abs(rate_of(i, modes, p))
         if moved > 0.0:
-            least = min(least, _share(flow.source, moved, y, p), _share(flow.target, moved, y, p))
+            least = min(
+                least,
+                _share_by_tank(flow.source, moved, y, p),
+                _share_by_tank(flow.target, moved, y, p),
+            )
     return max(least, MIN_STEP_FRACTION)
 
 
 @kernel
-def _share(k, moved, y, p):
+def _share_by_tank(k, moved, y, p):
     """The fraction for tank ``k``, with the mass ``moved`` in a step. It is 1 while `MANY` steps
     remain."""
     if k == SEA_INDEX or p.each[k].liquid < 0:
@@ -74,7 +78,7 @@ def _share(k, moved, y, p):
 
 
 @root
-def margins(t, y, modes, p, out):
+def find_margins(t, y, modes, p, out):
     """Margins of all flows into ``out``: time to the end of the piece, remaining content of the
     source, remaining room of the target, and distance to a level."""
     for i in range(p.flows.size):
@@ -105,7 +109,7 @@ def _running(t, y, mode, flow, p, m, out):
 
 
 @root
-def switch(i, which, t, modes, p):
+def switch_flow(i, which, t, modes, p):
     """Switch flow ``i`` to its next mode, after margin ``which`` has reached zero."""
     mode = modes[p.mode + i]
     if mode[MODE] == PUMP_WAITING:
@@ -119,7 +123,7 @@ def switch(i, which, t, modes, p):
 
 
 @kernel
-def turn(i, stage, y, modes, p):
+def follow_trigger(i, stage, y, modes, p):
     """Set flow ``i`` to the state of its trigger: before, during or after its time, which are
     `PUMP_WAITING`, `PUMP_RUNNING` and `PUMP_ENDED`. It is also over if there is nothing to pump."""
     flow, mode = p.flows[i], modes[p.mode + i]
@@ -129,7 +133,7 @@ def turn(i, stage, y, modes, p):
 
 
 @root
-def settle(t, modes, p):
+def set_initial_modes(t, modes, p):
     """Modes of all flows for a start. Flows with a level wait; all others run, on the piece that
     ends at or after ``t``. Triggers are applied last."""
     for i in range(p.flows.size):

@@ -80,10 +80,10 @@ def _mesh_pieces(shape: TankMesh, *origin: float) -> np.ndarray:
     gain[:, FLUID_LEVEL], gain[:, SURFACE_MOMENT:] = step, last.surface - first.surface
     start = np.cumsum(gain, axis=0) - gain
     start[:, SURFACE_MOMENT:] = first.surface
-    found = np.zeros(step.size, dtype=PIECE_DTYPE)
-    found["start"] = np.cumsum(volume) - volume
-    found["c"] = hermite(start, gain, *_slopes(first, last, gain / volume[:, None]), volume)
-    return found
+    pieces = np.zeros(step.size, dtype=PIECE_DTYPE)
+    pieces["start"] = np.cumsum(volume) - volume
+    pieces["c"] = hermite(start, gain, *_slopes(first, last, gain / volume[:, None]), volume)
+    return pieces
 
 
 def _check_room(area: np.ndarray, level: np.ndarray, source: str) -> None:
@@ -106,8 +106,8 @@ def _heights(corners: np.ndarray) -> np.ndarray:
     point = np.array(area) < 1e-3 * max(area)
     even = np.linspace(0.0, 1.0, parts + 1)
     steps = [_share(even, below, above) for below, above in point.reshape(-1, 2)]
-    each = [a + (b - a) * x[:-1] for a, b, x in zip(z, z[1:], steps, strict=False)]
-    return np.append(np.concatenate(each), z[-1])
+    heights = [a + (b - a) * x[:-1] for a, b, x in zip(z, z[1:], steps, strict=False)]
+    return np.append(np.concatenate(heights), z[-1])
 
 
 def _heights_beside(z: np.ndarray) -> np.ndarray:
@@ -170,12 +170,12 @@ def _end(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _E
 
 def _slopes(first: _End, last: _End, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slopes over V at both ends; slopes of a quadratic where the section vanishes."""
-    each = []
+    slopes = []
     for end, other in ((first, last), (last, first)):
         slope = np.where(end.solid[:, None], end.slope, 2.0 * mean - other.slope)
         slope[:, FLUID_LEVEL] = np.minimum(slope[:, FLUID_LEVEL], STEEPEST * mean[:, FLUID_LEVEL])
-        each.append(slope)
-    return each[0], each[1]
+        slopes.append(slope)
+    return slopes[0], slopes[1]
 
 
 def capacity_of_mesh(shape: TankMesh) -> float:
@@ -201,10 +201,10 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
     volume = np.asarray(shape.volume, float)
     first = CubicSpline(volume, volume[:, None] * (np.asarray(shape.centroid) - origin))
     level, surface = level_of_table(shape), _monotone(volume, np.asarray(shape.surface, float))
-    starts = np.concatenate([_subdivide(a, b) for a, b in pairwise(volume)])
+    starts = np.concatenate([_subdivide_row(a, b) for a, b in pairwise(volume)])
     ends = np.append(starts[1:], volume[-1])
-    found = np.zeros(starts.size, dtype=PIECE_DTYPE)
-    found["start"] = starts
+    pieces = np.zeros(starts.size, dtype=PIECE_DTYPE)
+    pieces["start"] = starts
     for k in range(4):
         order = float(max(1, k * (k - 1)))  # k!, up to 3
         for i, curve in (
@@ -212,7 +212,7 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
             (FLUID_LEVEL, level),
             (slice(SURFACE_MOMENT, TANK_QUANTITIES), surface),
         ):
-            found["c"][:, i, k] = curve(starts, k) / order
+            pieces["c"][:, i, k] = curve(starts, k) / order
 
     def rate(v: np.ndarray) -> np.ndarray:
         r, J = first(v, 1), surface(v) * level(v, 1)[:, None]
@@ -226,13 +226,13 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
     )
     grown = half[:, None] * grown
     held = np.vstack([np.zeros(6), np.cumsum(grown, axis=0)[:-1]])
-    found["c"][:, SECOND_MOMENT:FLUID_LEVEL] = hermite(
+    pieces["c"][:, SECOND_MOMENT:FLUID_LEVEL] = hermite(
         held, grown, rate(starts), rate(ends), 2.0 * half
     )
-    return found
+    return pieces
 
 
-def _subdivide(a: float, b: float) -> np.ndarray:
+def _subdivide_row(a: float, b: float) -> np.ndarray:
     return np.linspace(a, b, PIECES_PER_ROW, endpoint=False)
 
 
@@ -276,11 +276,13 @@ def heel_and_trim(shape: TankShape, volume: np.ndarray) -> np.ndarray:
     """The heel and the trim (n, 2) [rad] at which the level surface reaches bottom or top. They are
     computed for a box whose area and second moments equal those of the surface at volumes (n,)
     [m^3]."""
-    own = _pieces(shape, np.zeros(3))
-    level = values_at(own, volume, FLUID_LEVEL)
+    tank_pieces = _pieces(shape, np.zeros(3))
+    level = values_at(tank_pieces, volume, FLUID_LEVEL)
     room = np.maximum(np.minimum(level, height(shape) - level), 0.0)
-    spread = np.stack([values_at(own, volume, SURFACE_MOMENT + i) for i in (2, 0)], axis=1)
-    half = np.sqrt(3.0 * np.maximum(spread * slopes_at(own, volume, FLUID_LEVEL)[:, None], 0.0))
+    spread = np.stack([values_at(tank_pieces, volume, SURFACE_MOMENT + i) for i in (2, 0)], axis=1)
+    half = np.sqrt(
+        3.0 * np.maximum(spread * slopes_at(tank_pieces, volume, FLUID_LEVEL)[:, None], 0.0)
+    )
     return np.arctan2(room[:, None], half)
 
 
@@ -302,9 +304,9 @@ def volume_at(shape: TankShape, level: float) -> float:
             curve = level_of_table(shape)
             return _root(lambda v: float(curve(v)) - level, capacity(shape))
         case TankMesh():
-            own = pieces_of_mesh(shape, np.zeros(3))
+            tank_pieces = pieces_of_mesh(shape, np.zeros(3))
             return _root(
-                lambda v: float(quantities_at(own, v)[FLUID_LEVEL]) - level, capacity(shape)
+                lambda v: float(quantities_at(tank_pieces, v)[FLUID_LEVEL]) - level, capacity(shape)
             )
     return capacity(shape) * level / (shape.high[2] - shape.low[2])
 

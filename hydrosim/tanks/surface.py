@@ -84,9 +84,12 @@ def with_ends(table: np.ndarray, full: float) -> np.ndarray:
     low, high = SHALLOW * full, (1.0 - SHALLOW) * full
     starts = np.union1d(table["start"], [low, high])
     of = np.searchsorted(table["start"], starts, side="right") - 1
-    found = np.zeros(starts.size, dtype=PIECE_DTYPE)
-    found["start"], found["c"] = starts, _shift_cubics(table["c"][of], starts - table["start"][of])
-    inner = [found["c"][np.searchsorted(starts, v), SURFACE_MOMENT:, :2].T for v in (low, high)]
+    pieces = np.zeros(starts.size, dtype=PIECE_DTYPE)
+    pieces["start"], pieces["c"] = (
+        starts,
+        _shift_cubics(table["c"][of], starts - table["start"][of]),
+    )
+    inner = [pieces["c"][np.searchsorted(starts, v), SURFACE_MOMENT:, :2].T for v in (low, high)]
     nothing = np.zeros((1, TANK_QUANTITIES - SURFACE_MOMENT))
     for begin, first, last in ((0.0, nothing, inner[0]), (high, inner[1], nothing)):
         ends = (
@@ -95,17 +98,19 @@ def with_ends(table: np.ndarray, full: float) -> np.ndarray:
         )
         (value, slope), (then, slope_then) = ends
         curve = hermite(value, then - value, slope, slope_then, np.array([low]))[0]
-        own = (starts >= begin) & (starts < begin + low)
-        found["c"][own, SURFACE_MOMENT:] = _shift_cubics(curve[None], starts[own] - begin)
-    return found
+        in_piece = (starts >= begin) & (starts < begin + low)
+        pieces["c"][in_piece, SURFACE_MOMENT:] = _shift_cubics(
+            curve[None], starts[in_piece] - begin
+        )
+    return pieces
 
 
 def _shift_cubics(c: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Coefficients (n, m, 4) of the same cubics about a point shifted by x (n,)."""
     a, b, d, e = np.moveaxis(c, -1, 0)
     x = x[:, None]
-    each = (a + x * (b + x * (d + x * e)), b + x * (2 * d + x * 3 * e), d + x * 3 * e)
-    return np.stack([*each, np.broadcast_to(e, each[0].shape)], axis=-1)
+    coefficients = (a + x * (b + x * (d + x * e)), b + x * (2 * d + x * 3 * e), d + x * 3 * e)
+    return np.stack([*coefficients, np.broadcast_to(e, coefficients[0].shape)], axis=-1)
 
 
 @kernel

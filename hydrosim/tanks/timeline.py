@@ -15,7 +15,14 @@ from hydrosim.dofs import DOFS
 from hydrosim.modes import MARGINS, MODE, MODE_COLUMNS, SEGMENT
 from hydrosim.scene import Body, FreeSurface, Tank
 from hydrosim.tanks.contents import EQUAL_VOLUME_RTOL, Tanks, changing_tanks
-from hydrosim.tanks.pumping import PUMP_ENDED, PUMP_RUNNING, SEA_INDEX, margins, settle, switch
+from hydrosim.tanks.pumping import (
+    PUMP_ENDED,
+    PUMP_RUNNING,
+    SEA_INDEX,
+    find_margins,
+    set_initial_modes,
+    switch_flow,
+)
 from hydrosim.tanks.shapes import pieces, volume_at
 from hydrosim.tanks.surface import FIRST_MOMENT, PAIRS, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 
@@ -49,7 +56,7 @@ def integrate_tanks(p: Tanks, end: float) -> Timeline:
     """Integrate the tanks from 0 to ``end`` [s], or to their first problem."""
     p = p._replace(state=0, mode=0)
     modes = np.zeros((p.flows.size, MODE_COLUMNS), dtype=np.int64)
-    settle(0.0, modes, p)
+    set_initial_modes(0.0, modes, p)
     modes[p.flows["triggered"], MODE] = PUMP_ENDED
     t = 0.0
     volume = p.each["first_volume"].astype(float)
@@ -75,14 +82,14 @@ def integrate_tanks(p: Tanks, end: float) -> Timeline:
     return Timeline(np.array(times), np.array(volumes), problem)
 
 
-def _rates(modes: np.ndarray, p: Tanks) -> np.ndarray:
+def _mass_flows(modes: np.ndarray, p: Tanks) -> np.ndarray:
     """Mass per time (nf,) of the flows."""
     return np.where(modes[:, MODE] == PUMP_RUNNING, p.rates["rate"][modes[:, SEGMENT]], 0.0)
 
 
 def _speeds(modes: np.ndarray, p: Tanks) -> np.ndarray:
     """Rates of the volumes (nt,) [m^3/s]."""
-    return (_rates(modes, p) @ _flow_matrix(p)) / p.each["density"]
+    return (_mass_flows(modes, p) @ _flow_matrix(p)) / p.each["density"]
 
 
 def _flow_matrix(p: Tanks) -> np.ndarray:
@@ -100,8 +107,8 @@ def _times_of_changes(
     time."""
     now = np.zeros((p.flows.size, MARGINS))
     later = np.zeros_like(now)
-    margins(t, volume, modes, p, now.reshape(-1))
-    margins(t + 1.0, volume + speed, modes, p, later.reshape(-1))
+    find_margins(t, volume, modes, p, now.reshape(-1))
+    find_margins(t + 1.0, volume + speed, modes, p, later.reshape(-1))
     shrinking = np.where(later < now, now - later, np.nan)
     reached = t + np.nan_to_num(now / shrinking, nan=np.inf)
     return np.where(now <= 0.0, t, reached)
@@ -112,10 +119,10 @@ def _switch_flows(
 ) -> FlowProblem | None:
     """Switch the flows that change now. The first flow that ends as it begins, with ``begun`` (nf,)
     [s], is a problem, unless a trigger fills or empties its tanks."""
-    rates = _rates(modes, p)
+    rates = _mass_flows(modes, p)
     foreseen = triggered_tanks(p)
     for i in np.flatnonzero((changes <= t).any(axis=1)).tolist():
-        switch(i, int(np.argmax(changes[i] <= t)), t, modes, p)
+        switch_flow(i, int(np.argmax(changes[i] <= t)), t, modes, p)
         ends = {int(p.flows["source"][i]), int(p.flows["target"][i])}
         over = modes[i, MODE] == PUMP_ENDED and rates[i] != 0.0
         if over and begun[i] == t and ends.isdisjoint(foreseen):
@@ -138,7 +145,7 @@ def _flow_problem(
     after = volume + speed * (then - t)
     beyond = (after < -EQUAL_VOLUME_RTOL * size) | (after > (1.0 + EQUAL_VOLUME_RTOL) * size)
     beyond[[*triggered_tanks(p)]] = False
-    given = _rates(modes, p)[:, None] * _flow_matrix(p)
+    given = _mass_flows(modes, p)[:, None] * _flow_matrix(p)
     for tank in np.flatnonzero(beyond).tolist():
         dry = after[tank] < 0.0
         room = volume[tank] if dry else size[tank] - volume[tank]

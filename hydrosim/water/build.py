@@ -56,11 +56,11 @@ def wave_loads_model(
     )
     widths = (1, first_dof.size, second_dof.size)
     tables, singles = [], []
-    for waves, one, two in zip(seas, first, second, strict=True):
+    for waves, first_lines, second_lines in zip(seas, first, second, strict=True):
         columns = [
             [SpectralLines(waves.omega, waves.amplitudes_at(0.0, 0.0)[:, None])],
-            [one.restrict_columns(first_dof)],
-            [line.restrict_columns(second_dof) for line in two],
+            [first_lines.restrict_columns(first_dof)],
+            [line.restrict_columns(second_dof) for line in second_lines],
         ]
         if waves.spacing > 0.0:
             tables.append(_table(waves, columns, widths, start, dt, duration))
@@ -96,13 +96,13 @@ def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLi
 def second_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> list[SpectralLines]:
     """Second-order loads of each body on its own DOFs. They are zero for locked DOFs; there are
     none where none are asked for, and where the waves follow the body (`forms`)."""
-    found = []
+    lines = []
     for body in bodies:
         if body.database is not None and not (waves_follow(body) and moves_second_order(body)):
-            for own in _second_order(waves, body, body.database):
-                load = np.where(body.active, body.in_earth_axes(own.amplitude), 0.0)
-                found.append(SpectralLines(own.omega, load, body.offset))
-    return found
+            for body_lines in _second_order(waves, body, body.database):
+                load = np.where(body.active, body.in_earth_axes(body_lines.amplitude), 0.0)
+                lines.append(SpectralLines(body_lines.omega, load, body.offset))
+    return lines
 
 
 def _second_order(
@@ -141,7 +141,9 @@ def _dofs(body: WaveBody) -> slice:
 def _loaded_dofs(lines: Sequence[SpectralLines]) -> np.ndarray:
     """DOFs (m,) on which any of the lines has a load."""
     return np.unique(
-        np.concatenate([np.zeros(0, dtype=int), *(each.loaded_columns for each in lines)])
+        np.concatenate(
+            [np.zeros(0, dtype=int), *(body_lines.loaded_columns for body_lines in lines)]
+        )
     )
 
 

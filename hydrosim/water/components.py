@@ -29,7 +29,14 @@ from hydrosim.scene import (
     WaveTrain,
     WhiteNoise,
 )
-from hydrosim.water.spectra import cut_off, density, energy, energy_above, wavenumber, width
+from hydrosim.water.spectra import (
+    cut_off,
+    density,
+    energy,
+    energy_above,
+    resolution_frequency,
+    wavenumber,
+)
 
 # Random draws for a wave train or for gusts: phases, amplitudes and directions. Each has a stream
 # of its own, so that none changes another.
@@ -175,8 +182,8 @@ def components(train: WaveTrain, environment: Environment, stream: int = 0) -> W
     match train.spectrum:
         case RegularWave(amplitude, period, phase):
             omega = np.array([2.0 * np.pi / period])
-            one = np.array([amplitude]), np.array([phase]), np.array([train.heading])
-            return _airy(train, environment, 0.0, omega, *one)
+            single = np.array([amplitude]), np.array([phase]), np.array([train.heading])
+            return _airy(train, environment, 0.0, omega, *single)
         case GivenComponents() as given:
             spacing, omega = _on_grid(given.omega, 2.0 * np.pi / train.repeat_period)
             lines = given.amplitude, given.phase, given.heading
@@ -255,7 +262,7 @@ def _check_depth(spectrum: Density, environment: Environment) -> None:
 
 
 def _spacing(spectrum: Density, repeat_period: float) -> float:
-    longest = 2.0 * np.pi / width(spectrum)
+    longest = 2.0 * np.pi / resolution_frequency(spectrum)
     shortest = _PEAK_PERIODS * longest
     if repeat_period < shortest * (1.0 - 1e-9):
         raise InputError(
@@ -283,9 +290,9 @@ def _recorded_components(
     lines = np.fft.rfft(record.elevation)[1:] / count
     lines[: (count - 1) // 2] *= 2.0  # all but that of two values a period
     omega = spacing * np.arange(1, lines.size + 1)
-    kept = omega <= record.highest_frequency
-    omega = omega[kept]
-    lines = lines[kept]
+    is_below_limit = omega <= record.highest_frequency
+    omega = omega[is_below_limit]
+    lines = lines[is_below_limit]
     heading = np.full(omega.size, train.heading)
     phase = np.angle(lines) - omega * record.time[0]
     there = _airy(train, environment, spacing, omega, np.abs(lines), phase, heading)

@@ -56,8 +56,8 @@ def is_sheared(table: TabulatedCurrent) -> bool:
 
 def current_at(table: TabulatedCurrent, depth: np.ndarray | float) -> np.ndarray:
     """Velocity (..., 2) [m/s] of the current at ``depth`` (...) [m] below the still water."""
-    each = [np.interp(depth, table.depth, table.velocity[:, i]) for i in range(2)]
-    return np.stack(each, axis=-1)
+    components = [np.interp(depth, table.depth, table.velocity[:, i]) for i in range(2)]
+    return np.stack(components, axis=-1)
 
 
 def mean_current(table: TabulatedCurrent, top: float, bottom: float) -> tuple[float, float]:
@@ -141,8 +141,8 @@ def currents_on(scene: Scene, wet: Collection[str]) -> np.ndarray:
     """Velocity (nb, 2) [m/s] of the current on the bodies that are ``wet``, which move water; 0 for
     others. Raises InputError if it varies and the draught of one of them is unknown."""
     table = current_table(scene.environment)
-    found = np.zeros((len(scene.bodies), 2))
+    currents = np.zeros((len(scene.bodies), 2))
     for b, body in enumerate(scene.bodies):
         if body.name in wet:
-            found[b] = current_on_hull(table, draught_of(body), body.name)
-    return found
+            currents[b] = current_on_hull(table, draught_of(body), body.name)
+    return currents

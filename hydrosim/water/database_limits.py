@@ -78,12 +78,12 @@ def _interpolation_loss(X: np.ndarray) -> np.ndarray:
 def _energies(frequency: np.ndarray, seas: Sequence[WaveComponents]) -> np.ndarray:
     """Energy of the seas near each of the frequencies (nw,)."""
     middle = 0.5 * (frequency[1:] + frequency[:-1])
-    found = np.zeros(frequency.size)
+    energies = np.zeros(frequency.size)
     for waves in seas:
         inside = waves.omega <= frequency[-1]
         near = np.searchsorted(middle, waves.omega[inside])
-        np.add.at(found, near, waves.amplitude[inside] ** 2)
-    return found
+        np.add.at(energies, near, waves.amplitude[inside] ** 2)
+    return energies
 
 
 BAND = 0.3  # part of the band, at its end, in which the decay of the loads is checked

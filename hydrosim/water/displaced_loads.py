@@ -47,7 +47,7 @@ from hydrosim.water.quadratic_loads import (
     body_forms,
     cell_at,
     cells_of,
-    find_filters,
+    fill_load_factors,
     forms_model,
     has_forms,
     join_once,
@@ -147,10 +147,10 @@ def _may_move(scene: Scene, body: Body, dofs: tuple[int, ...]) -> bool:
 def _has_steady_force(scene: Scene, body: Body) -> bool:
     """True if a steady force pushes the body, or has pushed it."""
     joined = joined_with(scene, body.name)
-    each = [other for other in scene.bodies if other.name in joined]
-    loads = any(other.wave_forces.second_order != SecondOrder.NONE for other in each)
+    others = [other for other in scene.bodies if other.name in joined]
+    loads = any(other.wave_forces.second_order != SecondOrder.NONE for other in others)
     driven = any(e.supplies for e in scene.forces.values() if e.body in joined)
-    moving = any(other.velocity[i] for other in each for i in (*HORIZONTAL_DOFS, *YAW))
+    moving = any(other.velocity[i] for other in others for i in (*HORIZONTAL_DOFS, *YAW))
     return loads or driven or moving or scene.environment.current.speed != 0.0
 
 
@@ -282,7 +282,7 @@ def following_model(
         part.bands(body, seas, span, missed)
         for part, body, span in zip(parts, chosen, spans, strict=True)
     ]
-    nodes = [[one.nodes for one in each if one.nodes is not None] for each in bands]
+    nodes = [[band.nodes for band in sets if band.nodes is not None] for sets in bands]
 
     def join_fields(name: str, kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(getattr(part, name) for part in parts)])
@@ -330,22 +330,22 @@ def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunc
     of its database."""
     w, table = transfer_table(database, NODES_PER_HEADING)
     elevation = np.concatenate([waves.amplitudes_at(*body.place()) for waves in seas])
-    each = [
+    columns = [
         np.concatenate([getattr(waves, name) for waves in seas])
         for name in ("omega", "wavenumber", "heading")
     ]
-    each.append(np.concatenate([np.full(waves.omega.size, waves.ramp) for waves in seas]))
+    columns.append(np.concatenate([np.full(waves.omega.size, waves.ramp) for waves in seas]))
     sea = np.repeat(np.arange(len(seas)), [waves.omega.size for waves in seas])
     size = np.abs(elevation)
-    first = (each[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
+    first = (columns[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
     loaded = (size > NEGLIGIBLE_WAVE_RATIO * size.max(initial=0.0)) & (
         first | moves_second_order(body)
     )
-    order = np.lexsort((each[0], _trains(each[2]), sea))
+    order = np.lexsort((columns[0], _trains(columns[2]), sea))
     order = order[loaded[order]]
-    omega, wavenumber, heading, ramp = (values[order] for values in each)
-    known = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
-    forms = body_forms(body, known, elevation[order])
+    omega, wavenumber, heading, ramp = (values[order] for values in columns)
+    waves_in_order = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
+    forms = body_forms(body, waves_in_order, elevation[order])
     elevation = np.where(first, elevation, 0.0)
     energy = np.where(first, size, 0.0)[order] ** 2 if first.any() else size[order] ** 2
     mean = np.sum(energy * omega) / max(np.sum(energy), np.finfo(float).tiny)
@@ -355,7 +355,7 @@ def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunc
         table,
         SLOW_FREQUENCY_FRACTION * float(mean),
         forms,
-        known,
+        waves_in_order,
         w,
     )
 
@@ -435,7 +435,7 @@ def _add_followed_loads(k, t, coordinates, p, sums):
             first[j] += c * load[2 * j, i - start] - s * load[2 * j + 1, i - start]
     turn_to_earth(p.rest[k] + yaw, first)
     if has_forms(k, p.second):
-        find_filters(k, yaw, 0, p, sums.filtered)
+        fill_load_factors(k, yaw, 0, p, sums.filtered)
         add_forms(k, t, 0, 1.0, sums.phase, p.second, sums.filtered, second)
         turn_to_earth(p.rest[k] + yaw, second)
 

@@ -156,9 +156,9 @@ class SpectralLines:
 
     def restrict_columns(self, chosen: np.ndarray) -> SpectralLines:
         """The same for a table of the ``chosen`` columns (m,), rising, alone."""
-        own = (chosen >= self.first) & (chosen < self.columns.stop)
+        is_chosen = (chosen >= self.first) & (chosen < self.columns.stop)
         first = int(np.searchsorted(chosen, self.first))
-        return SpectralLines(self.omega, self.amplitude[:, chosen[own] - self.first], first)
+        return SpectralLines(self.omega, self.amplitude[:, chosen[is_chosen] - self.first], first)
 
     @property
     def highest(self) -> float:
@@ -217,8 +217,8 @@ def row_step(
 
 def _interpolation_error(omega: np.ndarray, amplitude: np.ndarray, step: float) -> float:
     """Interpolation error of a sum of waves over its standard deviation."""
-    each = amplitude * 225.0 / 46080.0 * (omega * step) ** 6
-    return float(np.linalg.norm(each) / max(np.linalg.norm(amplitude), np.finfo(float).tiny))
+    errors = amplitude * 225.0 / 46080.0 * (omega * step) ** 6
+    return float(np.linalg.norm(errors) / max(np.linalg.norm(amplitude), np.finfo(float).tiny))
 
 
 def _stages_apart(stages: int, phase: float) -> int:
@@ -283,14 +283,14 @@ def _steady(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> n
     for row, values in zip(lines, amplitude, strict=True):
         np.add.at(row, waves.index % period, period * values)
     index = np.rint(time / step).astype(np.int64)
-    found = scipy.fft.ifft(lines).real[:, index % period].T
+    steady = scipy.fft.ifft(lines).real[:, index % period].T
     off = np.abs(time - index * step) > _WHOLE * step
-    found[off] = _direct(waves, amplitude, time[off])
-    return found
+    steady[off] = _direct(waves, amplitude, time[off])
+    return steady
 
 
 def _direct(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
-    found = np.empty((time.size, len(amplitude)))
-    for row, t in zip(found, time, strict=True):
+    sums = np.empty((time.size, len(amplitude)))
+    for row, t in zip(sums, time, strict=True):
         row[:] = np.sum(amplitude * np.exp(1j * waves.omega * t), axis=1).real
-    return found
+    return sums

@@ -139,30 +139,32 @@ def body_bands(
     ``missed``.
     """
     placed = body.wave_forces.position == Place.SLOW
-    on_grid = placed or all(one.spacing > 0.0 for one in seas)
+    on_grid = placed or all(sea.spacing > 0.0 for sea in seas)
     if not (on_grid and _has_bands(body) and _are_regular(waves, w)):
         return []
     numbers = np.unique(waves.sea)
-    each = [_Cells(w, waves, np.flatnonzero(waves.sea == number)) for number in numbers]
+    cells_by_sea = [_Cells(w, waves, np.flatnonzero(waves.sea == number)) for number in numbers]
     count = 0
     if placed:
-        count = count_nodes(max(np.max(one.high - one.low) for one in each), span, missed)
+        count = count_nodes(
+            max(np.max(cells.high - cells.low) for cells in cells_by_sea), span, missed
+        )
         if count > MAX_NODES:
             return []
-    found = [
+    sets = [
         _set(body, seas[number].spacing, cells, forms, nodes, count)
-        for number, cells in zip(numbers, each, strict=True)
+        for number, cells in zip(numbers, cells_by_sea, strict=True)
     ]
-    few = WORTH * sum(one.omega.size for one in found) <= waves.omega.size
-    return found if few else []
+    few = WORTH * sum(band_set.omega.size for band_set in sets) <= waves.omega.size
+    return sets if few else []
 
 
 def _has_bands(body: WaveBody) -> bool:
     """True if bands can represent all loads on a body."""
     wanted = body.wave_forces
     slow = Place.INSTANTANEOUS not in (wanted.position, wanted.headings)
-    known = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT)
-    second = wanted.second_order in known and not wanted.sum_frequency
+    without_bands = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT)
+    second = wanted.second_order in without_bands and not wanted.sum_frequency
     return slow and not np.any(body.centre[:2]) and (second or not moves_second_order(body))
 
 
@@ -324,22 +326,24 @@ def _envelopes(
 
 def bands_model(bodies: Sequence[Sequence[Set]]) -> Bands:
     """The bands of all bodies as arrays."""
-    sets = [one for each in bodies for one in each]
+    sets = [band_set for body_sets in bodies for band_set in body_sets]
 
     def of_sets(name: str, kind: type = float) -> np.ndarray:
-        return np.array([getattr(one, name) for one in sets], dtype=kind)
+        return np.array([getattr(band_set, name) for band_set in sets], dtype=kind)
 
     def join_fields(name: str, kind: type = float) -> np.ndarray:
-        return np.concatenate([np.zeros(0, kind), *(getattr(one, name).ravel() for one in sets)])
+        return np.concatenate(
+            [np.zeros(0, kind), *(getattr(band_set, name).ravel() for band_set in sets)]
+        )
 
     return Bands(
         sets=np.cumsum([0, *map(len, bodies)]),
-        span=np.cumsum([0, *(one.omega.size for one in sets)]),
+        span=np.cumsum([0, *(band_set.omega.size for band_set in sets)]),
         ramp=of_sets("ramp"),
         pairing=of_sets("pairing", np.int64),
         step=of_sets("step"),
-        times=np.array([len(one.values) for one in sets], dtype=np.int64),
-        table=np.cumsum([0, *(one.values.size for one in sets)])[: len(sets)],
+        times=np.array([len(band_set.values) for band_set in sets], dtype=np.int64),
+        table=np.cumsum([0, *(band_set.values.size for band_set in sets)])[: len(sets)],
         values=join_fields("values"),
         omega=join_fields("omega"),
         kx=join_fields("kx"),
@@ -484,15 +488,15 @@ def _weigh_columns(node, weight, j, first, columns, out):
     ring = columns.shape[0]
     clear(out)
     for m in range(0, weight.size, 2):
-        one = columns[(node + m) % ring, j, first : first + out.size]
+        column = columns[(node + m) % ring, j, first : first + out.size]
         other = columns[(node + m + 1) % ring, j, first : first + out.size]
-        _add_two(weight[m], one, weight[m + 1], other, out)
+        _add_two(weight[m], column, weight[m + 1], other, out)
 
 
 @summing
-def _add_two(one, near, other, far, out):
+def _add_two(first, near, second, far, out):
     for i in range(out.size):
-        out[i] += one * near[i] + other * far[i]
+        out[i] += first * near[i] + second * far[i]
 
 
 @root
@@ -579,12 +583,12 @@ def _find_values(x, before, times, table, low, high, values, work):
     for m in range(0, STENCIL_POINTS, 2):
         a = table + 2 * size * ((before + m) % times)
         b = table + 2 * size * ((before + m + 1) % times)
-        one = lagrange(x, m, STENCIL_POINTS)
+        weights = lagrange(x, m, STENCIL_POINTS)
         other = lagrange(x, m + 1, STENCIL_POINTS)
-        _add_two(one, values[a : a + size], other, values[b : b + size], re)
+        _add_two(weights, values[a : a + size], other, values[b : b + size], re)
         a += size
         b += size
-        _add_two(one, values[a : a + size], other, values[b : b + size], im)
+        _add_two(weights, values[a : a + size], other, values[b : b + size], im)
     rotate_phase(work.phase[0, low:high], work.phase[1, low:high], re, im)
 
 
@@ -610,14 +614,14 @@ def _add_drift(grown, part, low, high, drift, paired, row):
     for j in range(6):
         d0 = drift[j, low:high]
         d1 = drift[6 + j, low:high]
-        one = 0.0
+        first_sum = 0.0
         other = 0.0
         for i in range(y.size):
-            one += d0[i] * y[i]
+            first_sum += d0[i] * y[i]
         if part != 0.0:
             for i in range(y.size):
                 other += d1[i] * y[i]
-        row[j] += grown * ((1.0 - part) * one + part * other)
+        row[j] += grown * ((1.0 - part) * first_sum + part * other)
 
 
 @summing
@@ -627,13 +631,13 @@ def add_waves(ramp, part, first, last, ends, waves, row):
     for j in range(6):
         re0, im0 = ends[2 * j, first:last], ends[2 * j + 1, first:last]
         re1, im1 = ends[12 + 2 * j, first:last], ends[13 + 2 * j, first:last]
-        one, other = 0.0, 0.0
+        first_wave, second_wave = 0.0, 0.0
         for i in range(c.size):
-            one += c[i] * re0[i] - s[i] * im0[i]
+            first_wave += c[i] * re0[i] - s[i] * im0[i]
         if part != 0.0:
             for i in range(c.size):
-                other += c[i] * re1[i] - s[i] * im1[i]
-        row[j] += ramp * ((1.0 - part) * one + part * other)
+                second_wave += c[i] * re1[i] - s[i] * im1[i]
+        row[j] += ramp * ((1.0 - part) * first_wave + part * second_wave)
 
 
 @summing

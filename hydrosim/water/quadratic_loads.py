@@ -178,17 +178,21 @@ def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms
 
 def _of_drift(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterator[QuadraticForm]:
     """The forms of mean drift, for the waves with indices ``begin`` <= i < ``end``."""
-    one = Filter(ONE, begin, end, ramp)
+    unit_filter = Filter(ONE, begin, end, ramp)
     nothing = np.zeros((1, 6))
     match wanted:
         case SecondOrder.MEAN_DRIFT:
-            yield QuadraticForm(MEAN, [one], np.zeros((0, 6, 1, 1)))
+            yield QuadraticForm(MEAN, [unit_filter], np.zeros((0, 6, 1, 1)))
         case SecondOrder.NEWMAN | SecondOrder.QTF:
-            each = [Filter(DRIFT, begin, end, ramp, dof) for dof in DOFS]
-            yield QuadraticForm(DIFFERENCE, [one, *each], newman(nothing).core[None])
+            filters_by_dof = [Filter(DRIFT, begin, end, ramp, dof) for dof in DOFS]
+            yield QuadraticForm(
+                DIFFERENCE, [unit_filter, *filters_by_dof], newman(nothing).core[None]
+            )
         case SecondOrder.NEWMAN_SQUARE_ROOT:
-            each = [Filter(kind, begin, end, ramp, dof) for kind in (PLUS, MINUS) for dof in DOFS]
-            yield QuadraticForm(DIFFERENCE, each, newman_square_root(nothing).core[None])
+            filters_by_dof = [
+                Filter(kind, begin, end, ramp, dof) for kind in (PLUS, MINUS) for dof in DOFS
+            ]
+            yield QuadraticForm(DIFFERENCE, filters_by_dof, newman_square_root(nothing).core[None])
 
 
 def _quadratic(
@@ -196,19 +200,19 @@ def _quadratic(
 ) -> Iterator[QuadraticForm]:
     """The forms of a quadratic transfer function, for the waves ``at`` (n,) of one sea."""
     pairing = DIFFERENCE if name == "qtf_difference" else SUM
-    for found in turned_qtf(database, waves.omega[at], waves.heading[at], name):
+    for qtf in turned_qtf(database, waves.omega[at], waves.heading[at], name):
         filters = [
             Filter(
                 WEIGHTED_AS_GIVEN,
-                int(at[0]) + one.begin,
-                int(at[0]) + one.begin + one.weights.size,
+                int(at[0]) + turned.begin,
+                int(at[0]) + turned.begin + turned.weights.size,
                 float(waves.ramp[at[0]]),
-                harmonic=one.harmonic,
-                weights=one.weights,
+                harmonic=turned.harmonic,
+                weights=turned.weights,
             )
-            for one in found.filters
+            for turned in qtf.filters
         ]
-        yield QuadraticForm(pairing, filters, found.core)
+        yield QuadraticForm(pairing, filters, qtf.core)
 
 
 def no_drift(waves: int) -> Drift:
@@ -226,8 +230,8 @@ def _drift(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
 
 def _drift_beyond(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
     """D of every wave minus D at the nearest frequency of the QTF."""
-    known = np.asarray(database.qtf_frequency)
-    ends = np.clip(omega, known[0], known[-1])
+    frequencies = np.asarray(database.qtf_frequency)
+    ends = np.clip(omega, frequencies[0], frequencies[-1])
     if np.array_equal(ends, omega):
         return no_drift(omega.size)
     w, table = drift_table(database, DRIFT_NODES_PER_HEADING)
@@ -250,9 +254,9 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
     """The forms of all bodies as arrays."""
     # forms without the drift that they consist of are zero
     used = [[form for form in body.forms if _counts(form, body.drift)] for body in bodies]
-    forms = [form for each in used for form in each]
-    filters = [one for form in forms for one in form.filters]
-    spans = [span for each in used for span in _spans(each)]
+    forms = [form for body_forms in used for form in body_forms]
+    filters = [filter_ for form in forms for filter_ in form.filters]
+    spans = [span for body_forms in used for span in _spans(body_forms)]
     tables = [body.drift.table for body in bodies]
     table, drift = join_once(tables, float)
 
@@ -262,18 +266,20 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
         )
 
     def column(name: str, kind: type = np.int64) -> np.ndarray:
-        return np.array([getattr(one, name) for one in filters], dtype=kind)
+        return np.array([getattr(filter_, name) for filter_ in filters], dtype=kind)
 
     return Forms(
-        filters=np.cumsum([0, *(sum(len(form.filters) for form in each) for each in used)]),
+        filters=np.cumsum(
+            [0, *(sum(len(form.filters) for form in body_forms) for body_forms in used)]
+        ),
         kind=column("kind"),
         dof=column("dof"),
         begin=column("begin"),
         end=column("end"),
         harmonic=column("harmonic"),
         ramp=column("ramp", float),
-        at=np.cumsum([0, *(one.weights.size for one in filters)])[: len(filters)],
-        weight=np.concatenate([np.zeros(0, complex), *(one.weights for one in filters)]),
+        at=np.cumsum([0, *(filter_.weights.size for filter_ in filters)])[: len(filters)],
+        weight=np.concatenate([np.zeros(0, complex), *(filter_.weights for filter_ in filters)]),
         forms=np.cumsum([0, *map(len, used)]),
         span=np.array(spans, dtype=np.int64).reshape(-1, 2),
         pairing=np.array([form.pairing for form in forms], dtype=np.int64),
@@ -282,7 +288,7 @@ def forms_model(bodies: list[BodyForms]) -> Forms:
         core=np.concatenate([np.zeros(0, complex), *(form.core.ravel() for form in forms)]),
         wave=np.concatenate([np.zeros(0, complex), *(body.wave for body in bodies)]),
         drifts=np.array([bool(np.any(body.drift.factor)) for body in bodies], dtype=bool),
-        nodes=np.array([each.shape[1] for each in tables], dtype=np.int64),
+        nodes=np.array([table.shape[1] for table in tables], dtype=np.int64),
         table=table,
         cell=join_fields("cell", np.int64),
         part=join_fields("part"),
@@ -304,7 +310,7 @@ def join_once(tables: Sequence[np.ndarray], kind: type) -> tuple[np.ndarray, np.
 
 def _counts(form: QuadraticForm, drift: Drift) -> bool:
     """True if a form may load the body; a form of drift does so only if there is drift."""
-    given = all(one.kind == WEIGHTED_AS_GIVEN for one in form.filters)
+    given = all(filter_.kind == WEIGHTED_AS_GIVEN for filter_ in form.filters)
     return given or bool(np.any(drift.factor))
 
 
@@ -355,7 +361,7 @@ def has_forms(k, forms):
 
 
 @root
-def find_filters(k, yaw, end, p, work):
+def fill_load_factors(k, yaw, end, p, work):
     """Compute the factors of the loads on the k-th body at this yaw, for the ``end`` of
     ``work``."""
     forms = p.second
@@ -399,10 +405,10 @@ def _find_drift(k, yaw, p, work):
         to = heading - p.rest[k] - yaw
         for j in range(6):
             work.drift[j, i] = 0.0
-        for one in range(2):
-            if forms.factor[n, one] != 0.0:
-                f = forms.cell[n, one]
-                if f != last[one] or heading != seen[one]:
+        for side in range(2):
+            if forms.factor[n, side] != 0.0:
+                f = forms.cell[n, side]
+                if f != last[side] or heading != seen[side]:
                     first = forms.table[k]
                     cell_at(
                         f,
@@ -411,20 +417,20 @@ def _find_drift(k, yaw, p, work):
                         first,
                         DRIFT_STENCIL_POINTS,
                         forms.drift,
-                        work.cell[one],
+                        work.cell[side],
                     )
-                    last = (f, last[1]) if one == 0 else (last[0], f)
-                    seen = (heading, seen[1]) if one == 0 else (seen[0], heading)
-                _add_drift(n, one, forms, work.cell[one], work.drift[:, i])
+                    last = (f, last[1]) if side == 0 else (last[0], f)
+                    seen = (heading, seen[1]) if side == 0 else (seen[0], heading)
+                _add_drift(n, side, forms, work.cell[side], work.drift[:, i])
 
 
 @kernel
-def _add_drift(n, one, forms, cell, drift):
+def _add_drift(n, side, forms, cell, drift):
     """Add the drift of wave ``n`` at one of its two frequencies."""
-    u = forms.part[n, one]
-    h = forms.width[n, one]
+    u = forms.part[n, side]
+    h = forms.width[n, side]
     v = 1.0 - u
-    factor = forms.factor[n, one]
+    factor = forms.factor[n, side]
     for j in range(6):
         value = v * v * (1.0 + 2.0 * u) * cell[0, 0, j] + u * u * (1.0 + 2.0 * v) * cell[1, 0, j]
         value += h * u * v * (v * cell[0, 1, j] - u * cell[1, 1, j])
@@ -489,11 +495,11 @@ def _find_core(q, yaw, forms, out):
     for m in range(forms.harmonics[q]):
         angle = (lowest + m) * yaw
         at = forms.first[q] + m * out.size
-        _add_times(cos(angle) - 1j * sin(angle), forms.core[at : at + out.size], out)
+        _add_multiple(cos(angle) - 1j * sin(angle), forms.core[at : at + out.size], out)
 
 
 @summing
-def _add_times(factor, values, out):
+def _add_multiple(factor, values, out):
     for i in range(out.size):
         out[i] += factor * values[i]
 
@@ -501,7 +507,7 @@ def _add_times(factor, values, out):
 @root
 def add_forms(k, t, end, share, waves, forms, work, out):
     """Add a ``share`` of the loads on the k-th body to ``out`` (6,), in heading axes, from the
-    factors of `find_filters`; ``waves`` (2, nw) are cos and sin of their phases."""
+    factors of `fill_load_factors`; ``waves`` (2, nw) are cos and sin of their phases."""
     first = forms.filters[k]
     at = 0
     for f in range(first, forms.filters[k + 1]):
@@ -544,8 +550,8 @@ def _pair_sum(core, z, sign):
     """Re sum C_rs z_r z_s, the second of each pair conjugate where ``sign`` is -1."""
     total = 0.0
     for r in range(z.size):
-        one = 0.0j
+        pair = 0.0j
         for s in range(z.size):
-            one += core[r * z.size + s] * (z[s].real + 1j * sign * z[s].imag)
-        total += (z[r] * one).real
+            pair += core[r * z.size + s] * (z[s].real + 1j * sign * z[s].imag)
+        total += (z[r] * pair).real
     return total

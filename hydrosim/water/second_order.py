@@ -85,8 +85,8 @@ def newman(drift: np.ndarray) -> Factors:
     """T-_ij = (D_i + D_j) / 2 from mean drift D (nw, n) [N/m^2, N m/m^2] (Newman 1974)."""
     waves, loads = drift.shape
     core = np.zeros((loads, 1 + loads, 1 + loads))
-    each = np.arange(loads)
-    core[each, 0, 1 + each] = core[each, 1 + each, 0] = 0.5
+    load_indices = np.arange(loads)
+    core[load_indices, 0, 1 + load_indices] = core[load_indices, 1 + load_indices, 0] = 0.5
     return Factors(np.vstack([np.ones((1, waves)), drift.T]), core)
 
 
@@ -96,18 +96,18 @@ def newman_square_root(drift: np.ndarray) -> Factors:
     loads = drift.shape[1]
     parts = np.hstack([np.maximum(drift, 0.0), np.maximum(-drift, 0.0)])
     core = np.zeros((loads, 2 * loads, 2 * loads))
-    each = np.arange(loads)
-    core[each, each, each] = 1.0
-    core[each, loads + each, loads + each] = -1.0
+    load_indices = np.arange(loads)
+    core[load_indices, load_indices, load_indices] = 1.0
+    core[load_indices, loads + load_indices, loads + load_indices] = -1.0
     return Factors(np.sqrt(parts).T, core)
 
 
-def add_factors(one: Factors, other: Factors) -> Factors:
+def add_factors(first: Factors, second: Factors) -> Factors:
     """The sum of two transfer functions."""
-    n, r, s = len(one.core), len(one.weights), len(other.weights)
-    core = np.zeros((n, r + s, r + s), dtype=np.result_type(one.core, other.core))
-    core[:, :r, :r], core[:, r:, r:] = one.core, other.core
-    return Factors(np.vstack([one.weights, other.weights]), core)
+    n, r, s = len(first.core), len(first.weights), len(second.weights)
+    core = np.zeros((n, r + s, r + s), dtype=np.result_type(first.core, second.core))
+    core[:, :r, :r], core[:, r:, r:] = first.core, second.core
+    return Factors(np.vstack([first.weights, second.weights]), core)
 
 
 def mean_load(elevation: np.ndarray, drift: np.ndarray) -> SpectralLines:
@@ -198,13 +198,13 @@ class QuadraticFunctions(TransferFunctions, Protocol):
 def difference_factors(database: QuadraticFunctions, waves: WaveComponents) -> Factors:
     """T- of all loads for the waves. Raises InputError if the database has none, or none for the
     waves' headings."""
-    found = _factors(database, waves, "qtf_difference")
+    factors = _factors(database, waves, "qtf_difference")
     if database.mean_drift is None:
-        return found
+        return factors
     ends = np.clip(waves.omega, *_ends(database))
     drift = [mean_drift_at(database, waves.heading, omega) for omega in (waves.omega, ends)]
     beyond = drift[0] - drift[1]
-    return add_factors(found, newman(beyond)) if np.any(beyond) else found
+    return add_factors(factors, newman(beyond)) if np.any(beyond) else factors
 
 
 def sum_factors(database: QuadraticFunctions, waves: WaveComponents) -> Factors:
@@ -299,14 +299,14 @@ def _each_heading(
     """`_blocks` with the headings of the sea as nodes; T between different headings is zero."""
     headings = sea_headings(database, waves.heading)
     pairs = pairs_of(database)
-    own = own_headings(pairs)
-    weights = heading_weights(pairs[own, 0], headings)
+    rows = own_headings(pairs)
+    weights = heading_weights(pairs[rows, 0], headings)
     if weights is None:
         raise InputError(_no_heading(database, headings))
     shape = (headings.size, headings.size, *table.shape[1:])
     blocks = np.zeros(shape, dtype=complex)
     for k, row in enumerate(weights):
-        blocks[k, k] = np.tensordot(row, table[own], 1)
+        blocks[k, k] = np.tensordot(row, table[rows], 1)
     return (angle_between(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
 
 
@@ -332,14 +332,14 @@ def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarr
     """T (nh, nh, nq, nq, n) between all headings; None if a pair is missing in both orders."""
     nodes = unique_headings(pairs)
     number = np.argmin(angle_between(pairs[:, :, None], nodes), axis=-1)
-    known = np.zeros((nodes.size, nodes.size), dtype=bool)
-    blocks = np.zeros((*known.shape, *table.shape[1:]), dtype=complex)
+    is_known = np.zeros((nodes.size, nodes.size), dtype=bool)
+    blocks = np.zeros((*is_known.shape, *table.shape[1:]), dtype=complex)
     for (i, j), block in zip(number, table, strict=True):
         swapped = block.swapaxes(0, 1)
-        blocks[j, i] = blocks[j, i] if known[j, i] else swapped.conj() if hermitian else swapped
+        blocks[j, i] = blocks[j, i] if is_known[j, i] else swapped.conj() if hermitian else swapped
         blocks[i, j] = block
-        known[i, j] = known[j, i] = True
-    return blocks if known.all() else None
+        is_known[i, j] = is_known[j, i] = True
+    return blocks if is_known.all() else None
 
 
 def unique_headings(heading: np.ndarray) -> np.ndarray:
@@ -401,11 +401,17 @@ def turned_qtf(
     ]
     if blocks is not None:
         core = _pair_core(nodes, blocks, headings)
-        yield _form([one for each in filters for one in each], core, splines)
+        yield _form(
+            [filter_ for heading_filters in filters for filter_ in heading_filters], core, splines
+        )
         return
-    own = own_headings(pairs)
-    for to, each in zip(headings, filters, strict=True):
-        yield _form(each, _own_core(pairs[own, 0], table[own], to), splines)
+    headings_of_pairs = own_headings(pairs)
+    for to, heading_filters in zip(headings, filters, strict=True):
+        yield _form(
+            heading_filters,
+            _own_core(pairs[headings_of_pairs, 0], table[headings_of_pairs], to),
+            splines,
+        )
 
 
 class _Splines(NamedTuple):
@@ -482,9 +488,9 @@ def _of_harmonics(
     order = np.rint(np.fft.fftfreq(to.size, 1.0 / to.size)).astype(int)
     every = np.ones(heading.size, dtype=bool)
     filters = [
-        one
+        filter_
         for harmonic in order
-        for one in _filters(splines, every, np.exp(1j * harmonic * heading), int(harmonic))
+        for filter_ in _filters(splines, every, np.exp(1j * harmonic * heading), int(harmonic))
     ]
     return _form(filters, core[None], splines)
 
@@ -515,9 +521,9 @@ def _unless_noise(values: np.ndarray, table: np.ndarray) -> np.ndarray:
 def _harmonics(values: np.ndarray) -> np.ndarray:
     """Coefficients C_m of sum C_m exp(-i m psi), from the lowest on, for values (M, ...) evenly
     round the circle, M odd. Negligible outer ones are left out."""
-    found = np.fft.fftshift(np.fft.ifft(values, axis=0), axes=0)
-    size = np.abs(found).reshape(len(found), -1).max(axis=1)
-    middle = len(found) // 2
+    harmonics = np.fft.fftshift(np.fft.ifft(values, axis=0), axes=0)
+    size = np.abs(harmonics).reshape(len(harmonics), -1).max(axis=1)
+    middle = len(harmonics) // 2
     counts = np.maximum(size, size[::-1])[middle:] > NEGLIGIBLE * size.max()
     most = int(np.flatnonzero(counts)[-1]) if counts.any() else 0
-    return np.asarray(found[middle - most : middle + most + 1])
+    return np.asarray(harmonics[middle - most : middle + most + 1])

@@ -55,7 +55,7 @@ from hydrosim.water.narrow_bands import (
 from hydrosim.water.quadratic_loads import (
     Filtered,
     add_forms,
-    find_filters,
+    fill_load_factors,
     has_forms,
     new_filtered,
 )
@@ -120,13 +120,13 @@ def new_block(p: FollowingLoads) -> SlowBlock:
 def first_states(p: FollowingLoads, q: np.ndarray, rate: np.ndarray, time: float) -> np.ndarray:
     """States (`STATES_PER_FOLLOWED_BODY` times slow bodies,) at ``time``, from coordinates and
     rates (6 nb,), for bodies that have always moved steadily."""
-    found = []
+    states = []
     first = np.unique(p.state[p.slow], return_index=True)[1]
     for k in np.flatnonzero(p.slow)[first]:
         at, v = (x[6 * p.body[k] + np.array(TRACKED)] for x in (q, rate))
         filters = at[:, None] - np.arange(1, 4) * v[:, None] / p.cut[k]
-        found.append([*filters.ravel(), *at, *v, time])
-    return np.array(found).ravel()
+        states.append([*filters.ravel(), *at, *v, time])
+    return np.array(states).ravel()
 
 
 @kernel
@@ -262,19 +262,19 @@ def _sum_steady(k, y, p, block):
     rows = block.steady[k]
     begin = block.first[k]
     shift = begin - block.steady_first[k] if block.steady_yaw[k] == yaw else p.rows
-    kept = p.rows - shift if 0 <= shift < p.rows else 0
+    count = p.rows - shift if 0 <= shift < p.rows else 0
     block.steady_yaw[k] = yaw
     block.steady_first[k] = begin
     weigh_bands(k, yaw, 0, p, block.bands)
-    for r in range(kept):
+    for r in range(count):
         assign(rows[r, 0], rows[r + shift, 0])
         assign(rows[r, 1], rows[r + shift, 1])
     turns = 0
-    for r in range(kept, p.rows):
+    for r in range(count, p.rows):
         since = (begin + r - STENCIL_POINTS + 2) % (
             p.rows - STENCIL_POINTS
         )  # so that few blocks begin anew twice
-        if r == kept or since == 0:
+        if r == count or since == 0:
             start = (begin + r - since) * p.row_step
             find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
             turns = since
@@ -299,8 +299,8 @@ def _sum_waves(k, y, p, block):
     loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
     second = has_forms(k, p.second)
     if second:
-        find_filters(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
-        find_filters(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
+        fill_load_factors(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
+        fill_load_factors(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
     _find_waves(k, block.first[k] * p.row_step, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]

@@ -55,7 +55,7 @@ class _Curve(Protocol):
         """Energy [m^2] above ``omega``: the integral of the density from there on."""
 
     @property
-    def width(self) -> float:
+    def resolution_frequency(self) -> float:
         """Frequency [rad/s]; the spacing of components must be a small fraction of it."""
 
 
@@ -78,10 +78,10 @@ def energy_above(spectrum: scene.Density, omega: float) -> float:
     return _curve(spectrum).energy_above(omega)
 
 
-def width(spectrum: scene.Density) -> float:
+def resolution_frequency(spectrum: scene.Density) -> float:
     """Frequency [rad/s] of the lowest peak, or width of a band. The spacing of components must be a
     small fraction of it."""
-    return _curve(spectrum).width
+    return _curve(spectrum).resolution_frequency
 
 
 @lru_cache
@@ -107,15 +107,15 @@ def cut_off(spectrum: scene.Density) -> float:
 def _curve(spectrum: scene.Density) -> _Curve:
     match spectrum:
         case scene.Jonswap(height, period, enhancement):
-            return Peaks((Peak(height, period, enhancement=enhancement),))
+            return PeakSum((Peak(height, period, enhancement=enhancement),))
         case scene.Tma():
             return TmaShape(spectrum).with_scale()
         case scene.OchiHubble(peaks):
-            return Peaks(
+            return PeakSum(
                 tuple(Peak(p.significant_height, p.peak_period, 4 * p.shape + 1) for p in peaks)
             )
         case scene.Torsethaugen():
-            return Peaks(wind_sea_and_swell(spectrum))
+            return PeakSum(wind_sea_and_swell(spectrum))
         case scene.WhiteNoise(height, low, high):
             level = height**2 / (16.0 * (high - low))
             return TabulatedSpectrum(np.array([low, high]), np.array([level, level]))
@@ -165,7 +165,7 @@ class Peak:
 
 
 @dataclass(frozen=True)
-class Peaks:
+class PeakSum:
     """A sum of peaks."""
 
     peaks: tuple[Peak, ...]
@@ -179,7 +179,7 @@ class Peaks:
         return sum(peak.energy_above(omega) for peak in self.peaks)
 
     @property
-    def width(self) -> float:
+    def resolution_frequency(self) -> float:
         """The lowest peak's frequency [rad/s]."""
         return min(peak.frequency for peak in self.peaks)
 
@@ -236,8 +236,8 @@ class TabulatedSpectrum:
 
     def density(self, omega: np.ndarray) -> np.ndarray:
         """Density [m^2 s/rad] at ``omega`` [rad/s]; zero at omega <= 0."""
-        found = np.interp(omega, self.frequency, self.values, left=0.0, right=0.0)
-        return np.where(np.asarray(omega) > 0.0, found, 0.0)
+        density_there = np.interp(omega, self.frequency, self.values, left=0.0, right=0.0)
+        return np.where(np.asarray(omega) > 0.0, density_there, 0.0)
 
     def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""
@@ -247,7 +247,7 @@ class TabulatedSpectrum:
         return float(0.5 * np.diff(nodes) @ (values[1:] + values[:-1]))
 
     @property
-    def width(self) -> float:
+    def resolution_frequency(self) -> float:
         """Width of the band of equal energy and equal mean density (energy^2 over the integral
         of the squared density) [rad/s]."""
         a, b, step = self.values[:-1], self.values[1:], np.diff(self.frequency)
@@ -274,19 +274,19 @@ class TmaShape:
     scale: float = 1.0
 
     @property
-    def width(self) -> float:
+    def resolution_frequency(self) -> float:
         """Peak frequency of the JONSWAP spectrum [rad/s]."""
         return 2.0 * np.pi / self.spectrum.peak_period
 
     def density(self, omega: np.ndarray) -> np.ndarray:
         """Density [m^2 s/rad] at ``omega`` [rad/s]; zero at omega <= 0."""
         wet = np.asarray(omega) > 0.0
-        u = np.where(wet, omega, self.width) / self.width
-        return np.where(wet, self.scale / self.width * self._shape(u), 0.0)
+        u = np.where(wet, omega, self.resolution_frequency) / self.resolution_frequency
+        return np.where(wet, self.scale / self.resolution_frequency * self._shape(u), 0.0)
 
     def energy_above(self, omega: float) -> float:
         """Energy [m^2] above ``omega`` [rad/s]."""
-        return self.scale * self._energy(omega / self.width)
+        return self.scale * self._energy(omega / self.resolution_frequency)
 
     def with_scale(self) -> TmaShape:
         """The spectrum with its scale, by quadrature."""
@@ -295,7 +295,7 @@ class TmaShape:
 
     def _shape(self, u: np.ndarray) -> np.ndarray:
         s = self.spectrum
-        limited = kitaigorodskii(u * self.width, s.water_depth, s.gravity)
+        limited = kitaigorodskii(u * self.resolution_frequency, s.water_depth, s.gravity)
         return shape(u, 5.0) * s.peak_enhancement ** peakedness(u) * limited
 
     def _energy(self, low: float) -> float:

@@ -139,14 +139,16 @@ def lagrange_weights(nodes: np.ndarray, omega: np.ndarray) -> np.ndarray:
 
 def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) -> FrequencyNodes:
     """The nodes of all bodies as arrays; a body that is not summed by nodes has no sets."""
-    sets = [one for each in bodies for one in each]
-    at = [_share_places(each) for each in bodies]
+    sets = [node_set for body_sets in bodies for node_set in body_sets]
+    at = [_share_places(body_sets) for body_sets in bodies]
 
     def join_arrays(arrays: Sequence[np.ndarray], kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(array.ravel() for array in arrays)])
 
     def firsts(name: str) -> np.ndarray:
-        sizes = (sum(getattr(one, name).size for one in each) for each in bodies)
+        sizes = (
+            sum(getattr(node_set, name).size for node_set in body_sets) for body_sets in bodies
+        )
         return np.cumsum([0, *sizes])
 
     index = np.int64
@@ -155,17 +157,19 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) 
         nodes=firsts("omega"),
         shares=firsts("node"),
         table=firsts("weight")[:-1],
-        per_cell=np.array([each[0].weight.shape[1] if each else 0 for each in bodies], dtype=index),
-        begin=join_arrays([one.begin for one in sets], index),
-        end=join_arrays([one.end for one in sets], index),
-        weight=join_arrays([one.weight for one in sets]),
-        omega=join_arrays([one.omega for one in sets]),
-        kx=join_arrays([one.kx for one in sets]),
-        ky=join_arrays([one.ky for one in sets]),
+        per_cell=np.array(
+            [body_sets[0].weight.shape[1] if body_sets else 0 for body_sets in bodies], dtype=index
+        ),
+        begin=join_arrays([node_set.begin for node_set in sets], index),
+        end=join_arrays([node_set.end for node_set in sets], index),
+        weight=join_arrays([node_set.weight for node_set in sets]),
+        omega=join_arrays([node_set.omega for node_set in sets]),
+        kx=join_arrays([node_set.kx for node_set in sets]),
+        ky=join_arrays([node_set.ky for node_set in sets]),
         node=join_arrays([node for node, _, _ in at], index),
         at=join_arrays([place for _, place, _ in at], index),
         size=join_arrays([size for _, _, size in at], index),
-        factor=join_arrays([one.factor for one in sets]),
+        factor=join_arrays([node_set.factor for node_set in sets]),
         period=min((span.period for span in spans), default=1.0),
         distance=min((span.distance for span in spans), default=1.0),
     )
@@ -173,16 +177,16 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) 
 
 def _share_places(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of all shares of a body: its node, where its first sample is, and the bands of its set."""
-    found = [np.zeros((3, 0), np.int64)]
+    places = [np.zeros((3, 0), np.int64)]
     nodes = 0
     bands = 0
-    for one in sets:
-        size = int(one.band.max()) + 1
-        at = 2 * STENCIL_POINTS * bands + one.band
-        found.append(np.stack([nodes + one.node, at, np.full(one.node.size, size)]))
-        nodes += one.omega.size
+    for node_set in sets:
+        size = int(node_set.band.max()) + 1
+        at = 2 * STENCIL_POINTS * bands + node_set.band
+        places.append(np.stack([nodes + node_set.node, at, np.full(node_set.node.size, size)]))
+        nodes += node_set.omega.size
         bands += size
-    node, at, size = np.concatenate(found, axis=1)
+    node, at, size = np.concatenate(places, axis=1)
     return node, at, size
 
 
@@ -296,15 +300,15 @@ def interpolate_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarr
     Returns its values (m, ...) ``at`` (m,) places between the first x and the last."""
     values = y.reshape(len(x), -1)
     if len(x) < 4:  # one polynomial
-        found = np.vander(at, len(x)) @ np.linalg.solve(np.vander(x), values)
-        return found.reshape(at.shape + y.shape[1:])
+        values_there = np.vander(at, len(x)) @ np.linalg.solve(np.vander(x), values)
+        return values_there.reshape(at.shape + y.shape[1:])
     h, slope = np.diff(x), slopes(x, values)
     i = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     u = ((at - x[i]) / h[i])[:, None]
     v, width = 1.0 - u, h[i, None]
     ends = v * v * (1.0 + 2.0 * u) * values[i] + u * u * (1.0 + 2.0 * v) * values[i + 1]
-    found = ends + width * u * v * (v * slope[i] - u * slope[i + 1])
-    return found.reshape(at.shape + y.shape[1:])
+    values_there = ends + width * u * v * (v * slope[i] - u * slope[i + 1])
+    return values_there.reshape(at.shape + y.shape[1:])
 
 
 def slopes(x: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -362,7 +366,7 @@ def excitation_at(
     Raises InputError if a wave heading lies outside the headings of the database. The result is
     cached, because seas of several seeds and equal bodies ask for the same. Do not write to it.
     """
-    to, of = (np.asarray(each, float).tobytes() for each in (heading, omega))
+    to, of = (np.asarray(coordinates, float).tobytes() for coordinates in (heading, omega))
     return _excitation_at(_content(database, _excitation_of), to, of)
 
 
@@ -390,15 +394,15 @@ def _content(
 
 
 @lru_cache(maxsize=_KEPT)
-def _excitation_at(known: _Content, of_heading: bytes, of_omega: bytes) -> np.ndarray:
-    database = known.database
+def _excitation_at(content: _Content, of_heading: bytes, of_omega: bytes) -> np.ndarray:
+    database = content.database
     heading, omega = np.frombuffer(of_heading), np.frombuffer(of_omega)
     inside = omega <= database.frequency[-1] * _END
-    found = np.where(
-        inside[:, None], _interpolate_transfer(database, known.values, heading, omega), 0.0
+    loads = np.where(
+        inside[:, None], _interpolate_transfer(database, content.values, heading, omega), 0.0
     )
-    found.setflags(write=False)
-    return found
+    loads.setflags(write=False)
+    return loads
 
 
 def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
@@ -419,8 +423,8 @@ def drift_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, 
 
 
 @lru_cache(maxsize=_TABLES)
-def _table(known: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
-    database = known.database
+def _table(content: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
+    database = content.database
     nodes = between * max(database.heading.size, _FEWEST)
     weights = heading_weights(database.heading, _TURN / nodes * np.arange(nodes))
     if weights is None:
@@ -429,10 +433,10 @@ def _table(known: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
             " headings all round the circle, at most 45 deg apart; choose mean, or compute"
             " more headings."
         )
-    w, values = _four_frequencies(database.frequency, known.values)
+    w, values = _four_frequencies(database.frequency, content.values)
     table = weights @ values
     slope = weights @ slopes(w, values)  # in this order: a database has far fewer headings
-    loaded = np.abs(table) > NOISE * _largest(known.values)
+    loaded = np.abs(table) > NOISE * _largest(content.values)
     table = np.where(loaded, table, 0.0)
     slope = np.where(loaded.any(axis=0), slope, 0.0)
     rows = np.stack([table, slope], axis=2)
@@ -492,9 +496,9 @@ def _drift_of(database: TransferFunctions) -> np.ndarray:
     return database.mean_drift
 
 
-def angle_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Angle between two directions [rad]."""
-    return np.abs(np.mod(one - other + np.pi, _TURN) - np.pi)
+    return np.abs(np.mod(first - second + np.pi, _TURN) - np.pi)
 
 
 def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None:
@@ -516,14 +520,14 @@ def _weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
     between = gap[np.searchsorted(angle, x, side="right") - 1] > _WIDEST_GAP
     if np.any(between & (from_node.min(axis=1) >= _NODE)):
         return None
-    found = np.empty((heading.size, nodes.size))
-    found[:, order] = np.where(
+    weights = np.empty((heading.size, nodes.size))
+    weights[:, order] = np.where(
         from_node.min(axis=1, keepdims=True) < _NODE,
         np.eye(nodes.size)[from_node.argmin(axis=1)],
         _between_nodes(x, angle, gap),
     )
-    found.setflags(write=False)
-    return found
+    weights.setflags(write=False)
+    return weights
 
 
 def _interpolate_transfer(
@@ -536,14 +540,14 @@ def _interpolate_transfer(
     if weights is None:
         raise InputError(_not_covered(database, headings))
     if headings.size == 1:  # four times faster than the other way round
-        found = interpolate_spline(
+        values_there = interpolate_spline(
             database.frequency, np.tensordot(weights[0], values, (0, 1)), inside
         )
     else:
         at_nodes = interpolate_spline(database.frequency, values, inside)
-        found = np.einsum("ch,chj->cj", weights[which], at_nodes)
-    loaded = np.abs(found).max(axis=0, initial=0.0) > NOISE * _largest(values)
-    return np.where(loaded, found, 0.0)
+        values_there = np.einsum("ch,chj->cj", weights[which], at_nodes)
+    loaded = np.abs(values_there).max(axis=0, initial=0.0) > NOISE * _largest(values)
+    return np.where(loaded, values_there, 0.0)
 
 
 def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndarray:

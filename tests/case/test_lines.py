@@ -13,7 +13,12 @@ import yaml
 from validation_data import unpacked
 
 from hydrosim.analysis.line import lines_of_system
-from hydrosim.case.lines.chains import case_keys, mooring_lines, read_mooring_system, water_of
+from hydrosim.case.lines.chains import (
+    case_keys,
+    mooring_lines,
+    read_mooring_system,
+    water_of_system,
+)
 from hydrosim.case.lines.system import MooringLine
 from hydrosim.case.load import load_case
 from hydrosim.elements.line.catenary import Catenary
@@ -124,7 +129,7 @@ def lines_of(path: Path) -> dict[str, MooringLine]:
     source = Source(path)
     system = read_mooring_system(source)
     assert system.depth == 100.0
-    return mooring_lines(system, water_of(system, (1000.0, 9.81)), source)
+    return mooring_lines(system, water_of_system(system, (1000.0, 9.81)), source)
 
 
 @pytest.mark.parametrize(

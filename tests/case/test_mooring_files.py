@@ -9,7 +9,12 @@ import mooring_files as files
 import numpy as np
 import pytest
 
-from hydrosim.case.lines.chains import case_keys, mooring_lines, read_mooring_system, water_of
+from hydrosim.case.lines.chains import (
+    case_keys,
+    mooring_lines,
+    read_mooring_system,
+    water_of_system,
+)
 from hydrosim.case.lines.system import MooringLine, System
 from hydrosim.case.load import load_case
 from hydrosim.compile.compile import compile_scene
@@ -41,7 +46,7 @@ def system_of(folder: Path, text: str, name: str = "lines.txt") -> System:
 
 def only_line(system: System) -> MooringLine:
     """The one line of a system."""
-    water = water_of(system, (1025.0, 9.81))
+    water = water_of_system(system, (1025.0, 9.81))
     (line,) = mooring_lines(system, water, Source(system.file)).values()
     return line
 

@@ -165,7 +165,7 @@ def test_check_shows_how_bodies_float_and_where_lines_are_tied() -> None:
     }
     text = checked(FLOAT_OVER, settings)
     scene = load_case(CASES / FLOAT_OVER, settings).scene()
-    (database,) = compile_scene(scene).facts.databases.values()
+    (database,) = compile_scene(scene).derived.databases.values()
     assert database.hydrostatic_stiffness is not None
     transverse = database.hydrostatic_stiffness[3, 3] / (scene.bodies[0].mass * 9.81)
     assert "Bodies afloat at the start" in text

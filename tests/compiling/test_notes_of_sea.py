@@ -10,7 +10,7 @@ from scenes import block, hull, scene_of
 
 from hydrosim import check, simulate
 from hydrosim.compile.compile import compile_scene
-from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, ranges
+from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, ask_about_ranges
 from hydrosim.compile.scene_notes import OUTSIDE_WARNED, range_warnings
 from hydrosim.report.document import run_document as report_document
 from hydrosim.report.sentences.run import run_document
@@ -45,7 +45,9 @@ def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], l
     database = Loads(frequency, loads)
     seas = sea(Environment(waves=(NOISE,)))
     about = SimpleNamespace(floating_bodies=lambda: [(0, body, database)], sea=seas)
-    return list(range_warnings(seas, body, database)), [doubt.found for doubt in ranges(about)]
+    return list(range_warnings(seas, body, database)), [
+        doubt.found for doubt in ask_about_ranges(about)
+    ]
 
 
 def test_energy_outside_a_database() -> None:

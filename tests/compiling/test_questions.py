@@ -17,7 +17,7 @@ from hydrosim.case import load_case
 from hydrosim.compile.compile import compile_scene
 from hydrosim.compile.questions import QUESTIONS
 from hydrosim.compile.questions.query import extents, text_beyond
-from hydrosim.compile.questions.waters import mode_period, width
+from hydrosim.compile.questions.waters import mode_period, surface_width
 from hydrosim.database import HydroDatabase, load
 from hydrosim.elements import (
     AppliedForce,
@@ -353,7 +353,7 @@ def asked_of(scene: Scene, question: Question) -> list[str]:
 
 def test_extents_of_a_box_are_its_own() -> None:
     scene = two_boxes(10.0)
-    database = compile_scene(scene).facts.databases["a"]
+    database = compile_scene(scene).derived.databases["a"]
     size = extents(replace(scene.bodies[0], centre_of_gravity=(0.0, 0.0, 0.0)), database)
     assert size is not None
     assert size.half == pytest.approx([50.0, 10.0], rel=1e-6)
@@ -543,7 +543,7 @@ def test_a_box_is_as_wide_by_its_table_and_by_its_mesh() -> None:
     table = TankTable(level, area * level, centroid, np.tile(second, (8, 1)))
     mesh = TankMesh(box_triangles(box))
     for axis, own in ((0, 100.0), (1, 54.0)):
-        widths = [width(shape, 9.0, axis) for shape in (box, table, mesh)]
+        widths = [surface_width(shape, 9.0, axis) for shape in (box, table, mesh)]
         assert widths == pytest.approx([own] * 3, rel=1e-12)
 
 
@@ -551,7 +551,7 @@ def test_a_mesh_with_corners_at_the_level_is_as_wide_there() -> None:
     low = box_triangles(Box((-5.0, -2.0, 0.0), (5.0, 2.0, 3.0)))
     high = box_triangles(Box((-5.0, -2.0, 3.0), (5.0, 2.0, 6.0)))
     mesh = TankMesh(np.concatenate([low, high]))
-    assert width(mesh, 3.0, 0) == pytest.approx(10.0, rel=1e-12)
+    assert surface_width(mesh, 3.0, 0) == pytest.approx(10.0, rel=1e-12)
 
 
 def test_a_fender_without_stiffness_is_soft() -> None:

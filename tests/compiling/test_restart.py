@@ -31,7 +31,7 @@ from hydrosim.compile.restart import open_start
 from hydrosim.elements import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
-from hydrosim.results.ledger import worst_gap
+from hydrosim.results.ledger import worst_energy_gap
 from hydrosim.scene import (
     ConvolutionRadiation,
     Method,
@@ -124,7 +124,7 @@ def test_the_ledger_of_a_restart_is_its_own(whole: xr.Dataset) -> None:
     residual = expected.energy_residual - expected.energy_residual[0]
     size = float(after.energy_wave_absolute[-1] - after.energy_wave_absolute[0])
     np.testing.assert_allclose(after.energy_residual, residual, atol=1e-9 * size)
-    relative = worst_gap(expected.assign(energy_residual=residual)).relative
+    relative = worst_energy_gap(expected.assign(energy_residual=residual)).relative
     assert after.energy_residual_relative == pytest.approx(relative, rel=1e-6)
     assert after.fender_slip_distance[0].min() > 0.0
 

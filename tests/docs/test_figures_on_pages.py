@@ -25,7 +25,7 @@ import pytest
 from stated_lines import ROUNDING, unlike
 
 from benchmarks import ELSEWHERE, evidence
-from hydrosim.report.evidence import Line, known_lines
+from hydrosim.report.evidence import EvidenceLine, known_lines
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -171,7 +171,7 @@ def test_a_figure_planted_in_the_data_is_noticed_on_the_page(
 
 
 @pytest.mark.parametrize("line", known_lines(), ids=lambda line: line.claim)
-def test_a_figure_planted_on_all_pages_is_noticed_by_its_test(line: Line) -> None:
+def test_a_figure_planted_on_all_pages_is_noticed_by_its_test(line: EvidenceLine) -> None:
     """Whoever changes data and pages alike is told by the test that measures the figure."""
     assert unlike(line) == ""
     assert "no such line" in unlike(replace(line, claim="another"))

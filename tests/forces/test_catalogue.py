@@ -15,7 +15,7 @@ from hydrosim.elements import ELEMENT_KINDS as KINDS_OF_UNITS
 from hydrosim.elements import External, ForceElement
 from hydrosim.elements.contact import landing
 from hydrosim.elements.contact.laws import LAWS as ALL_LAWS
-from hydrosim.elements.kind import ElementKind, Layout, ResonanceTerms, RollMode
+from hydrosim.elements.kind import ElementKind, Layout, RollMode, UncoupledResonance
 from hydrosim.report.evidence import features_of
 from hydrosim.scene import Environment
 from hydrosim.water.current import current_table
@@ -26,7 +26,7 @@ LAYOUT = Layout(
     row={"it": 4},
     current_profile=current_table(Environment()),
     wind=mean_wind(Environment()),
-    resonance=lambda body, stiffness: ResonanceTerms(stiffness, stiffness),
+    resonance=lambda body, stiffness: UncoupledResonance(stiffness, stiffness),
     roll_mode=lambda body, stiffness: RollMode(1.0, 1.0, 0.0),
     heading=(0.0, 0.0),
     weight=(1.0, 1.0),

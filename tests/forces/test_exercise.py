@@ -41,11 +41,11 @@ LINES = {  # of files that are there: before which line stands what
             "        first = out.size - elements.ropes.lines.size * rope.ROPE_OUTPUTS\n"
             "        rope.write_outputs(y, modes, motion, bodies, elements.ropes, out[first:])\n"
         ),
-        "    if tanks.flows.size > 0:\n        pumping.settle": (
+        "    if tanks.flows.size > 0:\n        pumping.set_initial_modes": (
             "    if elements.ropes.lines.size > 0:\n"
             "        rope.set_initial_modes(y, modes, motion, bodies, elements.ropes)\n"
         ),
-        "    if tanks.flows.size > 0:\n        pumping.margins": (
+        "    if tanks.flows.size > 0:\n        pumping.find_margins": (
             "    if elements.ropes.lines.size > 0:\n"
             "        rope.find_margins(y, modes, motion, bodies, elements.ropes, out)\n"
         ),

@@ -14,7 +14,7 @@ from scenes import block, in_contact, on_floor, scene
 import hydrosim
 import hydrosim as hs
 from hydrosim.elements import ELEMENT_KINDS, Elements, Frictionless, modes_of_kind
-from hydrosim.elements.events import held_points
+from hydrosim.elements.events import count_reaction_rows
 from hydrosim.elements.kind import (
     ElementKind,
     HasImpulses,
@@ -103,7 +103,7 @@ def test_reactions_are_of_one_unit_each() -> None:
         *range(locks.reaction, locks.reaction + locks.each.size),
         *range(motions.reaction, motions.reaction + motions.each.size),
     ]
-    assert places == [*range(held_points(elements))]
+    assert places == [*range(count_reaction_rows(elements))]
 
 
 def test_what_few_kinds_have_is_asked_by_protocols() -> None:

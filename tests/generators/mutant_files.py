@@ -30,7 +30,7 @@ from hydrosim.case.lines.chains import (
     is_mooring_file,
     mooring_lines,
     read_mooring_system,
-    water_of,
+    water_of_system,
 )
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
@@ -73,10 +73,10 @@ def read_mooring(path: Path) -> Reading:
     for way in (False, True):
         response(lines[0], offsets_to(lines[0].usual_offset()), way)
     case_keys(path)
-    kept = mooring_lines(system, water_of(system, DEFAULT_WATER), source)
+    kept = mooring_lines(system, water_of_system(system, DEFAULT_WATER), source)
     told = tuple(entry.message for entry in system.left_out)
     return Reading(
-        repr((kept, system.depth, system.friction, water_of(system, DEFAULT_WATER))), told
+        repr((kept, system.depth, system.friction, water_of_system(system, DEFAULT_WATER))), told
     )
 
 

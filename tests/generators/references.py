@@ -59,7 +59,7 @@ def at_stable_step(scene: Scene) -> Scene:
     step = fitting_step(scene.output_step, solver.step)
     scene = replace(scene, solver=replace(solver, step=step))
     compiled = compile_scene(scene, in_plane=True)
-    if compiled.facts.exact:
+    if compiled.derived.exact:
         return scene
     limit = SAFE * smallest_step(scene_combinations(compiled), compiled.method)
     if scene.solver.step <= limit:

@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 from hydrosim.jit.ship import ship
-from hydrosim.jit.shipped import FEATURES, MANIFEST, read_manifest, refusal
+from hydrosim.jit.shipped import FEATURES, MANIFEST, read_manifest, refusal_reason
 
 Figure = Callable[[str, float], None]
 ROOT = Path(__file__).parents[2]
@@ -93,10 +93,10 @@ def test_the_version_tells_of_shipped_kernels(installed: Path) -> None:
 
 def test_shipped_kernels_are_for_these_sources_and_a_processor_of_their_kind() -> None:
     manifest = {"kernels": "kernels-1", "made with": "numba 0.61.0", "files": {}}
-    assert refusal(manifest, "kernels-1", f"{FEATURES},+avx512f") == ""
-    assert "numba 0.61.0" in refusal(manifest, "kernels-2", FEATURES)
-    assert "lacks +fma" in refusal(manifest, "kernels-1", FEATURES.replace("+fma", "-fma"))
-    assert refusal({}, "kernels-1", FEATURES)
+    assert refusal_reason(manifest, "kernels-1", f"{FEATURES},+avx512f") == ""
+    assert "numba 0.61.0" in refusal_reason(manifest, "kernels-2", FEATURES)
+    assert "lacks +fma" in refusal_reason(manifest, "kernels-1", FEATURES.replace("+fma", "-fma"))
+    assert refusal_reason({}, "kernels-1", FEATURES)
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "[1]", '{"files": {}}', "\xff"])

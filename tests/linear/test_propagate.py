@@ -304,7 +304,7 @@ def test_what_capsizes_fails() -> None:
     lever = LinearMooring("block", np.diag([0, 0, 0, 0, -40.0, 0]))
     body = block(1.0, ["pitch"], position=moving(pitch=0.01))
     scene = dry(body, {"lever": lever}, kinematics=Kinematics.EXACT)
-    assert hs.compile_scene(scene).facts.exact
+    assert hs.compile_scene(scene).derived.exact
     with pytest.raises(hs.SimulationError, match="the pitch of body block is beyond 85 deg") as at:
         hs.simulate(scene)
     pitch = at.value.dataset.position.values[:, 0, 4]
@@ -382,9 +382,11 @@ LINEAR = {
 @pytest.mark.parametrize("reason", NONLINEAR)
 def test_the_rest_is_stepped(reason: str) -> None:
     scene = NONLINEAR[reason]
-    facts = hs.compile_scene(scene).facts
-    assert not facts.exact
-    assert solution(scene, facts).removeprefix("stepped, not linear: ") in reason.replace("\\", "")
+    derived = hs.compile_scene(scene).derived
+    assert not derived.exact
+    assert solution(scene, derived).removeprefix("stepped, not linear: ") in reason.replace(
+        "\\", ""
+    )
 
 
 @pytest.mark.parametrize("name", LINEAR)
@@ -393,7 +395,7 @@ def test_what_is_propagated_is_linear(name: str) -> None:
         LINEAR[name], environment=replace(LINEAR[name].environment, current=CURRENT.current)
     )
     model, state = compiled = hs.compile_scene(scene)
-    assert compiled.facts.exact
+    assert compiled.derived.exact
     work, m, rng = new_work(model), model.energy, np.random.default_rng(5)
     a, b = rng.uniform(-1.2, 1.2, (2, model.size))  # m, rad and so on: far from small
 
@@ -408,9 +410,9 @@ def test_what_is_propagated_is_linear(name: str) -> None:
 
 def test_it_is_said_and_stepped_if_asked() -> None:
     scene = oscillator()
-    facts = hs.compile_scene(stepped(scene)).facts
-    assert not facts.exact
-    assert solution(stepped(scene), facts) == "stepped, as solver.linear asks"
+    derived = hs.compile_scene(stepped(scene)).derived
+    assert not derived.exact
+    assert solution(stepped(scene), derived) == "stepped, as solver.linear asks"
     for one, text in (
         (scene, "Propagated exactly: linear"),
         (stepped(scene), "200 steps of 0.1 s"),

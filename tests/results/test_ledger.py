@@ -14,7 +14,7 @@ import hydrosim as hs
 from hydrosim.elements import AppliedForce, Harmonic, LinearMooring
 from hydrosim.errors import SimulationError
 from hydrosim.integrate.record import unpack_channels
-from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, check_balance, worst_gap
+from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, check_balance, worst_energy_gap
 from hydrosim.run import course, failure
 from hydrosim.scene import Method, Scene
 
@@ -45,7 +45,7 @@ def test_what_is_missing_is_what_rk4_loses(z: float) -> None:
     left = held * energy_factor(z) ** np.arange(steps + 1)
     np.testing.assert_allclose(run.energy_residual, left - held, atol=1e-9 * held)
     exchanged = np.abs(np.diff(run.energy_kinetic)).sum() + float(run.energy_kinetic.max())
-    assert worst_gap(run).relative >= (held - left[-1]) / exchanged * (1.0 - 1e-7)
+    assert worst_energy_gap(run).relative >= (held - left[-1]) / exchanged * (1.0 - 1e-7)
     assert ("energy balance is open" in str(run.attrs.get("warnings"))) == (z > 0.3)
 
 
@@ -65,7 +65,7 @@ def swings(size: np.ndarray) -> np.ndarray:
 def test_a_great_impact_hides_nothing_that_comes_after_it() -> None:
     size = np.where(np.arange(1601) < 10, 1e8, 1.0)
     residual = np.where(np.arange(1601) > 1500, 1.0, 0.0)
-    found = worst_gap(ledger(swings(size), residual))
+    found = worst_energy_gap(ledger(swings(size), residual))
     assert found.begin <= 1501 <= found.end + 1
     assert found.relative == pytest.approx(1.0 / 101.0, rel=0.05)
 
@@ -74,9 +74,9 @@ def test_what_a_slow_load_lifts_is_no_exchange() -> None:
     still, held = np.ones(801), np.linspace(0.0, 1e9, 801)
     residual = 1e-3 * np.arange(801)
     extra = {"energy_stored_hydrostatic": held, "energy_work_lift": held}
-    apart = worst_gap(ledger(swings(still), residual)).relative
+    apart = worst_energy_gap(ledger(swings(still), residual)).relative
     rounding = 1e-11 * 1e9
-    assert worst_gap(ledger(swings(still), residual, **extra)).relative == pytest.approx(
+    assert worst_energy_gap(ledger(swings(still), residual, **extra)).relative == pytest.approx(
         apart - rounding / 800.0, rel=0.2
     )
 
@@ -84,9 +84,9 @@ def test_what_a_slow_load_lifts_is_no_exchange() -> None:
 def test_roundings_and_quiet_stretches_are_no_gap() -> None:
     size = np.where(np.arange(1601) < 1000, 1.0, 1e-8)
     residual = np.where(np.arange(1601) > 1500, 1e-9, 0.0)
-    assert worst_gap(ledger(swings(size), residual)).relative < MAX_RESIDUAL_FRACTION
+    assert worst_energy_gap(ledger(swings(size), residual)).relative < MAX_RESIDUAL_FRACTION
     big = {"energy_stored_it": np.full(1601, 1e6)}
-    assert worst_gap(ledger(swings(size), 0.9e-5 * (size < 1.0), **big)).relative == 0.0
+    assert worst_energy_gap(ledger(swings(size), 0.9e-5 * (size < 1.0), **big)).relative == 0.0
 
 
 def guarded(run: xr.Dataset, mass: float = 0.0) -> xr.Dataset:

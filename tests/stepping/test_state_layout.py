@@ -21,7 +21,7 @@ def test_radiation_states_are_named_after_their_group_once() -> None:
     scene = hs.load_case(IRREGULAR).scene()
     compiled = hs.compile_scene(scene)
     model = compiled.model
-    layout = state_layout(scene, model, compiled.facts.met)
+    layout = state_layout(scene, model, compiled.derived.met)
     names = layout.names()
     assert len(names) == len(set(names)) == model.size
     first = [
@@ -48,7 +48,7 @@ def test_radiation_states_are_named_after_their_group_once() -> None:
 def test_blocks_lie_where_the_model_has_them(name: str, changes: dict[str, object]) -> None:
     compiled = hs.compile_scene(hs.load_case(CASES / f"{name}.yaml", changes).scene())
     scene, model = compiled.scene, compiled.model
-    layout = state_layout(scene, model, compiled.facts.met)
+    layout = state_layout(scene, model, compiled.derived.met)
     at = {block.kind: block.offset for block in layout.blocks}
     p = model.elements
     assert at[StateKind.RATE] == model.bodies.active.size

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, StrictStr, model_validator
 
 from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
-from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of
+from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of_system
 from hydrosim.case.lines.system import MAX_SEGMENTS, MooringLine, System
 from hydrosim.case.signals import Recorded
 from hydrosim.files import quantities as of
@@ -253,7 +253,7 @@ class Lines(Breaking):
             )
             for key, line in self.read_lines(system, where, vessel).items()
         }
-        left_out = tuple(each._replace(key=f"{where.key}.file") for each in system.left_out)
+        left_out = tuple(entry._replace(key=f"{where.key}.file") for entry in system.left_out)
         first, line = next(iter(elements.items()))
         elements[first] = replace(cast("BuiltCatenary", line), left_out=left_out)
         return elements
@@ -265,7 +265,7 @@ class Lines(Breaking):
         file that does not fit the case."""
         source = self.source(where)
         _check_water(system, where.water, vessel.depth, source)
-        lines = mooring_lines(system, water_of(system, where.water), source)
+        lines = mooring_lines(system, water_of_system(system, where.water), source)
         depth = system.depth if system.depth is not None else vessel.depth
         bed = Seabed(friction=system.friction) if isfinite(depth) else None
         return {name: self._catenary(line, vessel, bed) for name, line in lines.items()}

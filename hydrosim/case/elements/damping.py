@@ -199,8 +199,8 @@ class ViscousRoll(Element):
 
         form = self.decay
         key = f"{where.path}: {where.key}.decay"
-        found = fit_files(
+        fit = fit_files(
             [where.path.parent / form.file], form.column, form.unit, form.start, form.end, key
         )
-        values = dict(zip(FITTED, found.damping, strict=True))
-        return self.model_copy(update={"decay": None, "period": found.period.value, **values})
+        values = dict(zip(FITTED, fit.damping, strict=True))
+        return self.model_copy(update={"decay": None, "period": fit.period.value, **values})

@@ -163,9 +163,9 @@ class Winch(Breaking):
         if self.length is not None and not isinstance(self.length, float):
             given.append("length over time")
         if len(given) != 1:
-            found = " and ".join(given) or "a winch that nothing drives"
+            given_keys = " and ".join(given) or "a winch that nothing drives"
             expected = "one of tension, speed, compensation, or length over time"
-            raise problem(found, expected, "a wire of constant length is a spring")
+            raise problem(given_keys, expected, "a wire of constant length is a spring")
         if self.tension is None:
             self._check_untense(given[0])
         else:

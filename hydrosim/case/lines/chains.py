@@ -29,7 +29,7 @@ from hydrosim.files.yaml_nodes import compose_nodes, plain_values
 
 Water = tuple[float, float]
 """Density [kg/m^3] and gravity [m/s^2]."""
-DEEPER = 1e-3  # of the depth: an anchor this little below the seabed is on it
+ON_SEABED_RTOL = 1e-3  # of the depth: an anchor this little below the seabed is on it
 YAML = (".yaml", ".yml")
 CASE_KEYS = {"title", "duration", "environment", "bodies", "forces", "joints", "extends"}
 MAX_PIECES = 1000
@@ -43,7 +43,7 @@ def read_mooring_system(source: Source) -> System:
     return read_moordyn(source)
 
 
-def water_of(system: System, water: Water) -> Water:
+def water_of_system(system: System, water: Water) -> Water:
     """The water that weights in ``system`` are for: what its file says, or else ``water``."""
     density, gravity = water
     return (
@@ -63,7 +63,7 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
             " body; make a file for each"
         )
     at = _lines_at(system)
-    found = {}
+    lines_by_name = {}
     used = set()
     for name, point in system.points.items():
         if point.held is not PointSupport.BODY:
@@ -75,14 +75,14 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
                 text += f"; expected at most {MAX_SEGMENTS}; join those that are alike"
                 source.wrong(text, system.pieces[first].row)
             used.update(pieces)
-            found[first] = _line(system, name, end, pieces, water)
+            lines_by_name[first] = _line(system, name, end, pieces, water)
     left = [name for name in system.pieces if name not in used]
     if left:
         text = f"found line {left[0]}, which leads to no point of a body; expected lines to bodies"
         source.wrong(text, system.pieces[left[0]].row)
-    if not found:
+    if not lines_by_name:
         source.wrong("found no line that ends on a body; expected a point of type Coupled")
-    return found
+    return lines_by_name
 
 
 def _check_names(system: System, source: Source) -> None:
@@ -101,7 +101,7 @@ def _check_depths(system: System, source: Source) -> None:
     """Refuse points below the seabed, but for what digits of a file leave."""
     depth = inf if system.depth is None else system.depth
     for name, point in system.points.items():
-        if point.held is PointSupport.EARTH and -point.place[2] > depth * (1.0 + DEEPER):
+        if point.held is PointSupport.EARTH and -point.place[2] > depth * (1.0 + ON_SEABED_RTOL):
             source.wrong(
                 f"found point {name} {-point.place[2]:g} m below the water, and a depth of"
                 f" {depth:g} m; expected points on the seabed or above it",
@@ -232,7 +232,7 @@ def case_keys(file: Path) -> str:
     """YAML of ``forces``, and of the depth if the file says it. Raises InputError."""
     source = Source(file)
     system = read_mooring_system(source)
-    water = water_of(system, DEFAULT_WATER)
+    water = water_of_system(system, DEFAULT_WATER)
     lines = mooring_lines(system, water, source)
     keys: dict[str, object] = {}
     if system.depth is not None:
@@ -240,7 +240,7 @@ def case_keys(file: Path) -> str:
     keys["forces"] = {f"line_{name}": _line_keys(line, system) for name, line in lines.items()}
     text = yaml.dump(keys, sort_keys=False, default_flow_style=None, width=100)
     head = HEAD.format(file=file.name, density=water[0], gravity=water[1])
-    left_out = "".join(f"# Left out: {each.message}\n" for each in system.left_out)
+    left_out = "".join(f"# Left out: {entry.message}\n" for entry in system.left_out)
     return head + left_out + text
 
 
@@ -255,16 +255,16 @@ def _line_keys(line: MooringLine, system: System) -> dict[str, object]:
     }
     segments = []
     for s in line.segments:
-        own: dict[str, object] = {
+        section_keys: dict[str, object] = {
             "length": _with_unit(s.length, "m"),
             "weight": _with_unit(s.weight, "N/m"),
             "stiffness": _with_unit(s.stiffness, "N"),
         }
         if s.drag > 0.0:
-            own["drag"] = {"coefficient": s.drag, "diameter": _with_unit(s.diameter, "m")}
+            section_keys["drag"] = {"coefficient": s.drag, "diameter": _with_unit(s.diameter, "m")}
         if s.hung != 0.0:
-            own["clump" if s.hung > 0.0 else "buoy"] = _with_unit(abs(s.hung), "N")
-        segments.append(own)
+            section_keys["clump" if s.hung > 0.0 else "buoy"] = _with_unit(abs(s.hung), "N")
+        segments.append(section_keys)
     keys["segments"] = segments
     if system.depth is not None:
         keys["seabed"] = {"friction": system.friction}

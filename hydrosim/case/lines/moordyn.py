@@ -159,16 +159,16 @@ def _refuse_sections(
 def _types(rows: SectionTable) -> dict[str, LineType]:
     """Types of lines by name."""
     diameter, mass, stiffness = (rows.required_column(w) for w in ("diameter", "mass", "stiffness"))
-    found: dict[str, LineType] = {}
+    types_by_name: dict[str, LineType] = {}
     for line, words in rows:
-        _refuse_repeated(rows.source, found, words[0], "line type", line)
-        found[words[0]] = LineType(
+        _refuse_repeated(rows.source, types_by_name, words[0], "line type", line)
+        types_by_name[words[0]] = LineType(
             rows.number(line, words, diameter, sections.DIAMETER, "the diameter"),
             rows.number(line, words, mass, sections.MASS_PER_LENGTH, "the mass per length"),
             rows.number(line, words, stiffness, sections.AXIAL_STIFFNESS, "EA"),
             rows.optional_number(line, words, "drag", sections.DRAG_COEFFICIENT),
         )
-    return found
+    return types_by_name
 
 
 def _find_stiffness_left_out(rows: SectionTable) -> Iterator[OmittedEntry]:
@@ -194,9 +194,9 @@ def _find_stiffness_left_out(rows: SectionTable) -> Iterator[OmittedEntry]:
 
 
 def _refuse_repeated(
-    source: Source, found: Mapping[str, object], name: str, what: str, line: int
+    source: Source, names_so_far: Mapping[str, object], name: str, what: str, line: int
 ) -> None:
-    if name in found:
+    if name in names_so_far:
         source.wrong(f"found {what} {name} twice; expected each once", line)
 
 
@@ -221,9 +221,9 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
         number = _identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, seen, number, "body", line)
         fixed = held is PointSupport.EARTH
-        own = held if fixed else PointSupport.BODY
+        support = held if fixed else PointSupport.BODY
         seen[number] = FileBody(
-            own, np.array(place), _rotation(angles), held is PointSupport.LINES, line
+            support, np.array(place), _rotation(angles), held is PointSupport.LINES, line
         )
         yield number, seen[number]
 
@@ -252,7 +252,7 @@ def _rotation(angles: Sequence[float]) -> np.ndarray:
 def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> dict[str, Point]:
     """Points by number."""
     columns = [rows.required_column(name) for name in "xyz"]
-    found: dict[str, Point] = {}
+    points_by_name: dict[str, Point] = {}
     for line, words in rows:
         for name in ("fx", "fy", "fz"):
             if rows.optional_number(line, words, name, sections.ANY_FORCE) != 0.0:
@@ -262,12 +262,12 @@ def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> d
             words[columns[2]] = str(-depth)
         x, y, z = (rows.number(line, words, c, sections.COORDINATE) for c in columns)
         number = _identity(rows.source, line, words[0])
-        _refuse_repeated(rows.source, found, number, "point", line)
+        _refuse_repeated(rows.source, points_by_name, number, "point", line)
         held, body, place = _locate_point(rows.source, line, words[1], (x, y, z), bodies)
         mass = rows.optional_number(line, words, "mass", sections.MASS)
         volume = rows.optional_number(line, words, "volume", sections.VOLUME)
-        found[number] = Point(held, place, mass, volume, body, line)
-    return found
+        points_by_name[number] = Point(held, place, mass, volume, body, line)
+    return points_by_name
 
 
 def _locate_point(
@@ -284,8 +284,8 @@ def _locate_point(
     if kind.lower().startswith("turb") or bodies is None:
         return held, f"Body{digits}", place
     if digits not in bodies:
-        known = ", ".join(f"Body{number}" for number in bodies) or "none"
-        source.wrong(f"found a point on {kind}; expected one of the bodies: {known}", line)
+        body_names = ", ".join(f"Body{number}" for number in bodies) or "none"
+        source.wrong(f"found a point on {kind}; expected one of the bodies: {body_names}", line)
     body = bodies[digits]
     x, y, z = map(float, body.place + body.rotation @ place)
     name = f"Body{digits}" if body.held is PointSupport.BODY else ""
@@ -299,10 +299,10 @@ def _support_of(kind: str) -> PointSupport | None:
 def _pieces(rows: SectionTable) -> dict[str, Piece]:
     """Lines by number."""
     first, second, length = (rows.required_column(what) for what in ("first", "second", "length"))
-    found: dict[str, Piece] = {}
+    pieces_by_name: dict[str, Piece] = {}
     for line, words in rows:
         ends = tuple(_identity(rows.source, line, words[c]) for c in (first, second))
-        _refuse_repeated(rows.source, found, words[0], "line", line)
+        _refuse_repeated(rows.source, pieces_by_name, words[0], "line", line)
         size = rows.number(
             line,
             words,
@@ -310,8 +310,8 @@ def _pieces(rows: SectionTable) -> dict[str, Piece]:
             sections.LINE_LENGTH,
             f"the unstretched length of line {words[0]}",
         )
-        found[words[0]] = Piece(words[1], (ends[0], ends[1]), size, line)
-    return found
+        pieces_by_name[words[0]] = Piece(words[1], (ends[0], ends[1]), size, line)
+    return pieces_by_name
 
 
 def _identity(source: Source, line: int, word: str) -> str:

@@ -69,8 +69,8 @@ class MappingEntry:
         for key in keys:
             if self.values.get(key) is not None:
                 return self.values[key]
-        found = ", ".join(key for key, value in self.values.items() if value is not None)
-        self.refuse(f"found {found or 'nothing'}; expected a value of {keys[0]} too")
+        given_keys = ", ".join(key for key, value in self.values.items() if value is not None)
+        self.refuse(f"found {given_keys or 'nothing'}; expected a value of {keys[0]} too")
 
     def read_name(self, *keys: str) -> str:
         """A name: a text or a number."""
@@ -93,7 +93,10 @@ class MappingEntry:
         value = self.find_value(key)
         if not isinstance(value, list) or len(value) != 3:
             self.refuse(f"found {value_text(value)}; expected three coordinates", key)
-        x, y, z = (self._number(each, sections.COORDINATE, key, k) for k, each in enumerate(value))
+        x, y, z = (
+            self._number(coordinate, sections.COORDINATE, key, k)
+            for k, coordinate in enumerate(value)
+        )
         return x, y, z
 
     def _number(self, value: object, quantity: Quantity, *keys: str | int) -> float:
@@ -105,10 +108,10 @@ class MappingEntry:
         value = self.find_value(key)
         if not isinstance(value, list):
             self.refuse(f"found {value_text(value)}; expected a list", key)
-        for k, each in enumerate(value):
-            if not isinstance(each, Mapping):
-                self.refuse(f"found {value_text(each)}; expected a mapping", key, k)
-            yield MappingEntry(self.source, self.node, (*self.keys, key, k), each)
+        for k, entry in enumerate(value):
+            if not isinstance(entry, Mapping):
+                self.refuse(f"found {value_text(entry)}; expected a mapping", key, k)
+            yield MappingEntry(self.source, self.node, (*self.keys, key, k), entry)
 
     def unknown_keys(self, kind: str) -> Iterator[OmittedEntry]:
         """Keys that are not read."""
@@ -124,8 +127,8 @@ def is_moorpy(values: object) -> bool:
     if not isinstance(values, Mapping):
         return False
     return any(
-        isinstance(each, Mapping) and {*REQUIRED_KEYS} <= {*each}
-        for each in (values, values.get("mooring"))
+        isinstance(mapping, Mapping) and {*REQUIRED_KEYS} <= {*mapping}
+        for mapping in (values, values.get("mooring"))
     )
 
 

@@ -120,8 +120,8 @@ class SectionTable:
         column = self.column(what)
         if column is None:
             expected = " or ".join(name.upper() for name in COLUMN_NAMES[what])
-            found = " ".join(self.names) or "no columns"
-            self.source.wrong(f"{self.title}: found {found}; expected a column {expected}")
+            column_names = " ".join(self.names) or "no columns"
+            self.source.wrong(f"{self.title}: found {column_names}; expected a column {expected}")
         return column
 
     def number(
@@ -144,19 +144,19 @@ class SectionTable:
 def read_sections(source: Source) -> dict[str, FileSection]:
     """The sections of a file by their kind, with those that are not known by their titles. What is
     behind the end of the file is left out. Raises InputError for two sections of a kind."""
-    found: dict[str, FileSection] = {}
+    sections_by_title: dict[str, FileSection] = {}
     for section in _sections(source):
         if section.kind == "end":
             break
         name = section.kind or section.title
-        if name in found and section.kind not in REPEATED_SECTIONS and section.rows:
+        if name in sections_by_title and section.kind not in REPEATED_SECTIONS and section.rows:
             source.wrong(
                 f"found a second section {section.title}; expected one, as in line"
-                f" {found[name].line}; join the tables",
+                f" {sections_by_title[name].line}; join the tables",
                 section.line,
             )
-        found.setdefault(name, section)
-    return found
+        sections_by_title.setdefault(name, section)
+    return sections_by_title
 
 
 def _sections(source: Source) -> Iterator[FileSection]:
@@ -251,8 +251,8 @@ def read_number(
         _, _, remedy = error.message().partition("; expected ")[2].partition("; ")
         name = f" for {what}" if what else ""
         unit = f" in {quantity.unit}" if quantity.unit else ""
-        found = word if isinstance(word, str) else value_text(word)
-        text = f"found {found}{name}; expected {quantity.what}{unit}"
+        word_text = word if isinstance(word, str) else value_text(word)
+        text = f"found {word_text}{name}; expected {quantity.what}{unit}"
         source.wrong(with_hint(text, remedy), line)
 
 
@@ -362,5 +362,5 @@ def _describe_left_out(name: str, value: str, line: int) -> Iterator[OmittedEntr
         advice = "Friction across a line is neglected."
     else:
         advice = "No option of this name is known here; see that the line is as you mean it."
-    found = f"the option {name} {value}".strip()
-    yield OmittedEntry(Question.FILES, f"{found} in line {line}", "it is left out", advice)
+    option_text = f"the option {name} {value}".strip()
+    yield OmittedEntry(Question.FILES, f"{option_text} in line {line}", "it is left out", advice)

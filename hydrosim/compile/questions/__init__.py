@@ -20,47 +20,51 @@ if TYPE_CHECKING:
     from hydrosim.compile.questions.query import Query, SceneContext
 
 QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
-    Question.ANGLES: starts.angles,
-    Question.SPEED: starts.speed,
-    Question.OVERLAP: starts.overlap,
-    Question.PLANE: starts.plane,
-    Question.POINTS: elements.points,
-    Question.LINES: lambda about: chain(starts.lines(about), attachments.routes(about)),
-    Question.FALL: starts.fall,
-    Question.MASS: bodies.mass,
-    Question.INERTIA: bodies.inertia,
-    Question.TRIM: bodies.trim,
-    Question.STABILITY: bodies.stability,
-    Question.PERIODS: bodies.periods,
-    Question.LIFT: bodies.lift,
-    Question.SOFTNESS: elements.softness,
-    Question.FRICTION: elements.friction,
-    Question.DAMPING: elements.damping,
-    Question.WATER: waters.water,
-    Question.STREAMS: lambda about: chain(waters.streams(about), loads.coefficients(about)),
-    Question.SHIELDING: bodies.shielding,
-    Question.SLOSHING: waters.sloshing,
-    Question.WAVES: waters.waves,
-    Question.STEEPNESS: waters.steepness,
-    Question.RAMP: waters.ramp,
-    Question.STEP: waters.step,
-    Question.RANGE: waters.ranges,
-    Question.CAPACITY: loads.capacities,
-    Question.AXES: attachments.axes,
-    Question.HULL: bodies.hulls,
-    Question.BENDING: elements.bending,
-    Question.FILES: elements.files,
+    Question.ANGLES: starts.ask_about_angles,
+    Question.SPEED: starts.ask_about_speed,
+    Question.OVERLAP: starts.ask_about_overlap,
+    Question.PLANE: starts.ask_about_planes,
+    Question.POINTS: elements.ask_about_contact_points,
+    Question.LINES: lambda about: chain(
+        starts.ask_about_line_starts(about), attachments.ask_about_line_routes(about)
+    ),
+    Question.FALL: starts.ask_about_fall,
+    Question.MASS: bodies.ask_about_mass,
+    Question.INERTIA: bodies.ask_about_inertia,
+    Question.TRIM: bodies.ask_about_trim,
+    Question.STABILITY: bodies.ask_about_stability,
+    Question.PERIODS: bodies.ask_about_natural_periods,
+    Question.LIFT: bodies.ask_about_lift,
+    Question.SOFTNESS: elements.ask_about_softness,
+    Question.FRICTION: elements.ask_about_friction,
+    Question.DAMPING: elements.ask_about_damping,
+    Question.WATER: waters.ask_about_water,
+    Question.STREAMS: lambda about: chain(
+        waters.ask_about_streams(about), loads.ask_about_coefficients(about)
+    ),
+    Question.SHIELDING: bodies.ask_about_shielding,
+    Question.SLOSHING: waters.ask_about_sloshing,
+    Question.WAVES: waters.ask_about_waves,
+    Question.STEEPNESS: waters.ask_about_steepness,
+    Question.RAMP: waters.ask_about_ramp,
+    Question.STEP: waters.ask_about_step,
+    Question.RANGE: waters.ask_about_ranges,
+    Question.CAPACITY: loads.ask_about_capacities,
+    Question.AXES: attachments.ask_about_axes,
+    Question.HULL: bodies.ask_about_hulls,
+    Question.BENDING: elements.ask_about_bending,
+    Question.FILES: elements.ask_about_files,
 }
 
 
 def query_messages(about: SceneContext) -> list[str]:
     """Messages of all doubts about a scene except accepted ones. Raises InputError for doubts that
     are refusals."""
-    found = list(_queries(about))
-    refused = [_query_message(doubt, question) for doubt, question in found if doubt.refused]
+    queries = list(_queries(about))
+    refused = [_query_message(doubt, question) for doubt, question in queries if doubt.refused]
     if refused:
         raise InputError("\n".join(refused))
-    return [_query_message(doubt, question) for doubt, question in found]
+    return [_query_message(doubt, question) for doubt, question in queries]
 
 
 def describe_doubts(about: SceneContext, apart: Collection[Question]) -> list[str]:

@@ -44,7 +44,7 @@ FREE_AXIS_COSINE = (
 FRAME = "Points are in the body frame, from the centre of gravity."
 
 
-def attachments(about: SceneContext) -> Iterator[Query]:
+def ask_about_attachments(about: SceneContext) -> Iterator[Query]:
     """Ask about points far off their bodies, and fairleads far under a keel."""
     sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     bodies = {body.name: body for body in about.scene.bodies}
@@ -80,8 +80,8 @@ def _points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
             place = centre[joint.body] + turn[joint.body] @ point
             yield f"joints.{name}.point", joint.to, turn[joint.to].T @ (place - centre[joint.to])
     for body in about.scene.bodies:
-        for name, own in body.points.items():
-            yield f"bodies.{body.name}.points.{name}", body.name, np.array(own, float)
+        for name, named_point in body.points.items():
+            yield f"bodies.{body.name}.points.{name}", body.name, np.array(named_point, float)
 
 
 def _reach(body: Body, size: Extents | None) -> float:
@@ -122,7 +122,7 @@ def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
         yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.3g} m", FRAME)
 
 
-def axes(about: SceneContext) -> Iterator[Query]:
+def ask_about_axes(about: SceneContext) -> Iterator[Query]:
     """Ask about torsion springs and power take-offs about an axis that a joint holds."""
     branches = {
         frozenset((branch.child, branch.parent)): branch
@@ -152,16 +152,18 @@ def axes(about: SceneContext) -> Iterator[Query]:
 BURIED = 1.0
 HOVERING = 0.25  # of the water depth, for lines that know no seabed
 ABOVE_BED = 0.03  # of the water depth, for lines that do
-MIN_ABOVE_BED = 2.0
-SOFT = 1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
-AT_SIDE = 0.7  # of half of the breadth or length: fairleads further out are at a side
+MIN_HEIGHT_ABOVE_BED_M = 2.0
+MIN_STIFFNESS_OVER_WEIGHT = (
+    1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
+)
+SIDE_FRACTION = 0.7  # of half of the breadth or length: fairleads further out are at a side
 WIDE_CHAIN = 20.0  # bar diameters: coefficient times diameter, 2.4 of studless chain
 WIDEST = 10.0  # m, of other lines
 CROSSING = 0.5  # of the breadth of a hull
 KEEL = 0.8  # of the draught: fairleads deeper are at the keel
 
 
-def routes(about: SceneContext) -> Iterator[Query]:
+def ask_about_line_routes(about: SceneContext) -> Iterator[Query]:
     """Ask about lines that run through the seabed or a hull, hang above it, or are too soft."""
     state = about.state
     depth = about.scene.environment.water_depth
@@ -192,7 +194,7 @@ def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
     above = depth + of.anchor[2]
     limit = max(HOVERING * depth, BURIED)
     if of.friction is not None:
-        limit = max(ABOVE_BED * depth, MIN_ABOVE_BED)
+        limit = max(ABOVE_BED * depth, MIN_HEIGHT_ABOVE_BED_M)
     if moored and np.isfinite(depth) and above > limit:
         found_text = f"an anchor {above:.3g} m above the seabed, in water of {depth:g} m"
         yield Query(f"{key}.anchor", found_text, "usual is an anchor on the seabed")
@@ -200,13 +202,13 @@ def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
 
 def _softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
     """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
-    if of.anchor_body is not None or of.body not in about.facts.databases:
+    if of.anchor_body is not None or of.body not in about.derived.databases:
         return
     weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
     stiffness = float(line.line_pieces["stiffness"].min())
-    if stiffness < SOFT * weight:
+    if stiffness < MIN_STIFFNESS_OVER_WEIGHT * weight:
         found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
-        usual = f"usual is above {SOFT:g} of the weight"
+        usual = f"usual is above {MIN_STIFFNESS_OVER_WEIGHT:g} of the weight"
         advice = "Check the diameter and its unit."
         yield Query(f"forces.{line.name}.segments", found_text, usual, advice)
 
@@ -228,7 +230,7 @@ def _under_hull(
     """Ask about a line from a side of a compact hull that crosses under it to the other side."""
     aside = (np.array(of.point[:2]) - size.centre[:2]) / size.half
     at_keel = of.point[2] < size.centre[2] - KEEL * size.draught
-    if size.filled < COMPACT or at_keel or np.abs(aside).max() < AT_SIDE:
+    if size.filled < COMPACT or at_keel or np.abs(aside).max() < SIDE_FRACTION:
         return
     turn = about.motion.rotation[about.index[of.body]]
     away = turn.T @ np.array([*line.ends.e, 0.0])

@@ -16,7 +16,7 @@ from hydrosim.compile.questions.query import (
     natural_periods,
     peak_wavelength,
     text_beyond,
-    text_outside,
+    text_outside_range,
 )
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
@@ -37,7 +37,7 @@ SMALLEST_RADIUS = 0.01  # of that of a hull with all its mass at its ends
 LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
-def mass(about: SceneContext) -> Iterator[Query]:
+def ask_about_mass(about: SceneContext) -> Iterator[Query]:
     """Ask about bodies whose mass differs from their displacement."""
     afloat = {body.name for _, body, _ in about.afloat()}
     for _, body, db in about.floating_bodies():
@@ -79,7 +79,7 @@ def _is_mass_asked(about: SceneContext, body: Body, db: HydroDatabase) -> bool:
     return Question.MASS not in about.scene.accept and _is_mass_doubtful(body, db)
 
 
-def inertia(about: SceneContext) -> Iterator[Query]:
+def ask_about_inertia(about: SceneContext) -> Iterator[Query]:
     """Ask about moments of inertia that no rigid body has: one exceeds the sum of the others."""
     for body in about.scene.bodies:
         small, middle, large = np.linalg.eigvalsh(body.inertia)
@@ -105,7 +105,7 @@ def _densities(about: SceneContext) -> Iterator[Query]:
         squares = 3.0 * np.linalg.eigvalsh(body.inertia) / body.mass
         half = np.sqrt(np.maximum(squares.sum() / 2.0 - squares, 0.0))
         density = body.mass / (8.0 * np.prod(half)) if np.all(half > 0.0) else np.inf
-        if body.name not in about.facts.databases and density < LIGHTEST:
+        if body.name not in about.derived.databases and density < LIGHTEST:
             found_text = (
                 f"radii of gyration of a box of {2.0 * half.max():.3g} m and {density:.2g} kg/m^3"
             )
@@ -141,7 +141,7 @@ def _radii(about: SceneContext) -> Iterator[Query]:
                 )
 
 
-def trim(about: SceneContext) -> Iterator[Query]:
+def ask_about_trim(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that float level although weight and buoyancy are not on one vertical."""
     for _, body, db in about.afloat():
         if body.weight == Weight.CARRIED or db.centre_of_buoyancy is None:
@@ -170,14 +170,14 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
     """Roll and pitch (2,) [rad] of a hull under a ``moment`` (3,) on heave, roll, pitch; zero for a
     hull that would capsize."""
     free = np.array([k for k in range(3) if DOFS[2 + k] in body.dofs], dtype=int)
-    found = np.zeros(3)
-    own = stiffness[2:5, 2:5][np.ix_(free, free)]
-    if free.size and np.linalg.eigvalsh(own)[0] > 0.0:
-        found[free] = np.linalg.solve(own, moment[free])
-    return found[1:]
+    angles = np.zeros(3)
+    free_stiffness = stiffness[2:5, 2:5][np.ix_(free, free)]
+    if free.size and np.linalg.eigvalsh(free_stiffness)[0] > 0.0:
+        angles[free] = np.linalg.solve(free_stiffness, moment[free])
+    return angles[1:]
 
 
-def stability(about: SceneContext) -> Iterator[Query]:
+def ask_about_stability(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that capsize, or whose centre of gravity is a draught above the water."""
     yield from _high_centres(about)
     gravity = about.scene.environment.gravity
@@ -212,33 +212,33 @@ def _high_centres(about: SceneContext) -> Iterator[Query]:
             yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
 
 
-def periods(about: SceneContext) -> Iterator[Query]:
+def ask_about_natural_periods(about: SceneContext) -> Iterator[Query]:
     """Ask about natural periods that are too short or too long, for each degree of freedom by
     itself."""
     for i, body, db in about.afloat():
         for name, period in natural_periods(about, i, body, db).items():
             if not MIN_NATURAL_PERIOD_S <= period <= MAX_NATURAL_PERIOD_S:
-                text = text_outside(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
+                text = text_outside_range(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
                 found_text = f"a natural period of {text} s in {name}"
                 usual = f"usual is {MIN_NATURAL_PERIOD_S:g} to {MAX_NATURAL_PERIOD_S:g} s"
                 advice = "Check stiffness, mass and their units."
                 yield Query(f"bodies.{body.name}", found_text, usual, advice)
 
 
-def lift(about: SceneContext) -> Iterator[Query]:
+def ask_about_lift(about: SceneContext) -> Iterator[Query]:
     """Ask about applied forces that lift a hull out of the water, or sink it, or that push it with
     more than its weight."""
     for _, body, db in about.floating_bodies():
         yield from _sideways(about, body)
         if body.hydrostatics is not None or _is_mass_asked(about, body, db):
             continue  # with another mass, the weight is another
-        own = [
+        extremes = [
             _extremes(e.force["heave"], about.scene.duration)
             for e in about.scene.forces.values()
             if isinstance(e, AppliedForce) and e.body == body.name and "heave" in e.force
         ]
         weight = body.mass * about.scene.environment.gravity
-        up, down = sum(high for _, high in own), -sum(low for low, _ in own)
+        up, down = sum(high for _, high in extremes), -sum(low for low, _ in extremes)
         for force, what in ((up, "lift"), (down, "load")):
             if force > LIFTED * weight:
                 share = text_beyond(force / weight, LIFTED, ".0%")
@@ -268,12 +268,12 @@ def _sideways(about: SceneContext, body: Body) -> Iterator[Query]:
 def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
     """Smallest and largest force [N] of a signal in a run; zero is included."""
     if isinstance(signal, Harmonic):
-        found = np.array([-1.0, 1.0]) * signal.amplitude + signal.mean
+        range_ends = np.array([-1.0, 1.0]) * signal.amplitude + signal.mean
     else:
         time, value = signal.time, signal.value
         ends = np.interp([0.0, duration], time, value)
-        found = np.concatenate([ends, value[time <= duration]])
-    return min(float(found.min()), 0.0), max(float(found.max()), 0.0)
+        range_ends = np.concatenate([ends, value[time <= duration]])
+    return min(float(range_ends.min()), 0.0), max(float(range_ends.max()), 0.0)
 
 
 # Questions about hulls and tanks beside the centre of gravity, and about drag beside a hull.
@@ -286,7 +286,7 @@ MOST_DRAG = 30.0
 TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
 
 
-def hulls(about: SceneContext) -> Iterator[Query]:
+def ask_about_hulls(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls aside of the centre of gravity, and about tanks far outside a hull."""
     for body in about.scene.bodies:
         if body.hydrostatics is None:
@@ -321,7 +321,7 @@ def hulls(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"bodies.{body.name}.tanks.{tank.name}", found_text, usual)
 
 
-def drag(about: SceneContext) -> Iterator[Query]:
+def ask_about_drag(about: SceneContext) -> Iterator[Query]:
     """Ask about quadratic damping that is not that of a hull of this size."""
     density = about.scene.environment.water_density
     wet = {body.name: (body, db) for _, body, db in about.floating_bodies()}
@@ -341,13 +341,13 @@ def drag(about: SceneContext) -> Iterator[Query]:
         for dof, (area, unit) in areas.items():
             least = LEAST_DRAG[dof]
             k = DOFS.index(dof)
-            found = float(of.damping[k, k])
-            coefficient = found / (0.5 * density * area)
-            if found > 0.0 and not least <= coefficient <= MOST_DRAG:
-                text = text_outside(coefficient, least, MOST_DRAG, ".2g")
+            coefficient_given = float(of.damping[k, k])
+            coefficient = coefficient_given / (0.5 * density * area)
+            if coefficient_given > 0.0 and not least <= coefficient <= MOST_DRAG:
+                text = text_outside_range(coefficient, least, MOST_DRAG, ".2g")
                 yield Query(
                     f"forces.{name}.damping.{dof}",
-                    f"{found:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
+                    f"{coefficient_given:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
                     f"usual is {least:g} to {MOST_DRAG:g}",
                     "Is it in kN?",
                 )
@@ -360,31 +360,31 @@ DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 DIRECTION_VECTORS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
 
 
-def shielding(about: SceneContext) -> Iterator[Query]:
+def ask_about_shielding(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls close to each other in waves whose databases do not include each other."""
     if not about.sea:
         return
     sizes = {
         body.name: extents(body, db)
         for body in about.scene.bodies
-        if (db := about.facts.databases.get(body.name)) is not None and db.heading.size
+        if (db := about.derived.databases.get(body.name)) is not None and db.heading.size
     }
-    known = [body for body in about.scene.bodies if sizes.get(body.name)]
-    for one, other in combinations(known, 2):
-        first, second = sizes[one.name], sizes[other.name]
+    sized_bodies = [body for body in about.scene.bodies if sizes.get(body.name)]
+    for body, neighbour in combinations(sized_bodies, 2):
+        first, second = sizes[body.name], sizes[neighbour.name]
         if (
             first is None
             or second is None
-            or _share_database(one, other)
-            or not (one.dofs or other.dofs)
+            or _share_database(body, neighbour)
+            or not (body.dofs or neighbour.dofs)
         ):
             continue
         breadth = 2.0 * max(first.half.min(), second.half.min())
-        gap = _gap(about, (one, first), (other, second))
+        gap = _gap(about, (body, first), (neighbour, second))
         if gap < NEIGHBOUR_BREADTHS * breadth:
             length = peak_wavelength(about.sea)
             yield Query(
-                f"bodies.{one.name}, bodies.{other.name}",
+                f"bodies.{body.name}, bodies.{neighbour.name}",
                 f"hulls with separate databases that are {_gap_text(gap)}, with a breadth of"
                 f" {breadth:.3g} m and waves of {length:.3g} m",
                 f"usual is more than {NEIGHBOUR_BREADTHS:g} breadths",
@@ -398,17 +398,20 @@ def _gap_text(gap: float) -> str:
     return f"about {gap:.3g} m apart" if gap > 0.0 else "overlapping in plan"
 
 
-def _share_database(one: Body, other: Body) -> bool:
+def _share_database(body: Body, neighbour: Body) -> bool:
     """Whether two bodies belong to one database."""
-    places = ((tuple(body.location), body.heading, body.hydrodynamics) for body in (one, other))
+    places = (
+        (tuple(body.location), body.heading, body.hydrodynamics) for body in (body, neighbour)
+    )
     first, second = places
-    return first == second and one.database_body != other.database_body
+    return first == second and body.database_body != neighbour.database_body
 
 
-def _gap(about: SceneContext, one: tuple[Body, Extents], other: tuple[Body, Extents]) -> float:
+def _gap(about: SceneContext, first: tuple[Body, Extents], second: tuple[Body, Extents]) -> float:
     """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
     middles, reaches = zip(
-        *(_projected_extents(about, *each) for each in (one, other)), strict=True
+        *(_projected_extents(about, *body_and_size) for body_and_size in (first, second)),
+        strict=True,
     )
     apart = DIRECTION_VECTORS @ (middles[1] - middles[0]) - reaches[0] - reaches[1]
     return max(float(apart.max()), 0.0)

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from hydrosim.compile.questions.attachments import attachments
-from hydrosim.compile.questions.bodies import drag
+from hydrosim.compile.questions.attachments import ask_about_attachments
+from hydrosim.compile.questions.bodies import ask_about_drag
 from hydrosim.compile.questions.query import (
     COMPACT,
     ELLIPSE_OVER_RECTANGLE,
@@ -17,7 +17,7 @@ from hydrosim.compile.questions.query import (
     extents,
     natural_inertias,
     text_beyond,
-    text_outside,
+    text_outside_range,
 )
 from hydrosim.dofs import DOFS
 from hydrosim.elements.contact.coulomb import Coulomb
@@ -49,24 +49,24 @@ SAME_PERIOD = 0.1
 SHARED_LOAD_COSINE = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
 
-def bending(about: SceneContext) -> Iterator[Query]:
+def ask_about_bending(about: SceneContext) -> Iterator[Query]:
     """Ask about the bending stiffness of lines in files of other programs."""
     yield from _left_out(about, Question.BENDING)
 
 
-def files(about: SceneContext) -> Iterator[Query]:
+def ask_about_files(about: SceneContext) -> Iterator[Query]:
     """Tell what else files of other programs say and the scene has not."""
     yield from _left_out(about, Question.FILES)
 
 
 def _left_out(about: SceneContext, question: Question) -> Iterator[Query]:
     for element in about.scene.forces.values():
-        for each in element.left_out if isinstance(element, Catenary) else ():
-            if each.question is question:
-                yield Query(each.key, each.found, each.becomes, each.advice, each.refused)
+        for entry in element.left_out if isinstance(element, Catenary) else ():
+            if entry.question is question:
+                yield Query(entry.key, entry.found, entry.becomes, entry.advice, entry.refused)
 
 
-def softness(about: SceneContext) -> Iterator[Query]:
+def ask_about_softness(about: SceneContext) -> Iterator[Query]:
     """Ask about fenders that a body at berthing speed compresses by metres, and about those that
     are stiffer than steel."""
     fenders = [
@@ -108,10 +108,10 @@ def _under_weight(
     body = about.scene.bodies[about.index[fender.body]]
     normal = np.array(fender.planes()[0].normal, float)
     upward = normal[2] / np.linalg.norm(normal)
-    dry = body.name not in about.facts.databases
+    dry = body.name not in about.derived.databases
     hangs = any(
-        each.body == body.name and each.supports_weight() and not isinstance(each, Contact)
-        for each in about.scene.forces.values()
+        element.body == body.name and element.supports_weight() and not isinstance(element, Contact)
+        for element in about.scene.forces.values()
     )
     if body.weight != Weight.CARRIED or not dry or hangs or upward < SHARED_LOAD_COSINE:
         return
@@ -128,7 +128,7 @@ def _under_weight(
 
 def _share_load(fender: Contact, other: Contact) -> bool:
     """Whether two fenders stop the same body on the same side."""
-    normals = (np.array(each.planes()[0].normal, float) for each in (fender, other))
+    normals = (np.array(contact.planes()[0].normal, float) for contact in (fender, other))
     n, m = (normal / np.linalg.norm(normal) for normal in normals)
     same = fender.body == other.body and [*fender.connected_bodies()] == [*other.connected_bodies()]
     return same and bool(n @ m > SHARED_LOAD_COSINE)
@@ -147,7 +147,7 @@ def _mass(about: SceneContext, fender: Contact) -> float:
     return min(moving, default=0.0)
 
 
-def friction(about: SceneContext) -> Iterator[Query]:
+def ask_about_friction(about: SceneContext) -> Iterator[Query]:
     """Ask about friction coefficients above 1, and about a stiffness of friction beside which a
     body moves by metres before it slips, or that is far above that of the fender."""
     for name, fender in about.scene.forces.items():
@@ -190,10 +190,10 @@ def _friction_stiffness(
         yield Query(key, found_text, usual, "Check its unit.")
 
 
-def damping(about: SceneContext) -> Iterator[Query]:
+def ask_about_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about damping ratios above critical, about decay tests that are not of this body, and
     about drag of another size."""
-    yield from drag(about)
+    yield from ask_about_drag(about)
     yield from _roll_damping(about)
     yield from _linear_damping(about)
     yield from _roll_forms(about)
@@ -227,7 +227,7 @@ def _linear_damping(about: SceneContext) -> Iterator[Query]:
             damping = float(of.damping[DOFS.index(dof), DOFS.index(dof)])
             ratio = damping * period / (4.0 * np.pi * inertia)
             if damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-                share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+                share = text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
                 found_text = f"{damping:.3g}, which is {share} of critical"
                 usual = "usual is 0.01 to 0.3 of critical"
                 yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Check its unit.")
@@ -260,11 +260,11 @@ def _fender_damping(about: SceneContext) -> Iterator[Query]:
             continue
         mass = _mass(about, of) / len(of.points)
         law = of.friction
-        found = [("normal.damping", of.normal.damping, _stiffness(of))]
+        coefficients = [("normal.damping", of.normal.damping, _stiffness(of))]
         if isinstance(law, StickSlip):
-            found.append(("friction.damping", law.damping, law.stiffness))
-            found.append(("friction.slip_damping", law.slip_damping, law.stiffness))
-        for key, damping, stiffness in found:
+            coefficients.append(("friction.damping", law.damping, law.stiffness))
+            coefficients.append(("friction.slip_damping", law.slip_damping, law.stiffness))
+        for key, damping, stiffness in coefficients:
             critical = 2.0 * np.sqrt(stiffness * mass)
             if damping > MAX_FENDER_RATIO * critical > 0.0:
                 text = f"{damping:.3g} N s/m per point, {damping / critical:.3g} times critical"
@@ -289,7 +289,7 @@ def _slow_damping(
         damping = float(matrix[k, k])
         ratio = damping / (body.mass * rate)
         if dof in unrestored and damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-            share = text_outside(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+            share = text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
             found_text = f"{damping:.3g} N s/m, {share} of m sqrt(g/L)"
             usual = f"usual is {LEAST_RATIO:g} to {MOST_RATIO:g} of that"
             yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Is it in kN s/m?")
@@ -299,8 +299,10 @@ def _roll_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
     rolling = ROLLS.constants_in(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
-    for (name, element), found in zip(elements, rolling, strict=True):
-        measured, waves, omega = (float(found[x]) for x in ("measured", "waves", "frequency"))
+    for (name, element), linear_damping in zip(elements, rolling, strict=True):
+        measured, waves, omega = (
+            float(linear_damping[x]) for x in ("measured", "waves", "frequency")
+        )
         if measured < waves and (element.p1 or element.p2 or element.p3):
             yield Query(
                 f"forces.{name}.p1",
@@ -313,12 +315,12 @@ def _roll_damping(about: SceneContext) -> Iterator[Query]:
         period = 2.0 * np.pi / omega if omega > 0.0 else np.inf
         ratio = element.p1 * period / (4.0 * np.pi)
         if 0.0 < ratio < MIN_RATIO and not (element.p2 or element.p3):
-            found = f"{element.p1:.3g} 1/s, which is {ratio:.2g} of critical damping"
-            yield Query(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
+            linear_damping = f"{element.p1:.3g} 1/s, which is {ratio:.2g} of critical damping"
+            yield Query(f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical")
         if np.isfinite(period) and ratio > MAX_ROLL_RATIO:
             share = text_beyond(ratio, MAX_ROLL_RATIO, ".2g")
-            found = f"{element.p1:.3g} 1/s, which is {share} of critical damping"
-            yield Query(f"forces.{name}.p1", found, "usual is 0.01 to 0.1 of critical")
+            linear_damping = f"{element.p1:.3g} 1/s, which is {share} of critical damping"
+            yield Query(f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical")
         if element.period and omega > 0.0 and abs(element.period / period - 1.0) > SAME_PERIOD:
             yield Query(
                 f"forces.{name}.period",
@@ -340,14 +342,14 @@ MIN_WALL_NORMAL = 0.5  # horizontal part of the normal, below which a plane is n
 STANDING_OFF = 5.0
 
 
-def points(about: SceneContext) -> Iterator[Query]:
+def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points inside a hull, which would cross the plane before contact, or far
     outside, and about other points far off their bodies."""
-    yield from attachments(about)
-    each = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
-    wet = set(about.facts.databases)
+    yield from ask_about_attachments(about)
+    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
+    wet = set(about.derived.databases)
     for name, fender in about.scene.forces.items():
-        size = each.get(fender.body) if isinstance(fender, Fender) else None
+        size = sizes.get(fender.body) if isinstance(fender, Fender) else None
         if size is None or not isinstance(fender, Fender):
             continue
         off = np.array([_outside(size, point) for point in fender.points])
@@ -360,7 +362,7 @@ def points(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
-        yield from _plane_inside(name, fender, each)
+        yield from _plane_inside(name, fender, sizes)
         normal = _normal(about.motion, about.index, fender)
         deep = np.array([_inside(size, point, normal) for point in fender.points])
         worst = int(np.argmax(deep))
@@ -403,8 +405,8 @@ def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray
     normal = np.array(fender.plane.normal, float)
     if fender.plane.body is not None:
         normal = motion.rotation[index[fender.plane.body]] @ normal
-    own = motion.rotation[index[fender.body]].T @ normal
-    return np.asarray(own / np.linalg.norm(own))
+    body_normal = motion.rotation[index[fender.body]].T @ normal
+    return np.asarray(body_normal / np.linalg.norm(body_normal))
 
 
 def _outside(size: Extents, point: np.ndarray) -> float:

@@ -14,7 +14,7 @@ from hydrosim.compile.questions.query import (
     bar_diameters,
     extents,
     text_beyond,
-    text_outside,
+    text_outside_range,
 )
 from hydrosim.elements.contact.fender import Contact
 from hydrosim.elements.line.catenary import Catenary
@@ -37,17 +37,17 @@ NEGLIGIBLE_LOAD_FRACTION = (
 )
 
 
-def capacities(about: SceneContext) -> Iterator[Query]:
+def ask_about_capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
     that are a unit away from the bodies' weights."""
-    yield from _tiny(about)
-    yield from _strengths(about)
-    yield from _stretches(about)
+    yield from _tiny_capacities(about)
+    yield from _doubtful_strengths(about)
+    yield from _stretches_at_capacity(about)
     yield from _overloaded_lines(about)
-    yield from _hanging(about)
+    yield from _bodies_too_heavy_for_lines(about)
 
 
-def _tiny(about: SceneContext) -> Iterator[Query]:
+def _tiny_capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that the weight of a few litres of water exceeds."""
     limits = [
         (
@@ -65,15 +65,15 @@ def _tiny(about: SceneContext) -> Iterator[Query]:
     ]
     gravity = about.scene.environment.gravity
     for key, limit, names in limits:
-        own = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
-        lightest = gravity * min(own, default=0.0)
+        masses = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
+        lightest = gravity * min(masses, default=0.0)
         if limit is not None and limit < NEGLIGIBLE_LOAD_FRACTION * lightest:
             found_text = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
             usual = f"usual is above {NEGLIGIBLE_LOAD_FRACTION:g} of the weight"
             yield Query(key, found_text, usual, "Is it in kN?")
 
 
-def _stretches(about: SceneContext) -> Iterator[Query]:
+def _stretches_at_capacity(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities of springs at which they are several times as long."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Spring) or not of.capacity or not isinstance(of.length, float):
@@ -91,7 +91,7 @@ def _stretches(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _strengths(about: SceneContext) -> Iterator[Query]:
+def _doubtful_strengths(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities far above or below the breaking load of a line's thinnest chain, and
     about those that stretch a rope by half of its length."""
     for name, of in about.scene.forces.items():
@@ -124,7 +124,7 @@ def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
     if not limits:
         return
     begin = about.end - scene.duration
-    loads = start_loads(scene, about.model, about.state, about.facts.rows, begin)
+    loads = start_loads(scene, about.model, about.state, about.derived.rows, begin)
     for name, capacity in limits.items():
         tension = loads[name]
         if tension > capacity:
@@ -133,7 +133,7 @@ def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.capacity", f"{found_text} of tension at the start", usual)
 
 
-def _hanging(about: SceneContext) -> Iterator[Query]:
+def _bodies_too_heavy_for_lines(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that hang from lines whose capacities add up to less than the weight."""
     for body in about.scene.bodies:
         if not _is_dry_and_heavy(about, body):
@@ -159,7 +159,7 @@ def _hanging(about: SceneContext) -> Iterator[Query]:
 
 def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
     """Whether nothing but force elements carries a body."""
-    wet = body.name in about.facts.databases or body.hydrostatics is not None
+    wet = body.name in about.derived.databases or body.hydrostatics is not None
     jointed = len(joined_with(about.scene, body.name)) > 1
     held = any(body.name in (joint.body, joint.to) for joint in about.scene.joints.values())
     falls = "heave" in body.dofs and body.weight == Weight.CARRIED
@@ -185,11 +185,11 @@ AIR = 1.225  # kg/m^3
 # because no area above the water is known
 CURRENT_DRAG = (0.002, 10.0)
 WIND_DRAG = (0.003, 30.0)
-SAME_DRAUGHT = 3.0  # ratio
+MAX_DRAUGHT_RATIO = 3.0  # ratio
 MAX_OPPOSING_FRACTION = 0.1  # part of the forces
 
 
-def coefficients(about: SceneContext) -> Iterator[Query]:
+def ask_about_coefficients(about: SceneContext) -> Iterator[Query]:
     """Ask about coefficients of wind and current that are not those of a hull of this size, that
     drive a body against the stream, and about a draught for the current that the hull has not."""
     sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
@@ -217,7 +217,7 @@ def _unlikely_size(
         largest = float(np.abs(force).max())
         coefficient = largest / reference
         if largest > 0.0 and not low <= coefficient <= high:
-            text = text_outside(coefficient, low, high, ".2g")
+            text = text_outside_range(coefficient, low, high, ".2g")
             found_text = (
                 f"up to {largest:.3g} N s^2/m^2, a drag coefficient of {text} for the size of"
                 f" {of.body}"
@@ -243,7 +243,7 @@ def _other_draught(body: str, draught: float | None, size: Extents | None) -> It
     if draught is None or size is None:
         return
     ratio = draught / size.draught
-    if not 1.0 / SAME_DRAUGHT <= ratio <= SAME_DRAUGHT:
+    if not 1.0 / MAX_DRAUGHT_RATIO <= ratio <= MAX_DRAUGHT_RATIO:
         found_text = f"{draught:.3g} m"
         usual = f"the hull of its database has about {size.draught:.3g} m"
         yield Query(f"bodies.{body}.draught", found_text, usual)

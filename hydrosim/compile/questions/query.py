@@ -25,7 +25,7 @@ from hydrosim.scene.force import CHAIN, STEEL
 from hydrosim.scene.scene import arrangement
 
 if TYPE_CHECKING:
-    from hydrosim.compile.compiled import Facts
+    from hydrosim.compile.compiled import DerivedData
     from hydrosim.elements.line.catenary import Catenary
     from hydrosim.integrate.state import State
     from hydrosim.scene import Body, Environment, Scene
@@ -54,18 +54,19 @@ def text_beyond(value: float, limit: float, form: str = ".3g") -> str:
     return f"{value:.{digits}{kind}}"
 
 
-def text_outside(value: float, low: float, high: float, form: str = ".3g") -> str:
+def text_outside_range(value: float, low: float, high: float, form: str = ".3g") -> str:
     """A ``value`` below ``low`` or above ``high``, as `text_beyond` shows it."""
     return text_beyond(value, low if value < low else high, form)
 
 
 @dataclass(frozen=True, eq=False)
 class SceneContext:
-    """Subject of all questions: a scene as compiled with its ``facts``, its ``sea`` as drawn, the
-    ``motion`` of all bodies at the start, and the time of the ``end`` of the run [s]."""
+    """Subject of all questions: a scene as compiled with its ``derived`` data, its ``sea`` as
+    drawn, the ``motion`` of all bodies at the start, and the time of the ``end`` of the run
+    [s]."""
 
     scene: Scene
-    facts: Facts
+    derived: DerivedData
     state: State
     sea: tuple[WaveComponents, ...]
     motion: Motion
@@ -74,8 +75,8 @@ class SceneContext:
     def floating_bodies(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
         """Wet bodies that can move: index, body, database."""
         for i, body in enumerate(self.scene.bodies):
-            if body.name in self.facts.databases and body.dofs:
-                yield i, body, self.facts.databases[body.name]
+            if body.name in self.derived.databases and body.dofs:
+                yield i, body, self.derived.databases[body.name]
 
     def afloat(self) -> Iterator[tuple[int, Body, HydroDatabase]]:
         """`floating_bodies` bodies that no joint carries."""
@@ -85,7 +86,7 @@ class SceneContext:
     @property
     def model(self) -> Model:
         """Its constants."""
-        return self.facts.model
+        return self.derived.model
 
     def centre(self, b: int) -> np.ndarray:
         """Position of the centre of gravity of body ``b`` at the start (3,) [m]."""
@@ -99,12 +100,12 @@ class SceneContext:
 
 
 def describe_start(
-    scene: Scene, facts: Facts, state: State, sea: Sequence[WaveComponents], end: float
+    scene: Scene, derived: DerivedData, state: State, sea: Sequence[WaveComponents], end: float
 ) -> SceneContext:
     """Subject of the questions, from a scene in its ``sea``, the ``state`` at the start, and the
     time of its ``end`` [s]."""
-    motion = motion_at(facts.model, state.y)
-    return SceneContext(scene, facts, state, tuple(sea), motion, end)
+    motion = motion_at(derived.model, state.y)
+    return SceneContext(scene, derived, state, tuple(sea), motion, end)
 
 
 ELLIPSE_OVER_RECTANGLE = 2.0 / np.sqrt(
@@ -157,8 +158,8 @@ def natural_inertias(
     """Name, inertia with added mass [kg, kg m^2] and natural period [s] of each degree of freedom
     of body ``i`` that stiffness restores."""
     model = about.model
-    each = model.elements.linear_moorings
-    moored = [e["stiffness"] for e in each if e["body"] == i]
+    moorings = model.elements.linear_moorings
+    moored = [e["stiffness"] for e in moorings if e["body"] == i]
     stiffness = np.diag(sum(moored, require_array(db, "hydrostatic_stiffness")))
     added = np.diag(model.added_mass)[6 * i : 6 * i + 6]
     inertia = np.array([body.mass] * 3 + list(np.diag(body.inertia))) + added

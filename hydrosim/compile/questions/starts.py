@@ -32,7 +32,7 @@ MAX_SLACK_RATIO = 5.0  # times the distance of its ends
 MAX_START_STRAIN = 0.05  # strain of a catenary
 
 
-def angles(about: SceneContext) -> Iterator[Query]:
+def ask_about_angles(about: SceneContext) -> Iterator[Query]:
     """Ask about angles of more than a turn, degrees that were read as radians, and about angles in
     degrees that are round ones in radians."""
     for key, angle in _angles(about):
@@ -85,7 +85,7 @@ def _angles(about: SceneContext) -> Iterator[tuple[str, float]]:
                 yield f"joints.{name}", acting.neutral
 
 
-def speed(about: SceneContext) -> Iterator[Query]:
+def ask_about_speed(about: SceneContext) -> Iterator[Query]:
     """Ask about speeds that no body has."""
     for body in about.scene.bodies:
         fastest = max(map(abs, body.velocity[:3]))
@@ -95,12 +95,14 @@ def speed(about: SceneContext) -> Iterator[Query]:
     for branch in arrangement(about.scene).branches:
         b = about.index[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
-        if fastest > FASTEST and any(each.velocity for each in branch.joint.resistances):
+        if fastest > FASTEST and any(
+            resistance.velocity for resistance in branch.joint.resistances
+        ):
             found_text = f"a rate that moves {branch.child} at {text_beyond(fastest, FASTEST)} m/s"
             yield Query(f"joints.{branch.name}", found_text, f"usual is up to {FASTEST:g} m/s")
 
 
-def overlap(about: SceneContext) -> Iterator[Query]:
+def ask_about_overlap(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points deep behind their planes, and joints far beyond their stops, at the
     start."""
     yield from _pressed_stops(about)
@@ -142,7 +144,7 @@ def _degrees(angle: float) -> str:
     return f"{np.degrees(angle):.3g} deg"
 
 
-def plane(about: SceneContext) -> Iterator[Query]:
+def ask_about_planes(about: SceneContext) -> Iterator[Query]:
     """Ask about planes with their body on the wrong side."""
     for name, fender, deep in _fenders(about):
         here = about.centre(about.index[fender.body])
@@ -156,12 +158,14 @@ def plane(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.plane", found_text, usual, advice)
 
 
-def fall(about: SceneContext) -> Iterator[Query]:
+def ask_about_fall(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that fall by metres before a contact carries them, and about hulls that
     start far above or below their draught."""
     yield from _off_draught(about)
     acting = about.scene.forces.values()
-    held = {each.body for each in acting if each.supports_weight() and not _touches(each)}
+    held = {
+        element.body for element in acting if element.supports_weight() and not _touches(element)
+    }
     carried = arrangement(about.scene).children
     deepest: dict[str, float] = {}
     for _, fender, deep in _fenders(about):
@@ -171,7 +175,7 @@ def fall(about: SceneContext) -> Iterator[Query]:
         jointed = len(joined_with(about.scene, body.name)) > 1 or body.name in carried
         falls = body.weight == Weight.CARRIED and "heave" in body.dofs and not jointed
         gap = -deepest.get(body.name, 0.0)
-        if falls and body.name not in held | {*about.facts.databases} and gap > DROP:
+        if falls and body.name not in held | {*about.derived.databases} and gap > DROP:
             yield Query(
                 f"bodies.{body.name}.initial.position",
                 f"a gap of {_metres(gap)} between {body.name} and all contacts that can carry it",
@@ -197,7 +201,7 @@ def _touches(element: ForceElement) -> bool:
     return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
 
 
-def lines(about: SceneContext) -> Iterator[Query]:
+def ask_about_line_starts(about: SceneContext) -> Iterator[Query]:
     """Ask about lines that are far too short, and struts of another length."""
     yield from _springs(about)
     yield from _catenaries(about)
@@ -266,8 +270,8 @@ def _parted_catenaries(about: SceneContext, acting: set[str]) -> Iterator[str]:
     for name, element in about.scene.forces.items():
         until = element.active.until if element.active else None
         waits = element.active is not None and element.active.start is not None
-        own = until is not None and until.channel == f"line_tension.{name}"
-        if own and not waits and name not in acting and about.scene.initial is None:
+        breaks_by_tension = until is not None and until.channel == f"line_tension.{name}"
+        if breaks_by_tension and not waits and name not in acting and about.scene.initial is None:
             yield name
 
 

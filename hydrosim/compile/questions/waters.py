@@ -27,7 +27,7 @@ from hydrosim.compile.questions.query import (
     natural_periods,
     peak_period,
     text_beyond,
-    text_outside,
+    text_outside_range,
 )
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
@@ -76,7 +76,7 @@ MOST_STEPS = 1e9  # of a run: about an hour
 MIN_STEPS_PER_PERIOD = 10.0  # fewest steps of a method in a period of the waves
 
 
-def water(about: SceneContext) -> Iterator[Query]:
+def ask_about_water(about: SceneContext) -> Iterator[Query]:
     """Ask about density and gravity of another liquid or planet."""
     environment = about.scene.environment
     (low, high) = DENSITIES
@@ -93,7 +93,7 @@ def water(about: SceneContext) -> Iterator[Query]:
         yield Query("environment.gravity", found_text, usual)
 
 
-def streams(about: SceneContext) -> Iterator[Query]:
+def ask_about_streams(about: SceneContext) -> Iterator[Query]:
     """Ask about currents as fast as wind, winds beyond any storm, and streams that load no
     element."""
     environment = about.scene.environment
@@ -117,7 +117,7 @@ def streams(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def waves(about: SceneContext) -> Iterator[Query]:
+def ask_about_waves(about: SceneContext) -> Iterator[Query]:
     """Ask about seas that are higher, shorter, longer or more regular than real seas."""
     yield from _peaks(about)
     for sea in about.sea:
@@ -128,7 +128,7 @@ def waves(about: SceneContext) -> Iterator[Query]:
             yield Query("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
         if not PERIODS[0] <= peak <= PERIODS[1]:
             usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
-            found_text = f"a period of {text_outside(peak, *PERIODS)} s"
+            found_text = f"a period of {text_outside_range(peak, *PERIODS)} s"
             yield Query("environment.waves", found_text, usual)
 
 
@@ -140,7 +140,7 @@ def _peaks(about: SceneContext) -> Iterator[Query]:
             yield Query("environment.waves.peak_enhancement", found_text, "usual is 1 to 7")
 
 
-def steepness(about: SceneContext) -> Iterator[Query]:
+def ask_about_steepness(about: SceneContext) -> Iterator[Query]:
     """Ask about waves that would have broken."""
     environment = about.scene.environment
     for sea in about.sea:
@@ -166,7 +166,7 @@ def steepness(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def ramp(about: SceneContext) -> Iterator[Query]:
+def ask_about_ramp(about: SceneContext) -> Iterator[Query]:
     """Ask about ramps that last longer than the run."""
     for sea in about.sea:
         if sea.ramp > about.end:
@@ -180,11 +180,11 @@ def ramp(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def step(about: SceneContext) -> Iterator[Query]:
+def ask_about_step(about: SceneContext) -> Iterator[Query]:
     """Ask about steps that are too large for the waves, or so small that a run takes hours."""
     solver = about.scene.solver
     duration = about.scene.duration
-    free = solver.method.adapts or about.facts.exact
+    free = solver.method.adapts or about.derived.exact
     if not free and duration > MOST_STEPS * solver.step:
         found_text = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
         usual = f"usual is up to {MOST_STEPS:g} steps, which may take an hour"
@@ -208,33 +208,33 @@ def step(about: SceneContext) -> Iterator[Query]:
 OUTSIDE_REFUSED = 0.01
 
 
-def ranges(about: SceneContext) -> Iterator[Query]:
+def ask_about_ranges(about: SceneContext) -> Iterator[Query]:
     """Ask about seas with too much energy outside the frequencies of a database."""
     for _, body, db in about.floating_bodies():
         if about.sea and body.wave_forces.first_order:
-            found = shares_outside(db, about.sea)
-            if found.share > OUTSIDE_REFUSED:
+            range_loss = shares_outside(db, about.sea)
+            if range_loss.share > OUTSIDE_REFUSED:
                 usual = f"usual is up to {OUTSIDE_REFUSED:.0%} of the energy of the loads"
                 advice = (
                     "Waves there have no first-order loads. Use a database with a wider range,"
                     " or other waves."
                 )
-                found_in_words = said_of_outside(found, body, db)
+                found_in_words = outside_range_text(range_loss, body, db)
                 yield Query("environment.waves", found_in_words, usual, advice, refused=True)
 
 
-def said_of_outside(found: Outside, body: Body, db: HydroDatabase) -> str:
+def outside_range_text(range_loss: Outside, body: Body, db: HydroDatabase) -> str:
     """Text on the part of a sea outside the frequencies of the database of a body."""
     low, high = db.frequency[[0, -1]]
     text = (
-        f"{found.below + found.above:.1%} of the waves' energy outside the frequencies of the"
-        f" database of {body.name}, {low:.3g} to {high:.3g} rad/s"
+        f"{range_loss.below + range_loss.above:.1%} of the waves' energy outside the frequencies of"
+        f" the database of {body.name}, {low:.3g} to {high:.3g} rad/s"
     )
-    if found.loads is None or found.above == 0.0:
+    if range_loss.loads is None or range_loss.above == 0.0:
         return text
     return (
-        f"{text}, with an estimated fraction {found.below + found.loads:.2g} of the energy of"
-        " its loads"
+        f"{text}, with an estimated fraction {range_loss.below + range_loss.loads:.2g} of the"
+        " energy of its loads"
     )
 
 
@@ -262,7 +262,7 @@ class SloshingResonance(NamedTuple):
     rolls: bool
 
 
-def sloshing(about: SceneContext) -> Iterator[Query]:
+def ask_about_sloshing(about: SceneContext) -> Iterator[Query]:
     """Ask about tanks whose fluid would slosh with the waves, or with the roll of their body."""
     for b, body, db in about.floating_bodies():
         levels = dict(_levels(about, body)) if about.sea else {}
@@ -270,10 +270,10 @@ def sloshing(about: SceneContext) -> Iterator[Query]:
             if not set(driven) & set(body.dofs):
                 continue
             roll = _roll_period(about, b, body, db) if axis == 1 else np.inf
-            each = (_resonance(about, body, *item, axis, roll) for item in levels.items())
-            found = [hit for hit in each if hit is not None]
-            if sum(map(_fluid, found)) > MATTERS * body.mass:
-                yield _query(body, found, axis, roll)
+            candidates = (_resonance(about, body, *item, axis, roll) for item in levels.items())
+            resonances = [hit for hit in candidates if hit is not None]
+            if sum(map(_fluid, resonances)) > MATTERS * body.mass:
+                yield _query(body, resonances, axis, roll)
 
 
 def _roll_period(about: SceneContext, i: int, body: Body, db: HydroDatabase) -> float:
@@ -292,10 +292,10 @@ def _fluid(hit: SloshingResonance) -> float:
     return hit.tank.density * volume_at(hit.tank.shape, float(hit.level.max()))
 
 
-def _query(body: Body, found: Sequence[SloshingResonance], axis: int, roll: float) -> Query:
-    worst = max(found, key=lambda hit: float(hit.share.max()))
-    names = ", ".join(hit.tank.name for hit in found)
-    rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in found) else ""
+def _query(body: Body, resonances: Sequence[SloshingResonance], axis: int, roll: float) -> Query:
+    worst = max(resonances, key=lambda hit: float(hit.share.max()))
+    names = ", ".join(hit.tank.name for hit in resonances)
+    rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in resonances) else ""
     return Query(
         f"bodies.{body.name}.tanks ({names})",
         f"fluid that sloshes along {'xy'[axis]} with a period of {_range(worst.period)} s at"
@@ -319,7 +319,7 @@ def _resonance(
     """Resonance of a tank; None if it has none at any ``level`` (n,)."""
     full = height(tank.shape)
     level = level[(level > MIN_LEVEL_FRACTION * full) & (level < (1.0 - MIN_LEVEL_FRACTION) * full)]
-    widths = np.array([width(tank.shape, float(x), axis) for x in level])
+    widths = np.array([surface_width(tank.shape, float(x), axis) for x in level])
     level = level[widths > 0.0]
     widths = widths[widths > 0.0]
     period = mode_period(widths, level, about.scene.environment.gravity)
@@ -339,7 +339,7 @@ def mode_period(breadth: np.ndarray, level: np.ndarray, gravity: float) -> np.nd
     return np.asarray(2.0 * np.pi / np.sqrt(gravity * k * np.tanh(k * level)))
 
 
-def width(shape: TankShape, level: float, axis: int) -> float:
+def surface_width(shape: TankShape, level: float, axis: int) -> float:
     """Extent [m] of the free surface along an axis."""
     match shape:
         case Box():

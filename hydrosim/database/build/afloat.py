@@ -71,18 +71,18 @@ class _PartHull:
 
 def hulls_afloat(recipe: Recipe, share: float = 1.0) -> FloatingHulls:
     """Hulls of ``recipe``, with a ``share`` of its number of panels."""
-    own = [_hull_of_part(recipe, part, share) for part in recipe.data.parts]
-    integrals = tuple(each.integrals for each in own)
+    hulls = [_hull_of_part(recipe, part, share) for part in recipe.data.parts]
+    integrals = tuple(hull.integrals for hull in hulls)
     direct = recipe.data.method is IntegralEquation.DIRECT
     centres = tuple(
         _in_database_frame(part, np.array(part.centre_of_gravity)) for part in recipe.data.parts
     )
     points = tuple((float(x), float(y), float(z)) for x, y, z in centres)
-    if len(own) == 1 and not _is_moved(recipe.data.parts[0]):
-        (one,) = own
-        hull = Hull(one.panels, one.lid, one.halved, points, direct)
-        return FloatingHulls(hull, integrals, one.halved)
-    whole = [each.all_panels() for each in own]
+    if len(hulls) == 1 and not _is_moved(recipe.data.parts[0]):
+        (still_hull,) = hulls
+        hull = Hull(still_hull.panels, still_hull.lid, still_hull.halved, points, direct)
+        return FloatingHulls(hull, integrals, still_hull.halved)
+    whole = [hull.all_panels() for hull in hulls]
     panels, lids = (
         [
             _in_database_frame(part, both[k])
@@ -129,7 +129,7 @@ def _combine_hulls(panels: list[Panels], lids: list[Panels], halve: bool) -> tup
     """All hulls; if they may be halved and are symmetric, those at y >= 0. The second value says
     which bodies are symmetric."""
     every, lid = np.concatenate(panels), np.concatenate(lids)
-    owner = np.repeat(np.arange(len(panels)), [len(each) for each in panels])
+    owner = np.repeat(np.arange(len(panels)), [len(hull_panels) for hull_panels in panels])
     none = ((0.0, 0.0, 0.0),)
     if not (halve and mesh.is_symmetric(every)):
         return Hull(every, lid, False, none, owner=tuple(owner.tolist())), False

@@ -92,8 +92,10 @@ def assemble(
     }
     x, y, _ = body.centre_of_gravity[0].tolist()
     drifts = {kind: _drifts(waves[kind], solutions, headings, water, (x, y)) for kind in drift}
-    force = {kind: rules.loads([d.force for d in found]) for kind, found in drifts.items()}
-    imbalance = [[d.imbalance for d in found] for _, found in sorted(drifts.items())]
+    force = {
+        kind: rules.loads([d.force for d in kind_drifts]) for kind, kind_drifts in drifts.items()
+    }
+    imbalance = [[d.imbalance for d in kind_drifts] for _, kind_drifts in sorted(drifts.items())]
     zero, infinite = limits
     return HydroDatabase(
         source="computed",
@@ -165,9 +167,9 @@ class Rules:
 
     def loads(self, loads: Sequence[np.ndarray]) -> np.ndarray:
         """Loads (frequencies, headings, n) without sway, roll and yaw in waves along the hull."""
-        found = np.array(loads)
+        array = np.array(loads)
         along = np.isclose(np.sin(self.headings), 0.0, atol=1e-9) & self.symmetric
-        return np.where(along[:, None] & np.resize(LATERAL, found.shape[-1]), 0.0, found)
+        return np.where(along[:, None] & np.resize(LATERAL, array.shape[-1]), 0.0, array)
 
 
 def by_far_field(

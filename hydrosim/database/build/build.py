@@ -70,8 +70,8 @@ def estimated_seconds(hull: Hull, water: Water, frequencies: Real, headings: Rea
     missing = [w for w in frequencies if not _is_stored(hull, water, float(w), headings)]
     if not missing:
         return 0.0
-    each = _seconds_of_one(hull, water, float(missing[len(missing) // 2]), headings)
-    return each * (len(missing) + _missing_limits(hull, water))
+    seconds = _seconds_of_one(hull, water, float(missing[len(missing) // 2]), headings)
+    return seconds * (len(missing) + _missing_limits(hull, water))
 
 
 def _is_stored(hull: Hull, water: Water, frequency: float, headings: Real) -> bool:
@@ -194,8 +194,8 @@ def build(
 def _remaining_seconds(recipe: Recipe, hull: Hull, water: Water, jobs: int) -> float:
     """Time [s] that all frequencies take which are not stored yet; those of QTFs, of fewer panels
     and of drifts count as all others."""
-    one = estimated_seconds(hull, water, recipe.frequencies, recipe.headings)
-    return one * recipe.steps / recipe.frequencies.size / jobs
+    seconds = estimated_seconds(hull, water, recipe.frequencies, recipe.headings)
+    return seconds * recipe.steps / recipe.frequencies.size / jobs
 
 
 def _all_of(total: int, progress: Progress) -> Progress:
@@ -293,10 +293,10 @@ def _warn_of_gaps(recipe: Recipe, floats: FloatingHulls) -> None:
         gap, widest = narrowest_gap(panels[i], panels[j])
         wide = {names[k]: size for k, size in zip((i, j), widest, strict=True) if size > gap}
         if wide:
-            said = " and ".join(f"{size:.3g} m on {name}" for name, size in wide.items())
+            gaps = " and ".join(f"{size:.3g} m on {name}" for name, size in wide.items())
             keys = ", ".join(f"bodies.{name}.hull" for name in wide)
             warnings.warn(
-                f"{recipe.path}: {keys}: found panels of {said} at the gap of {gap:.3g} m between"
+                f"{recipe.path}: {keys}: found panels of {gaps} at the gap of {gap:.3g} m between"
                 f" {names[i]} and {names[j]}; expected panels narrower than the gap. Damping would"
                 " not agree with wave loads, and a run may refuse the database. Give smaller"
                 " panels, or a finer mesh.",

@@ -115,22 +115,22 @@ def _with_outward_normals(panels: Panels, path: Path) -> Panels:
     corners = hull.triangles_of(panels)
     volumes = np.sum(hull.areas(corners) * corners.mean(axis=1), axis=0)
     if np.ptp(volumes) > _CLOSED * np.abs(volumes).max():
-        found = ", ".join(f"{volume:.4g}" for volume in volumes)
+        volumes_text = ", ".join(f"{volume:.4g}" for volume in volumes)
         raise InputError(
-            f"{path}: the volumes by x, y and z are {found} m^3; expected equal values. The hull"
-            " has holes below the water, or inconsistent normals."
+            f"{path}: the volumes by x, y and z are {volumes_text} m^3; expected equal values. The"
+            " hull has holes below the water, or inconsistent normals."
         )
     return panels if volumes[2] > 0 else panels[:, ::-1]
 
 
-def narrowest_gap(one: Panels, other: Panels) -> tuple[float, tuple[float, float]]:
+def narrowest_gap(first: Panels, second: Panels) -> tuple[float, tuple[float, float]]:
     """Least distance [m] between points of the panels (n, 4, 3) of two hulls, and the longest edge
     [m] of the panels of each that are hardly farther from the other hull."""
-    clouds = [_points_on(one), _points_on(other)]
+    clouds = [_points_on(first), _points_on(second)]
     trees = [scipy.spatial.cKDTree(cloud.reshape(-1, 3)) for cloud in clouds]
     away = [trees[1].query(clouds[0])[0].min(axis=1), trees[0].query(clouds[1])[0].min(axis=1)]
     gap = float(away[0].min())
-    edges = [np.linalg.norm(p - np.roll(p, 1, axis=1), axis=2).max(axis=1) for p in (one, other)]
+    edges = [np.linalg.norm(p - np.roll(p, 1, axis=1), axis=2).max(axis=1) for p in (first, second)]
     widest = [float(e[a <= NEIGHBOUR_GAPS * gap].max()) for e, a in zip(edges, away, strict=True)]
     return gap, (widest[0], widest[1])
 

@@ -190,9 +190,9 @@ def _check_corners(shape: barge.Barge) -> None:
     ends = [0.0, shape.stern_length, shape.length - shape.bow_length, shape.length]
     spans = [b - a for a, b in [*pairwise(corners), *pairwise(ends)]]
     if len(corners) != 6 or corners[0] != 0.0 or min(spans) <= 1e-6 * shape.length:
-        found = ", ".join(f"{x:g}" for x in corners)
+        corners_text = ", ".join(f"{x:g}" for x in corners)
         raise problem(
-            f"corners of the hull at {found} m from the stern",
+            f"corners of the hull at {corners_text} m from the stern",
             "six different positions: both ends, both rakes, both ends of the taper",
             "correct stern_length (or heave_stiffness), bow_length or rake_length",
         )
@@ -243,11 +243,11 @@ class Steps(SchemaModel, Generic[StepValue]):
         start, stop, step = (float(x) for x in (self.start, self.stop, self.step))  # type: ignore[arg-type]
         steps = (stop - start) / step if step else -1.0
         if not -1e-9 <= steps < MAX_STEPS or abs(steps - round(steps)) > 1e-6:
-            found = f"start {start:g}, stop {stop:g}, step {step:g}"
+            range_text = f"start {start:g}, stop {stop:g}, step {step:g}"
             if steps > 0.0:
-                found += f", which are {steps:.6g} steps"
+                range_text += f", which are {steps:.6g} steps"
             expected = f"a whole number of steps from start to stop, at most {MAX_STEPS - 1}"
-            raise problem(found, expected)
+            raise problem(range_text, expected)
         return tuple(np.linspace(start, stop, round(steps) + 1).round(15).tolist())
 
 
@@ -267,8 +267,8 @@ def _on_grid(headings: tuple[float, ...]) -> tuple[float, ...]:
     for heading in headings:
         off = heading / DIRECTION_STEP - round(heading / DIRECTION_STEP)
         if abs(off) > 1e-6 or abs(heading) > 2 * math.pi + 1e-9:
-            found = f"a heading of {math.degrees(heading):g} deg"
-            raise problem(found, "multiples of half a degree, at most one turn")
+            heading_text = f"a heading of {math.degrees(heading):g} deg"
+            raise problem(heading_text, "multiples of half a degree, at most one turn")
     return headings
 
 
@@ -394,8 +394,8 @@ class SeveralBodies(CommonKeys):
         if self.drift and (
             math.isfinite(self.water.depth) or self.method is IntegralEquation.DIRECT
         ):
-            found = "drift of several bodies in shallow water, or with method: direct"
-            raise problem(found, "deep water and method: indirect", "remove drift")
+            choice_text = "drift of several bodies in shallow water, or with method: direct"
+            raise problem(choice_text, "deep water and method: indirect", "remove drift")
         for part in self.bodies.values():
             check_hull(part.hull, self.water)
         return self
@@ -445,8 +445,10 @@ class OneBody(RecipeBody, CommonKeys):
                 raise problem(f"qtf for {math.degrees(heading):g} deg", "one of `headings`")
         (lowest, highest), (first, last) = _ends(self.frequencies), _ends(qtf.frequencies)
         if first < lowest or last > highest:
-            found = f"qtf from {first:g} to {last:g} rad/s"
-            raise problem(found, f"`frequencies` around them, not {lowest:g} to {highest:g} rad/s")
+            range_text = f"qtf from {first:g} to {last:g} rad/s"
+            raise problem(
+                range_text, f"`frequencies` around them, not {lowest:g} to {highest:g} rad/s"
+            )
 
 
 def _ends(values: Frequencies) -> tuple[float, float]:
@@ -533,10 +535,10 @@ def shape_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> np
             " with a depth (keel to deck), or a mesh without one. Give a file as mesh instead."
         )
     if isinstance(hull, MeshFileHull):
-        own = read_closed(path.parent / hull.file, hull)
+        corners = read_closed(path.parent / hull.file, hull)
     else:
-        own = barge_with_deck(hull.shape(recipe.data.water), float(depth or 0.0))
-    return np.asarray(own @ about_z(part.heading).T + [*part.position, 0.0])
+        corners = barge_with_deck(hull.shape(recipe.data.water), float(depth or 0.0))
+    return np.asarray(corners @ about_z(part.heading).T + [*part.position, 0.0])
 
 
 def barge_with_deck(hull: Barge, depth: float) -> np.ndarray:

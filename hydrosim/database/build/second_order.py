@@ -168,22 +168,29 @@ def _products(
     """Terms of `quadratic` before the Hermitian part is taken."""
     density, weight = water.density, water.density * water.gravity
     w = np.array([flow.frequency for flow in flows])
-    one, two = _heading(flows, first), _heading(flows, second)
-    moved = displacement(one.motion, wetted.arm)
-    twice = _integral(-weight / 2 * wetted.edge, one.rise[..., None], two.rise[..., None])
-    squared = [np.einsum("qnk,nkl->qnl", flow.velocity, wetted.sharp) for flow in (one, two)]
+    first_flow, second_flow = _heading(flows, first), _heading(flows, second)
+    moved = displacement(first_flow.motion, wetted.arm)
+    twice = _integral(
+        -weight / 2 * wetted.edge, first_flow.rise[..., None], second_flow.rise[..., None]
+    )
+    squared = [
+        np.einsum("qnk,nkl->qnl", flow.velocity, wetted.sharp) for flow in (first_flow, second_flow)
+    ]
     twice += _integral(density / 2 * wetted.area, *squared)
     acceleration = np.conj(1j * w[:, None])
-    twice += acceleration * _integral(density * wetted.area, moved, two.velocity)
-    turn, load = one.motion[:, None, 3:], np.conj(two.load)
+    twice += acceleration * _integral(density * wetted.area, moved, second_flow.velocity)
+    turn, load = first_flow.motion[:, None, 3:], np.conj(second_flow.load)
     twice += np.concatenate([np.cross(turn, load[:, :3]), np.cross(turn, load[:, 3:])], axis=-1)
     return (
-        twice + _second_order_rotation_load(weight, wetted, one.motion[:, 3:], two.motion[:, 3:])
+        twice
+        + _second_order_rotation_load(
+            weight, wetted, first_flow.motion[:, 3:], second_flow.motion[:, 3:]
+        )
     ) / 2
 
 
 def _second_order_rotation_load(
-    weight: float, wetted: Wetted, one: Complex, two: Complex
+    weight: float, wetted: Wetted, first_value: Complex, second_value: Complex
 ) -> Complex:
     """Hydrostatic load (nq, nq, 6) by the second order of rotation vectors (nq, 3).
 
@@ -194,16 +201,16 @@ def _second_order_rotation_load(
     """
     pressed = weight * wetted.arm.T @ wetted.area
     pressed -= pressed[0, 0] * np.eye(3, 6)  # rho g V: the volume is int x n_x dS
-    a, b = one[:, None], np.conj(two)
+    a, b = first_value[:, None], np.conj(second_value)
     upwards = -a[..., 0] * b[:, 0] - a[..., 1] * b[:, 1]
     slope = np.stack([a[..., 0] * b[:, 2], a[..., 1] * b[:, 2], upwards], axis=-1)
     return slope @ pressed / 2
 
 
-def _integral(weight: Real, one: Complex, two: Complex) -> Complex:
+def _integral(weight: Real, first_value: Complex, second_value: Complex) -> Complex:
     """Sums (nq, nq, 6) of ``weight`` (n, 6) times one . conj(two), each (nq, n, components)."""
-    rows, columns = len(one), np.conj(two).reshape(len(two), -1).T
-    parts = [(one * column[:, None]).reshape(rows, -1) @ columns for column in weight.T]
+    rows, columns = len(first_value), np.conj(second_value).reshape(len(second_value), -1).T
+    parts = [(first_value * column[:, None]).reshape(rows, -1) @ columns for column in weight.T]
     return np.stack(parts, axis=-1)
 
 
@@ -290,29 +297,29 @@ def drift_of_each(
     """Mean drift per amplitude squared (frequencies, headings, n) of the free and of the held
     bodies, by ``jobs`` processes, in deep water. Results are stored on the disk by frequency."""
     _ = hull.body
-    solutions, found = list(solutions), {}
+    solutions, drifts = list(solutions), {}
     for kind in kinds:
         floating = body if kind is Drifting.FREE else None
-        one = joblib.delayed(_stored_drifts)
-        calls = (one(hull, floating, water, s.frequency, headings) for s in solutions)
+        task = joblib.delayed(_stored_drifts)
+        calls = (task(hull, floating, water, s.frequency, headings) for s in solutions)
         near = []
         for drift in compute_all(calls, jobs):
             near.append(drift)
             progress(len(near), len(solutions))
         far = np.array([_far_field_drifts(body, kind, s, headings, water) for s in solutions])
-        found[kind] = brought_to(np.array(near), far)
-    return found
+        drifts[kind] = brought_to(np.array(near), far)
+    return drifts
 
 
 def brought_to(near: Real, far: Real) -> Real:
     """Drift ``near`` (..., n) of the bodies, corrected so that surge and sway add up to those of
     all bodies, ``far`` (..., 6)."""
-    each = near.reshape(*near.shape[:-1], -1, 6)
-    size = np.abs(each) + np.finfo(float).tiny
-    missing = far[..., None, :] - each.sum(axis=-2, keepdims=True)
+    loads = near.reshape(*near.shape[:-1], -1, 6)
+    size = np.abs(loads) + np.finfo(float).tiny
+    missing = far[..., None, :] - loads.sum(axis=-2, keepdims=True)
     shared = missing * size / size.sum(axis=-2, keepdims=True)
     told = np.array([True, True, False, False, False, False])
-    return np.where(told, each + shared, each).reshape(near.shape)
+    return np.where(told, loads + shared, loads).reshape(near.shape)
 
 
 def _far_field_drifts(
@@ -345,5 +352,5 @@ def _near_field_drifts(
     parts = parts_of(hull)
     flows = first_order_of_each(hull.body, parts, floating, water, frequency, headings)
     pairs = zip(parts, flows, strict=True)
-    each = [mean_load(water, wetted_surface(part), flow) for part, flow in pairs]
-    return np.concatenate(each, axis=1)
+    loads = [mean_load(water, wetted_surface(part), flow) for part, flow in pairs]
+    return np.concatenate(loads, axis=1)

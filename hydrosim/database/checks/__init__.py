@@ -38,7 +38,7 @@ CHECKS: tuple[Check, ...] = (
 )
 SYMMETRIES = {"symmetry of added mass", "symmetry of radiation damping", "port and starboard"}
 """Checks of errors that `symmetrise` removes."""
-CHECK_NAMES = tuple(one.name for one in CHECKS)
+CHECK_NAMES = tuple(order_check.name for order_check in CHECKS)
 
 
 def unknown_name_message(name: str) -> str:
@@ -54,15 +54,15 @@ def unknown_name_message(name: str) -> str:
 def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
     """All findings about the data in ``use`` of ``db``. If frequencies or headings are refused,
     only their findings, because no other figure is meaningful then."""
-    order = [one(db) for one in ORDER_CHECKS]
+    order = [order_check(db) for order_check in ORDER_CHECKS]
     if any(finding.is_refused for finding in order):
         return order
-    return [*order, *(one(db, use) for one in CHECKS[len(ORDER_CHECKS) :])]
+    return [*order, *(order_check(db, use) for order_check in CHECKS[len(ORDER_CHECKS) :])]
 
 
 def in_order(db: HydroDatabase) -> HydroDatabase:
     """Return the database. Raises `InputError` if frequencies or headings are out of order."""
-    refuse_database(db, [one(db) for one in ORDER_CHECKS])
+    refuse_database(db, [order_check(db) for order_check in ORDER_CHECKS])
     return db
 
 
@@ -84,8 +84,8 @@ def doubt_warnings(db: HydroDatabase, use: Use) -> tuple[str, ...]:
     doubted = [finding.summary for finding in findings if finding.is_doubted]
     if not doubted:
         return ()
-    each = "it" if len(doubted) == 1 else "each"
-    return (f"{db.source}: {'; '.join(doubted)}. `hydrosim db check` explains {each}.",)
+    pronoun = "it" if len(doubted) == 1 else "each"
+    return (f"{db.source}: {'; '.join(doubted)}. `hydrosim db check` explains {pronoun}.",)
 
 
 def refuse_database(db: HydroDatabase, findings: Sequence[Finding]) -> None:

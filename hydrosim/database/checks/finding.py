@@ -112,8 +112,10 @@ class Finding:
     def summary(self) -> str:
         """The figure, its place and its limit, without advice."""
         place = f" {self.place}" if self.place else ""
-        said = ", accepted" if self.accepted and not self.has_passed else ""
-        return f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{said}"
+        remark = ", accepted" if self.accepted and not self.has_passed else ""
+        return (
+            f"{self.name}: found {self.figure:.3g}{place}, expected at most {self.limit:g}{remark}"
+        )
 
     def __str__(self) -> str:
         return f"{self.summary} ({self.advice})."
@@ -292,7 +294,7 @@ def first_wavenumber(db: HydroDatabase) -> float:
     return float(wavenumber(db.frequency[0], db.water_depth, db.gravity))
 
 
-def is_compact(db: HydroDatabase) -> bool:
+def reaches_long_waves(db: HydroDatabase) -> bool:
     """Whether the longest wave is long compared with every body."""
     return bool(first_wavenumber(db) * length(db).max() < LONG_WAVE)
 

@@ -26,7 +26,7 @@ from hydrosim.database.checks.finding import (
     diagonal,
     displaced_mass,
     first_wavenumber,
-    is_compact,
+    reaches_long_waves,
 )
 from hydrosim.database.checks.finding import length as sides
 from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
@@ -223,7 +223,7 @@ def _heave_is_static(db: HydroDatabase) -> bool:
     mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
     stiffness = np.abs(diagonal(db.hydrostatic_stiffness)[2::6])
     load = np.maximum(stiffness, np.abs(_loads(db)[..., 2]).max(axis=0))
-    return is_compact(db) and bool(
+    return reaches_long_waves(db) and bool(
         (db.frequency[0] ** 2 * mass < _COUPLED_INERTIA_FRACTION * load).all()
     )
 
@@ -249,7 +249,7 @@ LONG_WAVES = (
         30.0,
         _PHASE,
         refusal=60.0,
-        proves=is_compact,
+        proves=reaches_long_waves,
         of=frozenset({CheckSubject.LOADS}),
     ),
     Check(
@@ -292,7 +292,7 @@ LONG_WAVES = (
         " centre, exchanged roll and pitch, or pitch positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
-        proves=is_compact,
+        proves=reaches_long_waves,
         of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
     ),
     Check(
@@ -303,7 +303,7 @@ LONG_WAVES = (
         " start at a lower frequency, or look for rho g, the sign of i or a wrong depth",
         refusal=0.5,
         needs=("froude_krylov", "hydrostatic_stiffness", "volume"),
-        proves=is_compact,
+        proves=reaches_long_waves,
         of=frozenset({CheckSubject.SPARE}),
     ),
 )

@@ -238,10 +238,10 @@ def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
     """Scale (n,) from the damping at those frequencies, or the noise if that is larger. The
     remainder of loads that should cancel is a small fraction of the body's largest load."""
     largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
-    own = np.maximum(np.sqrt(largest), 0.1 * damping_scale(db)).reshape(db.bodies, 6)
+    scales = np.maximum(np.sqrt(largest), 0.1 * damping_scale(db)).reshape(db.bodies, 6)
     lever = length(db)[:, None] ** LENGTH_POWERS
-    noise = _LEVER_FRACTION * lever * (own / lever).max(axis=1, keepdims=True)
-    return np.maximum(own, noise).ravel()
+    noise = _LEVER_FRACTION * lever * (scales / lever).max(axis=1, keepdims=True)
+    return np.maximum(scales, noise).ravel()
 
 
 def _between_bodies(db: HydroDatabase) -> np.ndarray:

@@ -67,8 +67,8 @@ def _memory(db: HydroDatabase) -> RelativeErrors:
     """Frequencies dw apart resolve K(t) up to t = pi/dw. Its values from there to twice that,
     relative to its peak, are neglected memory, or an echo of the spacing."""
     _at_least(db, 4)
-    known = np.pi / np.diff(db.frequency).max()
-    time = np.concatenate([[0.0], np.linspace(known, 2 * known, _MEMORY_LAGS)])
+    resolved = np.pi / np.diff(db.frequency).max()
+    time = np.concatenate([[0.0], np.linspace(resolved, 2 * resolved, _MEMORY_LAGS)])
     active = radiating(db.radiation_damping)
     damping = db.radiation_damping[:, active[:, None], active]
     kernel = retardation_function(db.frequency, damping, time)
@@ -111,17 +111,19 @@ def _smooth_loads(db: HydroDatabase) -> RelativeErrors:
     return RelativeErrors(relative, ("frequency", "dof"), rough, ("N", "/m"))
 
 
-def _departure(w: Real, values: Real | Complex, each: int = 1) -> Real | Complex:
-    """Differences (nw - 2 each, ...) of values from Lagrange's polynomial through ``each``
+def _departure(w: Real, values: Real | Complex, stride: int = 1) -> Real | Complex:
+    """Differences (nw - 2 stride, ...) of values from Lagrange's polynomial through ``stride``
     neighbours on either side: a straight line for one, a cubic for two."""
-    ends = [k for k in range(2 * each + 1) if k != each]
-    at, *nodes = (w[k : w.size - 2 * each + k] for k in (each, *ends))
-    found = values[each:-each].copy()
+    ends = [k for k in range(2 * stride + 1) if k != stride]
+    at, *nodes = (w[k : w.size - 2 * stride + k] for k in (stride, *ends))
+    differences = values[stride:-stride].copy()
     for k, node in zip(ends, nodes, strict=True):
         others = [x for x in nodes if x is not node]
         weight = np.prod([(at - x) / (node - x) for x in others], axis=0)
-        found -= weight.reshape(-1, *[1] * (values.ndim - 1)) * values[k : w.size - 2 * each + k]
-    return found
+        differences -= (
+            weight.reshape(-1, *[1] * (values.ndim - 1)) * values[k : w.size - 2 * stride + k]
+        )
+    return differences
 
 
 def _outliers(departure: Real) -> Real:
@@ -217,8 +219,8 @@ def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> RelativeErrors:
 
 
 def _heave(db: HydroDatabase) -> RelativeErrors:
-    own = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
-    return _of_dofs(db, ((1 - np.sign(own)) / 2)[:, None], 2)
+    heave_stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
+    return _of_dofs(db, ((1 - np.sign(heave_stiffness)) / 2)[:, None], 2)
 
 
 def _asymmetry(db: HydroDatabase) -> RelativeErrors:

@@ -75,10 +75,10 @@ def _opposite_pairs(db: HydroDatabase) -> list[tuple[int, int]]:
     """Pairs of headings, and the positions of the same pairs in reverse order."""
     headings = require_array(db, "qtf_heading")
     same = _heading_distance(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
-    found = [(int(p), int(q)) for p, q in np.argwhere(same)]
-    if not found:
+    pairs = [(int(p), int(q)) for p, q in np.argwhere(same)]
+    if not pairs:
         raise LeftOut("no pair of headings occurs in both orders")
-    return found
+    return pairs
 
 
 def _diagonal(db: HydroDatabase) -> RelativeErrors:
@@ -92,18 +92,20 @@ def _diagonal(db: HydroDatabase) -> RelativeErrors:
 
 def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
     frequency, drift = require_array(db, "qtf_frequency"), require_array(db, "mean_drift")
-    known = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
+    in_range = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
     for (first, second), qtf in zip(require_array(db, "qtf_heading"), _qtf(db), strict=True):
         at = np.flatnonzero(_heading_distance(db.heading, first))
-        if not _heading_distance(first, second) or at.size == 0 or not known.any():
+        if not _heading_distance(first, second) or at.size == 0 or not in_range.any():
             continue
-        own = np.diagonal(qtf, axis1=0, axis2=1).T[known]
-        for dof in np.flatnonzero(np.abs(own).max(axis=0) * np.abs(drift).max(axis=(0, 1))):
-            there = np.interp(frequency[known], db.frequency, drift[:, at[0], dof])
-            gap = np.abs(own[:, dof] - there)
+        diagonal_values = np.diagonal(qtf, axis1=0, axis2=1).T[in_range]
+        for dof in np.flatnonzero(
+            np.abs(diagonal_values).max(axis=0) * np.abs(drift).max(axis=(0, 1))
+        ):
+            there = np.interp(frequency[in_range], db.frequency, drift[:, at[0], dof])
+            gap = np.abs(diagonal_values[:, dof] - there)
             of_dofs = np.full((gap.size, drift.shape[-1]), np.nan)
             of_dofs[:, dof] = gap / np.abs(drift[..., dof]).max()
-            yield _at_worst(of_dofs, frequency[known], first)
+            yield _at_worst(of_dofs, frequency[in_range], first)
 
 
 def _qtf(db: HydroDatabase) -> Complex:

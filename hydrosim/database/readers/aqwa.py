@@ -96,13 +96,13 @@ def mean_drift(fields: dict[str, Any], omega: Real, heading: Real) -> Real | Non
     their frequencies or headings differ from these."""
     if "qtf_difference" not in fields:
         return None
-    own, towards = fields["qtf_frequency"], fields["qtf_heading"][:, 0]
+    frequencies, towards = fields["qtf_frequency"], fields["qtf_heading"][:, 0]
     rows, columns = np.argsort(omega), np.argsort(heading)
-    if own.shape != omega.shape or towards.shape != heading.shape:
+    if frequencies.shape != omega.shape or towards.shape != heading.shape:
         return None
-    if not (_is_equal(own, omega[rows]) and _is_equal(towards, heading[columns])):
+    if not (_is_equal(frequencies, omega[rows]) and _is_equal(towards, heading[columns])):
         return None
-    drift = np.empty((own.size, towards.size, fields["qtf_difference"].shape[-1]))
+    drift = np.empty((frequencies.size, towards.size, fields["qtf_difference"].shape[-1]))
     drift[np.ix_(rows, columns)] = np.einsum("hiid->ihd", fields["qtf_difference"]).real
     return drift
 
@@ -115,8 +115,8 @@ def _qtf_head(text: Text, rows: _Rows, bodies: int) -> tuple[Real, Real, _Rows]:
     """Headings [rad], frequencies, and the rows that follow."""
     words: list[tuple[int, str]] = []
     size = 3
-    for number, (line, found) in enumerate(rows):
-        words += [(line, word) for word in found]
+    for number, (line, row_values) in enumerate(rows):
+        words += [(line, word) for word in row_values]
         if number == 0 and len(words) >= 3:
             structures, headings, count = (text.count(*word) for word in words[:3])
             size = 3 + headings + count
@@ -399,11 +399,11 @@ def _loads(text: Text, sections: dict[str, _Rows], head: _Head, bodies: int) -> 
     return out
 
 
-def _enough(text: Text, name: str, found: int, expected: int) -> None:
+def _enough(text: Text, name: str, count: int, expected: int) -> None:
     """Check before memory is reserved by the numbers in the head of the file."""
-    if found < expected:
+    if count < expected:
         raise InputError(
-            f"{text.path}: section {name} has {found} rows, expected at least {expected} for the"
+            f"{text.path}: section {name} has {count} rows, expected at least {expected} for the"
             " structures, headings and frequencies in the head. The file is cut off; export it"
             " again."
         )

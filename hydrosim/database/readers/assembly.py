@@ -20,7 +20,7 @@ _ODD = 1e-2  # coupling relative to the diagonals by panels that are not exactly
 _MOMENTUM = [0, 1, 5]  # surge, sway, yaw
 
 
-def inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
+def bitwise_inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
     """Numbers close to ``guess`` that ``forward`` maps to ``wanted`` to the bit, if a neighbour of
     the guess does; else the guess. So a quotient times its divisor is the original number."""
     result = np.array(guess, dtype=float)
@@ -29,10 +29,10 @@ def inverse(forward: Callable[[Real], Real], guess: Real, wanted: Real) -> Real:
     return result
 
 
-def quotient(value: Real, factor: Real | float) -> Real:
+def invertible_quotient(value: Real, factor: Real | float) -> Real:
     """``value`` / ``factor``, chosen so that its product with the factor is ``value`` again if
     possible."""
-    return inverse(lambda x: x * factor, value / factor, value)
+    return bitwise_inverse(lambda x: x * factor, value / factor, value)
 
 
 def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:
@@ -318,8 +318,10 @@ def _fill(
     second = np.array([lookup.get(tuple(pair[::-1]), -1) for pair in pairs.heading])
     i, j = np.searchsorted(frequency, pairs.omega).T
     out = np.full((len(heading), nq, nq, dofs), np.nan, dtype=complex)
-    known = second >= 0
-    out[second[known], j[known], i[known], pairs.dof[known]] = swapped(pairs.value[known])
+    is_given = second >= 0
+    out[second[is_given], j[is_given], i[is_given], pairs.dof[is_given]] = swapped(
+        pairs.value[is_given]
+    )
     out[first, i, j, pairs.dof] = pairs.value
     out[..., np.setdiff1d(np.arange(dofs), kinds)] = 0.0
     missing = np.count_nonzero(np.isnan(out))
@@ -328,8 +330,8 @@ def _fill(
     return out
 
 
-def _incomplete(path: Path, found: str, expected: str) -> InputError:
+def _incomplete(path: Path, text: str, expected: str) -> InputError:
     return InputError(
-        f"{path}: found {found} of quadratic transfer functions, expected {expected} for all pairs"
+        f"{path}: found {text} of quadratic transfer functions, expected {expected} for all pairs"
         " of its frequencies, at least those with w_1 >= w_2. Export all pairs, or none."
     )

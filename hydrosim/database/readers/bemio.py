@@ -29,10 +29,10 @@ import numpy as np
 from hydrosim.database.changes import move_reference
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 from hydrosim.database.readers.assembly import (
-    inverse,
+    bitwise_inverse,
+    invertible_quotient,
     mirror_image,
     preferred_drift,
-    quotient,
     without_unused,
 )
 from hydrosim.errors import InputError
@@ -87,7 +87,7 @@ def _write_parameters(db: HydroDatabase, group: h5py.Group) -> None:
     w, b = db.frequency, db.heading
     deep = np.isinf(db.water_depth)
     group["w"], group["T"] = w[:, None], 2 * np.pi / w[:, None]
-    group["wave_dir"] = inverse(np.radians, np.degrees(b), b)[:, None]
+    group["wave_dir"] = bitwise_inverse(np.radians, np.degrees(b), b)[:, None]
     group["water_depth"] = np.bytes_("infinite") if deep else [[db.water_depth]]
     group["rho"], group["g"], group["scaled"] = [[db.water_density]], [[db.gravity]], [[0.0]]
 
@@ -108,17 +108,17 @@ def _write_properties(db: HydroDatabase, body: int, group: h5py.Group) -> None:
 
 def _write_coefficients(db: HydroDatabase, rows: slice, group: h5py.Group) -> None:
     density, weight = db.water_density, db.water_density * db.gravity
-    damping = quotient(db.radiation_damping, density * db.frequency[:, None, None])
-    mass = quotient(db.added_mass, density)
+    damping = invertible_quotient(db.radiation_damping, density * db.frequency[:, None, None])
+    mass = invertible_quotient(db.added_mass, density)
     group["added_mass/all"] = mass[:, rows].transpose(1, 2, 0)
     group["radiation_damping/all"] = damping[:, rows].transpose(1, 2, 0)
     if db.added_mass_infinite is not None:
-        group["added_mass/inf_freq"] = quotient(db.added_mass_infinite[rows], density)
+        group["added_mass/inf_freq"] = invertible_quotient(db.added_mass_infinite[rows], density)
     if db.hydrostatic_stiffness is not None:
         stiffness = db.hydrostatic_stiffness[rows, rows]
-        group["linear_restoring_stiffness"] = quotient(stiffness, weight)
+        group["linear_restoring_stiffness"] = invertible_quotient(stiffness, weight)
     if db.mean_drift is not None:
-        drift = quotient(db.mean_drift[..., rows].transpose(2, 1, 0), weight)
+        drift = invertible_quotient(db.mean_drift[..., rows].transpose(2, 1, 0), weight)
         group["mean_drift/control_surface/val"] = drift
     loads = {"excitation": db.excitation, "excitation/froude-krylov": db.froude_krylov}
     if db.froude_krylov is not None:
@@ -129,7 +129,10 @@ def _write_coefficients(db: HydroDatabase, rows: slice, group: h5py.Group) -> No
 
 
 def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
-    real, imaginary = quotient(value.real, weight), quotient(value.imag, weight)
+    real, imaginary = (
+        invertible_quotient(value.real, weight),
+        invertible_quotient(value.imag, weight),
+    )
     group["re"], group["im"] = real, imaginary
     group["mag"], group["phase"] = np.hypot(real, imaginary), np.arctan2(imaginary, real)
 
@@ -137,14 +140,14 @@ def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
 def _write_transfer(db: HydroDatabase, rows: slice, group: h5py.Group, name: str) -> None:
     """For each DOF, a column of n^2 numbers; the index of the first wave varies fastest."""
     w = require_array(db, "qtf_frequency")
-    period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
+    period = bitwise_inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
     pair = require_array(db, "qtf_heading")[0]
-    degrees = inverse(np.radians, np.degrees(pair), pair)
+    degrees = bitwise_inverse(np.radians, np.degrees(pair), pair)
     for kind, transfer in (("Diff", db.qtf_difference), ("Sum", db.qtf_sum)):
         if transfer is None:
             continue
-        for dof, one in enumerate(np.moveaxis(transfer[0, ..., rows], -1, 0)):
-            flat = one.ravel(order="F")[:, None]
+        for dof, transfer_of_dof in enumerate(np.moveaxis(transfer[0, ..., rows], -1, 0)):
+            flat = transfer_of_dof.ravel(order="F")[:, None]
             inner = group.require_group(f"{name}/{kind}{dof + 1}")
             inner["PER_i"] = period[:, None]
             inner["BETA_i"], inner["BETA_j"] = (np.full((w.size, 1), angle) for angle in degrees)
@@ -351,8 +354,8 @@ def _layout(source: _Source) -> _Layout:
 def _rows(source: _Source, bodies: int, name: str, *shape: int) -> Real | None:
     """Variables of all bodies (6 nb, ...); None if any body lacks it."""
     parts = [source.optional(f"body{i + 1}/{name}", 6, *shape) for i in range(bodies)]
-    found = [part for part in parts if part is not None]
-    return np.concatenate(found) if len(found) == bodies else None
+    given_parts = [part for part in parts if part is not None]
+    return np.concatenate(given_parts) if len(given_parts) == bodies else None
 
 
 def _lacking(source: _Source, bodies: int, name: str) -> str:
@@ -423,25 +426,25 @@ def _stiffness(source: _Source, layout: _Layout) -> Real | None:
 def _points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
     """Volumes and centres, and reference points if they are given."""
     theirs = {"volume": "disp_vol", "centre_of_buoyancy": "cb", "centre_of_gravity": "cg"}
-    found: dict[str, Any] = {}
+    points: dict[str, Any] = {}
     for name in (*theirs, "reference_point"):
-        each = 1 if name == "volume" else 3
+        per_body = 1 if name == "volume" else 3
         value = getattr(given, name)
-        if value is not None and len(value) != bodies * each:
+        if value is not None and len(value) != bodies * per_body:
             raise InputError(
                 f"{source.path}: {name.replace('_', ' ')} is given as {len(value)} numbers,"
-                f" expected {bodies * each} for {bodies} bodies."
+                f" expected {bodies * per_body} for {bodies} bodies."
             )
         if name in theirs:
             parts = [
-                source.optional(f"body{i + 1}/properties/{theirs[name]}", each)
+                source.optional(f"body{i + 1}/properties/{theirs[name]}", per_body)
                 for i in range(bodies)
             ]
-            known = [part for part in parts if part is not None]
-            value = np.concatenate(known) if len(known) == bodies else value
-        shape = (bodies,) if each == 1 else (bodies, each)
-        found[name] = None if value is None else np.array(value, dtype=float).reshape(shape)
-    return found
+            given_parts = [part for part in parts if part is not None]
+            value = np.concatenate(given_parts) if len(given_parts) == bodies else value
+        shape = (bodies,) if per_body == 1 else (bodies, per_body)
+        points[name] = None if value is None else np.array(value, dtype=float).reshape(shape)
+    return points
 
 
 def _depth(source: _Source) -> float:
@@ -469,7 +472,7 @@ def _text(item: h5py.Dataset) -> str:
 
 def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
     """The items of the database on quadratic transfer functions."""
-    found: dict[str, Any] = {}
+    arrays: dict[str, Any] = {}
     for name, kind in (("qtf_difference", "Diff"), ("qtf_sum", "Sum")):
         groups = [
             f"body{b + 1}/hydro_coeffs/excitation/QTF{b + 1}/{kind}{dof + 1}"
@@ -477,17 +480,17 @@ def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
             for dof in range(6)
         ]
         if all(f"{group}/Re_F_ij" in source.file for group in groups):
-            frequency, pair, found[name] = _read_quadratic_transfer(source, groups)
+            frequency, pair, arrays[name] = _read_quadratic_transfer(source, groups)
             first = (
-                found.setdefault("qtf_frequency", frequency),
-                found.setdefault("qtf_heading", pair),
+                arrays.setdefault("qtf_frequency", frequency),
+                arrays.setdefault("qtf_heading", pair),
             )
             if not (np.array_equal(first[0], frequency) and np.array_equal(first[1], pair)):
                 raise InputError(
                     f"{source.path}: the sum-frequency QTF has other periods or headings than the"
                     " difference-frequency QTF; expected the same."
                 )
-    return found
+    return arrays
 
 
 def _read_quadratic_transfer(source: _Source, groups: list[str]) -> tuple[Real, Real, Complex]:

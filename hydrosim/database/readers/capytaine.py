@@ -166,10 +166,10 @@ class _File:
             attributes={"solver": f"Capytaine {self.version()}".strip(), **unknown},
         )
 
-    def wrong(self, name: str, found: str, expected: str) -> InputError:
+    def wrong(self, name: str, text: str, expected: str) -> InputError:
         """Error to raise about a variable."""
         return InputError(
-            f"{self.path}: variable {name}: found {found}, expected {expected}. Write the dataset"
+            f"{self.path}: variable {name}: found {text}, expected {expected}. Write the dataset"
             " with Capytaine's assemble_dataset and save_dataset_as_netcdf."
         )
 
@@ -231,7 +231,7 @@ class _File:
             return array
         names = self.labels(body)
         if len(names) == self.bodies > 1 and {*names} == {*self.names}:
-            return np.asarray(array[[names.index(each) for each in self.names]])
+            return np.asarray(array[[names.index(body_name) for body_name in self.names]])
         return array
 
     def labels(self, name: str) -> list[str]:
@@ -249,8 +249,8 @@ class _File:
         """Positions of the six DOFs among the names, body by body, and the names of the bodies, in
         their own order or in that of the ``bodies``."""
         wanted = [name.rpartition("__") for name in names]
-        own = list(dict.fromkeys(prefix for prefix, _, _ in wanted))
-        prefixes = own if bodies is None or {*bodies} != {*own} else bodies
+        body_names = list(dict.fromkeys(prefix for prefix, _, _ in wanted))
+        prefixes = body_names if bodies is None or {*bodies} != {*body_names} else bodies
         at = {(prefix, dof.lower()): i for i, (prefix, _, dof) in enumerate(wanted)}
         missing = [f"{p} {dof}" for p in prefixes for dof in DOFS if (p, dof) not in at]
         if missing or len(at) != 6 * len(prefixes) or len(names) != len(at):
@@ -266,8 +266,8 @@ class _File:
             value = self.real("omega", self.abscissa)
         else:
             with np.errstate(all="ignore"):
-                own = self.real(self.abscissa, self.abscissa)
-                value = _TO_OMEGA[self.abscissa](own, depth, gravity)
+                abscissa = self.real(self.abscissa, self.abscissa)
+                value = _TO_OMEGA[self.abscissa](abscissa, depth, gravity)
         return frequencies(self.path, value, Abscissa.RADIANS_PER_SECOND)
 
     def matrices(self, name: str, omega: Real, used: tuple[float, float] | None) -> Real:

@@ -203,8 +203,8 @@ def _rows(text: Text, headings: int, differences: int, crossed: bool) -> tuple[R
     frequency = table[0, :, 0]
     if (table[..., 0] != frequency).any() or (np.diff(frequency) <= 0).any():
         raise text.wrong(last, "other frequencies", "the same, ascending, for all headings")
-    own = table[:: headings + 1] if crossed else table
-    return frequency, own[..., 1::2] + 1j * own[..., 2::2]
+    own_rows = table[:: headings + 1] if crossed else table
+    return frequency, own_rows[..., 1::2] + 1j * own_rows[..., 2::2]
 
 
 MARK = b"#RAOTYPE"
@@ -236,10 +236,10 @@ def read_linear(paths: Sequence[Path], given: Given) -> HydroDatabase:
     fit."""
     entries = [entry for path in paths if (entry := _entry(read_text(path))).kind in _EVERY]
     first = _check_entries(paths[0], entries)
-    found = first_given(first.given, given)
+    particulars = first_given(first.given, given)
     loads = np.stack([_entry_of(entries, _LOAD, k).value for k in _EVERY[_LOAD]], axis=-1)
-    depth = float(found.water_depth or np.inf)
-    gravity = float(found.gravity or np.nan)
+    depth = float(particulars.water_depth or np.inf)
+    gravity = float(particulars.gravity or np.nan)
     start = _entry_of(entries, _LOAD, 1)
     omega = start.frequency
     waves = elevation(omega[:, None], start.heading, first.wave_point, depth, gravity)
@@ -258,7 +258,7 @@ def read_linear(paths: Sequence[Path], given: Given) -> HydroDatabase:
         centre_of_buoyancy=points(path, "centre of buoyancy", given.centre_of_buoyancy, None, 1),
         centre_of_gravity=points(path, "centre of gravity", given.centre_of_gravity, None, 1),
         water_depth=depth,
-        water_density=float(found.water_density or np.nan),
+        water_density=float(particulars.water_density or np.nan),
         gravity=gravity,
         attributes={"program": "HydroStar"},
     )
@@ -280,11 +280,11 @@ def _check_entries(path: Path, entries: Sequence[LinearEntry]) -> LinearEntry:
         components = [entry.component for entry in entries if entry.kind == kind]
         lost = sorted({*wanted} - {*components})
         if lost or len(components) > len(wanted):
-            found = f"no {', '.join(map(str, lost))}" if lost else "one of them twice"
+            problem_text = f"no {', '.join(map(str, lost))}" if lost else "one of them twice"
             raise InputError(
-                f"{path}: found {found} of the tables #RAOTYPE {kind} in its folder; expected"
-                f" each of {wanted[0]} to {wanted[-1]} once. Let HydroStar write all of them, and"
-                " keep each computation in a folder of its own."
+                f"{path}: found {problem_text} of the tables #RAOTYPE {kind} in its folder;"
+                f" expected each of {wanted[0]} to {wanted[-1]} once. Let HydroStar write all of"
+                " them, and keep each computation in a folder of its own."
             )
     first = entries[0]
     loads = [entry for entry in entries if entry.kind == _LOAD]
@@ -382,13 +382,13 @@ def _first_order(path: Path, tables: Sequence[QtfTable], given: Given) -> HydroD
 
 def _files_with_mark(path: Path, mark: bytes) -> list[Path]:
     """The files of the folder with this mark in their heads, ``path`` first."""
-    found = []
+    files = []
     for file in [path, *sorted(path.parent.iterdir())]:
-        if file.suffix.lower() in _SUFFIXES and file.is_file() and file not in found:
+        if file.suffix.lower() in _SUFFIXES and file.is_file() and file not in files:
             with file.open("rb") as opened:
                 if mark in opened.read(_HEAD):
-                    found.append(file)
-    return found
+                    files.append(file)
+    return files
 
 
 def _with_transfers(db: HydroDatabase, tables: Sequence[QtfTable]) -> HydroDatabase:
@@ -421,9 +421,9 @@ def _mean_drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> tuple[Real | N
     _require_equal(tables, ("heading", "frequency", "point"))
     methods = []
     for field in (*_FIELDS, ""):
-        own = [table for table in tables if _field(table) == field]
-        _require_unique_loads(own)
-        methods.append(own if any(table.value.any() for table in own) else [])
+        drift_tables = [table for table in tables if _field(table) == field]
+        _require_unique_loads(drift_tables)
+        methods.append(drift_tables if any(table.value.any() for table in drift_tables) else [])
     far, middle, pressure = methods
     momentum = far or middle
     return preferred_drift(

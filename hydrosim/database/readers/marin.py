@@ -37,7 +37,7 @@ from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
 NAME = "MARIN .hyd"
 
-_WIDTH = 10
+_FIELD_WIDTH = 10
 _KILO = 1e3  # tonnes to kilogrammes, kN to N
 _SYMMETRIES = (0, 1, 2)  # none; port-starboard; port-starboard and fore-aft
 _OFF_CENTRE = 0.1  # of V^(1/3): largest difference of centres of flotation
@@ -92,7 +92,9 @@ class _Reader:
         rows = ((line, content[:80]) for line, content in enumerate(text.lines))
         cut = [
             _KeywordRecord(
-                line, row[:_WIDTH].strip(), [row[i : i + 10] for i in range(_WIDTH, 80, 10)]
+                line,
+                row[:_FIELD_WIDTH].strip(),
+                [row[i : i + 10] for i in range(_FIELD_WIDTH, 80, 10)],
             )
             for line, row in rows
             if row.strip()

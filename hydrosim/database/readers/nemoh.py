@@ -243,8 +243,8 @@ def _first_order(results: Path, project: _Project, omega: Real) -> dict[str, Com
 
 def _loads(path: Path, project: _Project, omega: Real) -> Complex:
     """Loads (nw, nh, n); a phase for exp(-i w t) is a lag for exp(+i w t)."""
-    own, table = _zones(path, project.heading[2], 6 * len(project.rotation_points))
-    if own.shape != omega.shape or not np.allclose(own, omega, rtol=_ROUNDING):
+    headings, table = _zones(path, project.heading[2], 6 * len(project.rotation_points))
+    if headings.shape != omega.shape or not np.allclose(headings, omega, rtol=_ROUNDING):
         raise InputError(
             f"{path}: has other frequencies than RadiationCoefficients.tec, expected the same."
             " The files belong to different runs; run Nemoh again."
@@ -329,13 +329,13 @@ def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrosta
     volume, buoyancy, gravity = zip(
         *[_hydrostatics_of(path) for path in files if path], strict=True
     )
-    found = _Hydrostatics(None, np.array(volume), np.array(buoyancy), np.array(gravity))
+    hydrostatics = _Hydrostatics(None, np.array(volume), np.array(buoyancy), np.array(gravity))
     matrices = [mesh and _numbered_mesh(mesh, "KH", k, bodies) for k in range(bodies)]
     if not all(matrices):
-        return found
-    own = block_diagonal([_matrix(path) for path in matrices if path])
+        return hydrostatics
+    stiffness = block_diagonal([_matrix(path) for path in matrices if path])
     move = velocity_transfer(np.array(gravity) - rotation_points)
-    return found._replace(stiffness=move.T @ own @ move)
+    return hydrostatics._replace(stiffness=move.T @ stiffness @ move)
 
 
 def _numbered_mesh(mesh: Path, name: str, body: int, bodies: int) -> Path | None:

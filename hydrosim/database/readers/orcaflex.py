@@ -64,7 +64,7 @@ _POSITIVE = {
     "PitchPositiveBow": ("down", "up"),
     "YawPositiveBow": ("port", "starboard"),
 }
-_ABSCISSA = {
+_ABSCISSA_BY_UNIT = {
     "period (s)": Abscissa.PERIOD,
     "frequency (rad/s)": Abscissa.RADIANS_PER_SECOND,
     "frequency (Hz)": Abscissa.HERTZ,
@@ -109,10 +109,10 @@ class _Node:
         if not isinstance(content, dict):
             raise self.wrong("", value_text(content), "a mapping")
 
-    def wrong(self, key: str, found: str, expected: str) -> InputError:
+    def wrong(self, key: str, text: str, expected: str) -> InputError:
         """Error to raise about a key."""
         return InputError(
-            f"{self.path}: {self.name}{key}: found {found}, expected {expected}. Save the OrcaFlex"
+            f"{self.path}: {self.name}{key}: found {text}, expected {expected}. Save the OrcaFlex"
             " model as text data again, or correct the entry."
         )
 
@@ -135,10 +135,10 @@ class _Node:
 
     def choice(self, key: str, choices: Sequence[str]) -> str:
         """Value of a key that is one of several words."""
-        found = self.get(key)
-        if found not in choices:
-            raise self.wrong(key, value_text(found).strip('"'), f"one of {', '.join(choices)}")
-        return str(found)
+        value = self.get(key)
+        if value not in choices:
+            raise self.wrong(key, value_text(value).strip('"'), f"one of {', '.join(choices)}")
+        return str(value)
 
     def number(self, key: str) -> float:
         """One number, which may be infinite."""
@@ -367,11 +367,11 @@ def _units(general: _Node) -> tuple[_Units, float]:
 
 def _centre_key(draught: _Node) -> str:
     """Key of the centre of gravity."""
-    known = [key for key in _CENTRES if key in draught.content]
-    if len(known) != 1:
-        found = " and ".join(known) or "nothing"
-        raise draught.wrong(_CENTRES[0], found, f"one of {' and '.join(_CENTRES)}")
-    return known[0]
+    given_keys = [key for key in _CENTRES if key in draught.content]
+    if len(given_keys) != 1:
+        keys_text = " and ".join(given_keys) or "nothing"
+        raise draught.wrong(_CENTRES[0], keys_text, f"one of {' and '.join(_CENTRES)}")
+    return given_keys[0]
 
 
 def _label(kind: _Node, draught: _Node) -> str:
@@ -390,7 +390,7 @@ def _conventions(kind: _Node) -> _Conventions:
     kind.choice("RAOWaveUnit", ["amplitude"])
     units = {"degrees": np.pi / 180, "radians": 1.0}
     return _Conventions(
-        _ABSCISSA[kind.choice("WavesReferredToBy", list(_ABSCISSA))],
+        _ABSCISSA_BY_UNIT[kind.choice("WavesReferredToBy", list(_ABSCISSA_BY_UNIT))],
         np.array([1.0 if kind.choice(k, c) == c[0] else -1.0 for k, c in _POSITIVE.items()]),
         kind.choice("RAOPhaseConvention", ["lags", "leads"]) == "leads",
         units[kind.choice("RAOPhaseUnitsConvention", list(units))],
@@ -446,9 +446,11 @@ def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
 
 def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
     """Symmetry that the user or the file gives; if neither does, it is determined from the data."""
-    said = "xz" in vessel.symmetry or vessel.symmetry == "circular"
+    is_symmetric = "xz" in vessel.symmetry or vessel.symmetry == "circular"
     return (
-        True if said and given.port_starboard_symmetric is None else given.port_starboard_symmetric
+        True
+        if is_symmetric and given.port_starboard_symmetric is None
+        else given.port_starboard_symmetric
     )
 
 
@@ -484,8 +486,8 @@ def _by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[
 
 def _require_motions(node: _Node, columns: list[str]) -> None:
     """Refuse columns that are no amplitude or phase of a motion: they would count as zero."""
-    known = [f"RAO{dof}{what}" for dof in _DOFS for what in ("Amp", "Phase")]
-    unknown = [name for name in columns if name not in known]
+    column_names = [f"RAO{dof}{what}" for dof in _DOFS for what in ("Amp", "Phase")]
+    unknown = [name for name in columns if name not in column_names]
     if unknown:
         raise node.wrong("", f"a column {value_text(unknown[0])}", "RAOSurgeAmp to RAOYawPhase")
 
@@ -552,7 +554,7 @@ def _second_order(vessel: _Vessel) -> dict[str, Any]:
 def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
     """Rows of one table about the origin of the matrices."""
     node = vessel.draught.node(key) if key in vessel.draught.content else None
-    if node is None or not any("," in each for each in node.content):
+    if node is None or not any("," in line for line in node.content):
         return None
     columns, rows = node.table(_PAIR[0])
     if tuple(columns[:4]) != _PAIR:
@@ -587,7 +589,7 @@ def _stiffness(vessel: _Vessel) -> Real:
 def _inertia(draught: _Node, offset: Real, units: _Units) -> Real:
     """Inertia (6, 6) about a point from which the centre of gravity is at ``offset``."""
     mass = draught.number("Mass")
-    own = np.diag([mass, mass, mass, 0.0, 0.0, 0.0])
-    own[3:, 3:] = draught.numbers(_key(draught, "MomentOfInertiaTensorX"), (3, 3))
+    mass_matrix = np.diag([mass, mass, mass, 0.0, 0.0, 0.0])
+    mass_matrix[3:, 3:] = draught.numbers(_key(draught, "MomentOfInertiaTensorX"), (3, 3))
     move = velocity_transfer(offset[None])
-    return np.asarray(move.T @ (own * units.inertia) @ move)
+    return np.asarray(move.T @ (mass_matrix * units.inertia) @ move)

@@ -38,11 +38,9 @@ class NumberTable:
     values: Real
     line: Index
 
-    def problem(self, row: int, found: str, expected: str) -> InputError:
+    def problem(self, row: int, text: str, expected: str) -> InputError:
         """Error to raise about a row."""
-        return InputError(
-            f"{self.path}, line {self.line[row]}: found {found}, expected {expected}."
-        )
+        return InputError(f"{self.path}, line {self.line[row]}: found {text}, expected {expected}.")
 
     def whole_numbers(self, column: int, lowest: int, highest: int) -> Index:
         """A column of whole numbers between two limits."""
@@ -157,7 +155,7 @@ def _row(path: Path, number: int, tokens: list[str], columns: tuple[int, ...]) -
 
 
 _MAX_MAGNITUDE = 1e30  # above any quantity in any unit: a larger number is of a damaged file
-_DAMAGED = "The file is damaged or of another version; export it again."
+_DAMAGED_FILE_ADVICE = "The file is damaged or of another version; export it again."
 
 
 @dataclass(frozen=True)
@@ -193,10 +191,12 @@ class Text:
             raise self.wrong(index, repr(word.strip()[:40]), "a count")
         return int(value)
 
-    def wrong(self, index: int, found: str, expected: str, advice: str = _DAMAGED) -> InputError:
+    def wrong(
+        self, index: int, text: str, expected: str, advice: str = _DAMAGED_FILE_ADVICE
+    ) -> InputError:
         """Error to raise about a line."""
         return InputError(
-            f"{self.path}: line {index + 1}: found {found}, expected {expected}. {advice}"
+            f"{self.path}: line {index + 1}: found {text}, expected {expected}. {advice}"
         )
 
 

@@ -67,9 +67,9 @@ class NumberLines:
             HALF_TURN_SIGNS, HALF_TURN_SIGNS
         )
 
-    def wrong(self, found: str, expected: str, *advice: str) -> InputError:
+    def wrong(self, text: str, expected: str, *advice: str) -> InputError:
         """Error to raise about the last line read."""
-        return self.text.wrong(self.at - 1, found, expected, *advice)
+        return self.text.wrong(self.at - 1, text, expected, *advice)
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,11 @@ class Ship:
 def ship_of(lines: NumberLines) -> Ship:
     """Values of the next two lines."""
     density, gravity = lines.row("density and gravity", 2)
-    found = Ship(density, gravity, *lines.row("length, breadth and draught", 3))
-    sizes = density, gravity, found.length, found.breadth
+    ship = Ship(density, gravity, *lines.row("length, breadth and draught", 3))
+    sizes = density, gravity, ship.length, ship.breadth
     if not _MIN_DIMENSION <= min(sizes) <= max(sizes) <= _MAX_DIMENSION:
         raise lines.wrong("numbers of no ship", "density, gravity, length and breadth in SI units")
-    return found
+    return ship
 
 
 def counts_of(lines: NumberLines) -> tuple[int, int, int]:
@@ -108,7 +108,7 @@ def counts_of(lines: NumberLines) -> tuple[int, int, int]:
 def at_rest(lines: NumberLines, speeds: int, size: int) -> tuple[float, float]:
     """Skip to the speed of zero, with ``size`` lines for each speed. Returns the position of its
     motion coordinate system, aft of amidships and above the keel."""
-    found = []
+    values = []
     for _ in range(speeds):
         speed, sinkage, trim, *place = lines.row("speed, sinkage, trim, and X and Z of motions", 5)
         if sinkage or trim:
@@ -119,10 +119,10 @@ def at_rest(lines: NumberLines, speeds: int, size: int) -> tuple[float, float]:
             )
         if abs(speed) < NO_SPEED:
             return place[0], place[1]
-        found.append(f"{speed:g}")
+        values.append(f"{speed:g}")
         lines.at += size
     raise lines.wrong(
-        f"speeds of {', '.join(found)} m/s",
+        f"speeds of {', '.join(values)} m/s",
         "one of zero",
         "Let VERES compute a speed of zero, too.",
     )
@@ -163,32 +163,32 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in a .re7 file and those beside it. Raises `InputError` for data that are missing or
     do not fit."""
     path = _existing(path)
-    found = _coefficients(NumberLines(path))
-    _warn(path, found)
+    coefficients = _coefficients(NumberLines(path))
+    _warn(path, coefficients)
     loads = _sibling_file(path, ".re8")
-    none = np.empty(0), np.empty((found.frequency.size, 0, 6), dtype=complex)
-    heading, excitation = _loads(NumberLines(loads), found) if loads else none
+    none = np.empty(0), np.empty((coefficients.frequency.size, 0, 6), dtype=complex)
+    heading, excitation = _loads(NumberLines(loads), coefficients) if loads else none
     drift = _sibling_file(path, ".re2") if loads else None
-    mean = {"mean_drift": _drift(NumberLines(drift), found, heading)} if drift else {}
+    mean = {"mean_drift": _drift(NumberLines(drift), coefficients, heading)} if drift else {}
     method = {"mean_drift_method": "surge, sway, yaw by VERES; heave, roll, pitch zero"}
-    ship, (ahead, above) = found.ship, found.centre
+    ship, (ahead, above) = coefficients.ship, coefficients.centre
     depth = {} if given.water_depth else {"assumed": "water depth inf"}
     return assemble(
         path,
-        found.frequency,
+        coefficients.frequency,
         heading,
         given.port_starboard_symmetric is not False,
         used=given.frequencies,
-        added_mass=found.added_mass,
-        radiation_damping=found.damping,
+        added_mass=coefficients.added_mass,
+        radiation_damping=coefficients.damping,
         excitation=excitation,
         **mean,
-        hydrostatic_stiffness=found.stiffness,
-        inertia_matrix=found.inertia,
-        volume=volumes(path, given.volume, found.inertia[2:3, 2] / ship.density),
+        hydrostatic_stiffness=coefficients.stiffness,
+        inertia_matrix=coefficients.inertia,
+        volume=volumes(path, given.volume, coefficients.inertia[2:3, 2] / ship.density),
         centre_of_buoyancy=points(path, "centre of buoyancy", given.centre_of_buoyancy, None, 1),
         centre_of_gravity=np.array([[ahead, 0.0, above]]),
-        reference_point=np.array([[0.0, 0.0, found.origin]]),
+        reference_point=np.array([[0.0, 0.0, coefficients.origin]]),
         water_depth=given.water_depth or np.inf,
         water_density=ship.density,
         gravity=ship.gravity,
@@ -198,13 +198,15 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 
 def _existing(path: Path) -> Path:
     """The .re7 of the set that ``path`` belongs to."""
-    found = path if path.suffix.lower() not in _SET - {".re7"} else _sibling_file(path, ".re7")
-    if found is None:
+    existing_path = (
+        path if path.suffix.lower() not in _SET - {".re7"} else _sibling_file(path, ".re7")
+    )
+    if existing_path is None:
         raise InputError(
             f"{path.with_suffix('.re7')}: no such file, expected it beside {path.name}: it has the"
             " coefficients. Let VERES write the hydrodynamic coefficients (IOUTRE7 = 1)."
         )
-    return found
+    return existing_path
 
 
 def _sibling_file(path: Path, suffix: str) -> Path | None:
@@ -250,7 +252,7 @@ def _block(lines: NumberLines) -> tuple[float, Real, list[float]]:
     return omega, np.array(matrices), lines.row("viscous roll damping", 3)
 
 
-def _loads(lines: NumberLines, known: _Coefficients) -> tuple[Real, Complex]:
+def _loads(lines: NumberLines, coefficients: _Coefficients) -> tuple[Real, Complex]:
     """Headings (nh,) and loads (nw, nh, 6) of .re8; columns with parts of the loads are skipped."""
     ship_of(lines)
     lines.row("the centre of gravity, LCG and VCG", 2)
@@ -263,7 +265,7 @@ def _loads(lines: NumberLines, known: _Coefficients) -> tuple[Real, Complex]:
             _require_frequencies(
                 lines,
                 lines.row("a frequency", 1)[0],
-                known.frequency,
+                coefficients.frequency,
                 w,
                 _FREQUENCY_TOLERANCE_RAD_S,
             )
@@ -277,37 +279,37 @@ def _loads(lines: NumberLines, known: _Coefficients) -> tuple[Real, Complex]:
     return _heading(degrees), array
 
 
-def _drift(lines: NumberLines, known: _Coefficients, heading: Real) -> Real:
+def _drift(lines: NumberLines, coefficients: _Coefficients, heading: Real) -> Real:
     """Drift (nw, nh, 6) of .re2, at the frequencies and headings of the loads."""
     ship = ship_of(lines)
     speeds, headings, count = lines.counts("numbers of speeds, headings and frequencies", 3)
-    found: dict[float, list[list[float]]] = {}
+    drifts: dict[float, list[list[float]]] = {}
     for _ in range(speeds * headings):
         speed, degrees = lines.row("speed and heading", 2)
         rows = []
         for w in range(count):
             omega, *three = lines.row("frequency and three drift coefficients", 4)
-            _require_frequencies(lines, omega, known.frequency, w, _ROUNDING)
+            _require_frequencies(lines, omega, coefficients.frequency, w, _ROUNDING)
             rows.append(three)
         if abs(speed) < NO_SPEED:
-            found[float(_heading([degrees])[0])] = rows
-    if set(found) != set(heading.tolist()):
+            drifts[float(_heading([degrees])[0])] = rows
+    if set(drifts) != set(heading.tolist()):
         raise lines.wrong(
-            f"{len(found)} headings at a speed of zero",
+            f"{len(drifts)} headings at a speed of zero",
             f"the {heading.size} of {lines.text.path.with_suffix('.re8').name}",
             _OTHER_RUN,
         )
     scale = ship.density * ship.gravity * ship.breadth**2
     drift = np.zeros((count, heading.size, 6))
-    drift[..., [0, 1, 5]] = np.array([found[b] for b in heading.tolist()]).swapaxes(0, 1)
+    drift[..., [0, 1, 5]] = np.array([drifts[b] for b in heading.tolist()]).swapaxes(0, 1)
     return drift * HALF_TURN_SIGNS * scale / np.array([ship.length] * 3 + [1.0] * 3)
 
 
 def _require_frequencies(
-    lines: NumberLines, omega: float, known: Real, index: int, tolerance: float
+    lines: NumberLines, omega: float, frequencies: Real, index: int, tolerance: float
 ) -> None:
     """Raises `InputError` if a frequency differs from that of .re7."""
-    if index >= known.size or abs(omega - known[index]) > tolerance:
+    if index >= frequencies.size or abs(omega - frequencies[index]) > tolerance:
         raise lines.wrong(
             f"{omega:g} rad/s",
             f"the frequencies of {lines.text.path.with_suffix('.re7').name}",
@@ -320,15 +322,15 @@ def _heading(degrees: list[float]) -> Real:
     return np.radians(np.mod(np.array(degrees) + 180.0, 360.0))
 
 
-def _warn(path: Path, found: _Coefficients) -> None:
+def _warn(path: Path, coefficients: _Coefficients) -> None:
     """Warn of data that are left out and are not zero."""
     kinds = ("added mass", "damping", "stiffness")
     parts = [
         f"additional {kind} of up to {size:.3g} (SI units)"
-        for kind, size in zip(kinds, found.other, strict=True)
+        for kind, size in zip(kinds, coefficients.other, strict=True)
         if size > 0
     ]
-    linear, quadratic = np.abs(found.viscous).max(axis=0)
+    linear, quadratic = np.abs(coefficients.viscous).max(axis=0)
     if linear or quadratic:
         parts.append(
             f"viscous roll damping of up to {linear:.3g} N m s/rad and {quadratic:.3g} N m s²/rad²"

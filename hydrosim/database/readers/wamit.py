@@ -172,10 +172,10 @@ def _database(
 def _files(path: Path) -> dict[str, Path]:
     """The files of the set by their suffixes in lower case. Names may differ in case, as they may
     under Windows; the file with the same case is preferred."""
-    known = _NUMERIC | _TEXT
-    stem = path.stem if path.suffix.lower() in known else path.name
+    suffixes = _NUMERIC | _TEXT
+    stem = path.stem if path.suffix.lower() in suffixes else path.name
     beside = path.parent.iterdir() if path.parent.is_dir() else ()
-    alike = [p for p in beside if p.stem.lower() == stem.lower() and p.suffix.lower() in known]
+    alike = [p for p in beside if p.stem.lower() == stem.lower() and p.suffix.lower() in suffixes]
     return {p.suffix.lower(): p for p in sorted(alike, key=lambda p: (p.stem == stem, p.name))}
 
 
@@ -204,27 +204,29 @@ def _facts(
         ".mmx": wamit_header.matrix_file,
         ".gdf": wamit_header.geometry_file,
     }
-    said = first_given(
+    file_facts = first_given(
         *(read(files[suffix]) for suffix, read in readers.items() if suffix in files)
     )
-    origin = first_given(said, given, Given(reference_point=(0.0,) * 3 * bodies)).reference_point
+    origin = first_given(
+        file_facts, given, Given(reference_point=(0.0,) * 3 * bodies)
+    ).reference_point
     where = ", ".join(str(files[suffix]) for suffix in readers if suffix in files) or str(path)
-    _check_units(where, first_given(said, given, _ASSUMED))
-    _check_bodies(where, said, bodies)
-    said = replace(
-        said,
-        centre_of_buoyancy=_shift_points(said.centre_of_buoyancy, origin),
-        centre_of_gravity=_shift_points(said.centre_of_gravity, origin),
+    _check_units(where, first_given(file_facts, given, _ASSUMED))
+    _check_bodies(where, file_facts, bodies)
+    file_facts = replace(
+        file_facts,
+        centre_of_buoyancy=_shift_points(file_facts.centre_of_buoyancy, origin),
+        centre_of_gravity=_shift_points(file_facts.centre_of_gravity, origin),
     )
-    known = first_given(said, given)
+    facts = first_given(file_facts, given)
     assumed = [
         f"{name.replace('_', ' ')} {getattr(_ASSUMED, name):g}"
         for name in ("length", "water_density", "gravity", "water_depth")
-        if getattr(known, name) is None
+        if getattr(facts, name) is None
     ]
-    if known.reference_point is None:
+    if facts.reference_point is None:
         assumed.append(ORIGIN_ASSUMED)
-    return first_given(known, _ASSUMED, Given(reference_point=origin)), assumed
+    return first_given(facts, _ASSUMED, Given(reference_point=origin)), assumed
 
 
 def _check_units(where: str, facts: Given) -> None:
@@ -244,14 +246,14 @@ def _check_units(where: str, facts: Given) -> None:
             )
 
 
-def _check_bodies(where: str, said: Given, bodies: int) -> None:
+def _check_bodies(where: str, particulars: Given, bodies: int) -> None:
     """Raises `InputError` if the headers have another number of bodies."""
     for name in ("volume", "reference_point", "centre_of_buoyancy", "centre_of_gravity"):
-        items, each = getattr(said, name), 1 if name == "volume" else 3
-        if items is not None and len(items) != bodies * each:
+        items, per_body = getattr(particulars, name), 1 if name == "volume" else 3
+        if items is not None and len(items) != bodies * per_body:
             raise InputError(
-                f"{where}: {name.replace('_', ' ')} is given for {len(items) // each} bodies, but"
-                f" the .1 file has {bodies}. Generalised modes are not supported."
+                f"{where}: {name.replace('_', ' ')} is given for {len(items) // per_body} bodies,"
+                f" but the .1 file has {bodies}. Generalised modes are not supported."
             )
 
 
@@ -300,12 +302,12 @@ def _guessed_column(
     both = [x for x in heave[:, 0] if x > 0 and x in loads[:, 0]]
     square = np.array([np.mean(loads[loads[:, 0] == x, 3] ** 2) for x in both])
     damping = heave[np.isin(heave[:, 0], both), 4]
-    kept = (square > _LONG**2 * square.max(initial=0.0)) & (damping > 0)
-    value, expected = np.array(both)[kept], 2 * damping[kept] / square[kept]
+    is_reliable = (square > _LONG**2 * square.max(initial=0.0)) & (damping > 0)
+    value, expected = np.array(both)[is_reliable], 2 * damping[is_reliable] / square[is_reliable]
     errors = {
         column: float(np.median(np.abs(np.log(_deep_number(column, value, units) / expected))))
         for column in FrequencyColumn
-        if column is not FrequencyColumn.WAVENUMBER and kept.any()
+        if column is not FrequencyColumn.WAVENUMBER and is_reliable.any()
     }
     return min(errors, key=lambda column: errors[column], default=FrequencyColumn.PERIOD)
 
@@ -417,8 +419,8 @@ def _mean_drift(
 def _drift(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real) -> Real:
     """Drift from the rows with equal headings; other rows belong to a transfer function."""
     table.whole_numbers(3, -6 * units.bodies, 6 * units.bodies)
-    one = np.abs(table.values[:, 1] - table.values[:, 2]) < _SAME_DEGREES
-    table = table.select_rows(one & (table.values[:, 3] > 0))
+    is_same_heading = np.abs(table.values[:, 1] - table.values[:, 2]) < _SAME_DEGREES
+    table = table.select_rows(is_same_heading & (table.values[:, 3] > 0))
     if not table.line.size:
         raise InputError(f"{table.path}: no row has equal headings and I > 0, expected some.")
     real = _on_grid(table, units, frequency, heading, 3)[0]
@@ -428,9 +430,9 @@ def _drift(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real
 def _quadratic(files: dict[str, Path], units: WamitUnits) -> dict[str, Any]:
     """Fields of the database on quadratic transfer functions."""
     tables = {
-        name: read_table(files[found[0]], (9,))
+        name: read_table(files[suffixes_there[0]], (9,))
         for name, suffixes in (("qtf_difference", _DIFFERENCE), ("qtf_sum", _SUM))
-        if (found := [suffix for suffix in suffixes if suffix in files])
+        if (suffixes_there := [suffix for suffix in suffixes if suffix in files])
     }
     if not tables:
         return {}
@@ -463,9 +465,9 @@ def _transfer(
         raise table.problem(row, "headings that the difference file lacks", "the same pairs")
     index = (np.argmin(apart, axis=1), first, second, table.whole_numbers(4, 1, n) - 1)
     value = table.values[:, 7] + 1j * table.values[:, 8]
-    found = table.fill_array(index, (len(pairs), nq, nq, n), value)
-    swapped = _swap_waves(found, pairs)
-    full = np.where(np.isnan(found), swapped.conj() if difference else swapped, found)
+    transfer = table.fill_array(index, (len(pairs), nq, nq, n), value)
+    swapped = _swap_waves(transfer, pairs)
+    full = np.where(np.isnan(transfer), swapped.conj() if difference else swapped, transfer)
     flat = _complete(table, full.reshape(-1, n), np.tile(np.repeat(frequency, nq), len(pairs)))
     return flat.reshape(full.shape) * units.load(1)
 

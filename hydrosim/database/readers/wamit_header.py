@@ -91,10 +91,10 @@ def matrix_file(path: Path) -> Given:
     return _bodies(path, read_lines(path), NOTHING_GIVEN)
 
 
-def _bodies(path: Path, lines: list[str], known: Given) -> Given:
+def _bodies(path: Path, lines: list[str], particulars: Given) -> Given:
     volumes = _items(path, lines, "(VOLX,VOLY,VOLZ):", 3)
     return replace(
-        known,
+        particulars,
         gravity=_single(_items(path, lines, _GRAVITY, 1)),
         length=_single(_items(path, lines, "Length scale:", 1)),
         # WAMIT integrates the volume in three ways; its users take the median.
@@ -109,8 +109,8 @@ def geometry_file(path: Path) -> Given:
     lines = read_lines(path)
     numbers = [number_in(token) for token in lines[1].split()[:2]] if len(lines) > 1 else []
     if len(numbers) < 2 or not all(math.isfinite(x) for x in numbers):
-        found = repr(lines[1][:40]) if len(lines) > 1 else "nothing"
-        raise InputError(f"{path}, line 2: found {found}, expected ULEN and GRAV.")
+        line_text = repr(lines[1][:40]) if len(lines) > 1 else "nothing"
+        raise InputError(f"{path}, line 2: found {line_text}, expected ULEN and GRAV.")
     return Given(length=numbers[0], gravity=numbers[1])
 
 
@@ -134,10 +134,10 @@ def inertia(path: Path, bodies: int, density: float) -> Real | None:
         elif factor and len(tokens) >= 3 and tokens[0].isdigit():
             row, column, mass = _entry(path, number, tokens, bodies)
             entries.append((body, row, column, factor * mass))
-    own = all(max(row, column) <= 6 for _, row, column, _ in entries)
+    fits_one_body = all(max(row, column) <= 6 for _, row, column, _ in entries)
     matrix = np.zeros((6 * bodies, 6 * bodies))
     for body, row, column, mass in entries:
-        before = 6 * (body - 1) - 1 if own else -1
+        before = 6 * (body - 1) - 1 if fits_one_body else -1
         matrix[before + row, before + column] = mass
     return matrix if entries else None
 
@@ -167,7 +167,7 @@ def _items(
 ) -> list[tuple[float, ...]]:
     """The ``count`` numbers after each occurrence of ``label``. If WAMIT was given only the height
     of a centre, it prints one number, ``or_last``, and the others are zero."""
-    found = []
+    items = []
     for number, line in enumerate(lines, 1):
         if label in line and not (label == _GRAVITY and _CENTRE in line):
             tokens = line.split(label, 1)[1].lstrip(" :").split()[:count]
@@ -181,10 +181,10 @@ def _items(
                     f"{path}, line {number}: found {' '.join(tokens)[:60]!r} after {label!r},"
                     f" expected {count} number{'s' if count > 1 else ''}."
                 )
-            found.append(values)
-    if len(found) > _MOST_BODIES:
-        raise InputError(f"{path}: {label!r} occurs {len(found)} times, expected once per body.")
-    return found
+            items.append(values)
+    if len(items) > _MOST_BODIES:
+        raise InputError(f"{path}: {label!r} occurs {len(items)} times, expected once per body.")
+    return items
 
 
 def _single(items: list[tuple[float, ...]]) -> float | None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
-from hydrosim.database.readers.assembly import inverse, quotient
+from hydrosim.database.readers.assembly import bitwise_inverse, invertible_quotient
 
 _NUMBER_FORMAT = "%24.16e"
 
@@ -22,7 +22,7 @@ def write(db: HydroDatabase, stem: Path) -> None:
     returns numbers from such files to the bit, and other numbers to 3e-16. Drift on held bodies and
     the imbalance of the drift have no place in the files.
     """
-    period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / db.frequency, db.frequency)
+    period = bitwise_inverse(lambda T: 2 * np.pi / T, 2 * np.pi / db.frequency, db.frequency)
     _write_radiation(db, period, stem)
     weight = db.water_density * db.gravity
     for suffix, loads in ((".3", db.excitation), (".3fk", db.froude_krylov)):
@@ -40,7 +40,12 @@ def write(db: HydroDatabase, stem: Path) -> None:
         if transfer is not None:
             _write(db, stem, suffix, _transfer_rows(db, transfer))
     if db.hydrostatic_stiffness is not None:
-        _write(db, stem, ".hst", _matrix_rows([], quotient(db.hydrostatic_stiffness, weight)))
+        _write(
+            db,
+            stem,
+            ".hst",
+            _matrix_rows([], invertible_quotient(db.hydrostatic_stiffness, weight)),
+        )
     _write_mmx(db, stem)
 
 
@@ -48,9 +53,11 @@ def _write_radiation(db: HydroDatabase, period: Real, stem: Path) -> None:
     rows = []
     for code, limit in ((-1.0, db.added_mass_zero), (0.0, db.added_mass_infinite)):
         if limit is not None:
-            rows += _matrix_rows([code], quotient(limit, db.water_density))
-    mass = quotient(db.added_mass, db.water_density)
-    damping = quotient(db.radiation_damping, db.water_density * db.frequency[:, None, None])
+            rows += _matrix_rows([code], invertible_quotient(limit, db.water_density))
+    mass = invertible_quotient(db.added_mass, db.water_density)
+    damping = invertible_quotient(
+        db.radiation_damping, db.water_density * db.frequency[:, None, None]
+    )
     for T, A, B in zip(period, mass, damping, strict=True):
         rows += _matrix_rows([T], A, B)
     _write(db, stem, ".1", rows)
@@ -75,12 +82,12 @@ def _write_mmx(db: HydroDatabase, stem: Path) -> None:
                 lines.append(_labelled_line(label, _difference(points[body], origin)))
     if db.inertia_matrix is not None:
         lines += ["", " Normalized mass matrix:", "     I     J     MASS(I,J)/RHO"]
-        lines += _lines(_matrix_rows([], quotient(db.inertia_matrix, db.water_density)))
+        lines += _lines(_matrix_rows([], invertible_quotient(db.inertia_matrix, db.water_density)))
     _save(db, stem, ".mmx", lines)
 
 
 def _difference(point: Real, origin: Real) -> Real:
-    return inverse(lambda x: x + origin, point - origin, point)
+    return bitwise_inverse(lambda x: x + origin, point - origin, point)
 
 
 def _labelled_line(label: str, values: Real | list[float]) -> str:
@@ -110,7 +117,7 @@ def _load_rows(
 
 def _transfer_rows(db: HydroDatabase, transfer: Complex) -> list[list[float | int]]:
     w = require_array(db, "qtf_frequency")
-    period = inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w).tolist()
+    period = bitwise_inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w).tolist()
     heading = _degrees(require_array(db, "qtf_heading")).tolist()
     parts = _parts(transfer, db.water_density * db.gravity)
     return [
@@ -121,13 +128,16 @@ def _transfer_rows(db: HydroDatabase, transfer: Complex) -> list[list[float | in
 
 def _parts(value: Complex, weight: float) -> list:
     """Nested lists of modulus, phase [deg], real and imaginary part."""
-    real, imaginary = quotient(value.real, weight), quotient(value.imag, weight)
+    real, imaginary = (
+        invertible_quotient(value.real, weight),
+        invertible_quotient(value.imag, weight),
+    )
     phase = np.degrees(np.arctan2(imaginary, real))
     return list(np.stack([np.hypot(real, imaginary), phase, real, imaginary], axis=-1).tolist())
 
 
 def _degrees(angle: Real) -> Real:
-    return inverse(np.radians, np.degrees(angle), angle)
+    return bitwise_inverse(np.radians, np.degrees(angle), angle)
 
 
 def _lines(rows: list[list[float | int]]) -> list[str]:

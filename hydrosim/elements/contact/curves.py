@@ -95,7 +95,7 @@ def next_segment(k, piece, x):
 
 
 @kernel
-def inside_segment(piece, x):
+def segment_margin(piece, x):
     """Distance to the nearer end of a piece; negative outside."""
     return min(x - piece.lower, piece.upper - x)
 
@@ -170,10 +170,10 @@ def _unloading(normal: NormalLoop, loading: np.ndarray) -> tuple[np.ndarray, np.
     end = max(x[-1], normal.compression[-1])
     f, g = _force_at(normal.compression, normal.force, end), _force_at(x, force, end)
     meet = end + max(f - g, 0.0) / (slope - on_f)
-    there, known = f + on_f * (meet - end), x < meet
+    there, is_before = f + on_f * (meet - end), x < meet
     x, force = (
-        np.append(x[known], [meet, meet + 1.0]),
-        np.append(force[known], [there, there + on_f]),
+        np.append(x[is_before], [meet, meet + 1.0]),
+        np.append(force[is_before], [there, there + on_f]),
     )
     return x, force
 
@@ -205,21 +205,21 @@ def _force_at(compression: np.ndarray, force: np.ndarray, x: float) -> float:
 
 
 def loading_fields(
-    normal: NormalCurve | NormalLoop | PrescribedNormal, first: int, own: np.ndarray
+    normal: NormalCurve | NormalLoop | PrescribedNormal, first: int, segments: np.ndarray
 ) -> tuple[int, int, float, float]:
     """The first and the last piece of f, the steepest slope of all pieces, and the damping."""
-    count = len(normal.compression) - 1 if isinstance(normal, NormalLoop) else len(own)
+    count = len(normal.compression) - 1 if isinstance(normal, NormalLoop) else len(segments)
     damping = normal.damping if isinstance(normal, NormalCurve) else 0.0
-    return first, first + count - 1, own["slope"].max(), damping
+    return first, first + count - 1, segments["slope"].max(), damping
 
 
 def unloading_fields(
-    normal: object, first: int, own: np.ndarray, memory: int
+    normal: object, first: int, segments: np.ndarray, memory: int
 ) -> tuple[int, int, float, int]:
     """Values of `LOOP`."""
     if not isinstance(normal, NormalLoop):
         return NO_INDEX, NO_INDEX, 0.0, memory
-    line = first + len(own) - 1
+    line = first + len(segments) - 1
     return line - 1, line, LEEWAY * float(normal.compression[-1]), memory
 
 

@@ -122,11 +122,11 @@ class Contact(ForceElement):
             return
         damped = isinstance(normal, NormalCurve) and normal.damping > 0.0
         if law.load or damped:
-            found = "a load" if law.load else "normal damping"
+            text = "a load" if law.load else "normal damping"
             raise InputError(
-                f"forces.{name}.friction: found {found} with zero damping and slip_damping;"
+                f"forces.{name}.friction: found {text} with zero damping and slip_damping;"
                 " expected damping or slip_damping above 0, or no"
-                f" {found.removeprefix('a ')}."
+                f" {text.removeprefix('a ')}."
             )
 
 
@@ -149,7 +149,7 @@ class Fender(Contact):
     def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
         """A fender for each point; each plane is given by the foot of the perpendicular from the
         origin."""
-        plane = self.plane.by_its_foot(y)
+        plane = self.plane.canonical_form(y)
         return [replace(self, points=point[None], plane=plane) for point in self.points]
 
     def mirror_image(self) -> ForceElement:
@@ -226,9 +226,16 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
                 e.normal, first, segments[-1], remembering if keeps else NO_INDEX
             )
             end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
-            each = (*curve_, *signal, *law, *usual, *back, *end)
-            own = (*place, point, *_plane_fields(plane, layout), *each, NO_INDEX, not layout.events)
-            rows.append(own)
+            law_fields = (*curve_, *signal, *law, *usual, *back, *end)
+            point_fields = (
+                *place,
+                point,
+                *_plane_fields(plane, layout),
+                *law_fields,
+                NO_INDEX,
+                not layout.events,
+            )
+            rows.append(point_fields)
             names.append(e.group or name)
             ends.append(sides)
             remembering += keeps
@@ -280,8 +287,8 @@ def points_with_memory(p: ContactConstants) -> np.ndarray:
 
 def memory_states(p: ContactConstants, y: np.ndarray) -> np.ndarray:
     """The memory (..., r, loop.LOOP_STATES) of ``r`` points, from y (..., ny)."""
-    own = y[..., memory_range(p)]
-    return own.reshape(*y.shape[:-1], p.remembering, curves.LOOP_STATES)
+    memory = y[..., memory_range(p)]
+    return memory.reshape(*y.shape[:-1], p.remembering, curves.LOOP_STATES)
 
 
 def memory_range(p: ContactConstants) -> slice:

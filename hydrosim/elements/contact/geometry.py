@@ -158,7 +158,7 @@ class Plane:
     corners: tuple[tuple[float, ...], ...] = ()
     extent: float | None = None
 
-    def by_its_foot(self, y: float) -> Plane:
+    def canonical_form(self, y: float) -> Plane:
         """The same plane given by the foot of the perpendicular from the origin, relative to the
         plane at ``y`` [m]; its corners are in a canonical order."""
         y = 0.0 if self.body else y

@@ -180,7 +180,7 @@ class KindOfContacts(KindWithModeSets):
     def rates(self, p: ContactConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the normal and along both tangents."""
         touches = [contact_kinematics(point, bodies, motion) for point in p.points]
-        return np.reshape([(each.rate, *each.velocity) for each in touches], (-1, 3))
+        return np.reshape([(touch.rate, *touch.velocity) for touch in touches], (-1, 3))
 
     def moved_onto_segment(
         self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -228,11 +228,11 @@ class KindOfContacts(KindWithModeSets):
         loads = _normal_loads(p, modes, time)
         for i in np.flatnonzero(modes[:, MODE] == SLIP):
             point = p.points[i]
-            found = steady_slip_state(
+            steady_state = steady_slip_state(
                 loads[i], np.array(contact_kinematics(point, bodies, motion).velocity), point
             )
-            if found is not None:
-                y[p.state + CONTACT_STATES * i :][:2] = found
+            if steady_state is not None:
+                y[p.state + CONTACT_STATES * i :][:2] = steady_state
 
     def idle_states(self, p: ContactConstants, modes: np.ndarray) -> np.ndarray:
         """The nodes of open contacts; they are analysed in the posture with all contacts open."""
@@ -366,33 +366,33 @@ class ContactKind(KindOfContacts):
         groups = group_of_points(scene)
         if not groups:
             return {}
-        said = {"long_name": "element of contact points, whose phases are told together"}
+        description = {"long_name": "element of contact points, whose phases are told together"}
         return {
             "fender": ("fender", self.unit_names(scene)),
-            "fender_group": ("fender", groups, said),
-            "contact_group": ("contact_group", [*dict.fromkeys(groups)], said),
+            "fender_group": ("fender", groups, description),
+            "contact_group": ("contact_group", [*dict.fromkeys(groups)], description),
             **capacity_of(self.unit, elements_of(scene, self.classes)),
             **(_kinetic_coefficients(scene) if scene.output_impulses else {}),
         }
 
-    def record(self, p: ContactConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        seen = kept.observed
-        is_open = kept.modes[:, :, MODE] == OPEN
-        each = POINT_AXES[:2]
-        own = kept.y[p.state : p.state + CONTACT_STATES * p.points.size]
-        states = own.reshape(len(own), -1, CONTACT_STATES)
+    def record(self, p: ContactConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        seen = unit_record.observed
+        is_open = unit_record.modes[:, :, MODE] == OPEN
+        axes = POINT_AXES[:2]
+        point_states = unit_record.y[p.state : p.state + CONTACT_STATES * p.points.size]
+        states = point_states.reshape(len(point_states), -1, CONTACT_STATES)
         return {
-            "fender_compression": (each, seen[:, :, COMPRESSION]),
-            "fender_normal_force": (each, np.where(is_open, 0.0, seen[:, :, NORMAL_FORCE])),
-            "fender_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "fender_compression": (axes, seen[:, :, COMPRESSION]),
+            "fender_normal_force": (axes, np.where(is_open, 0.0, seen[:, :, NORMAL_FORCE])),
+            "fender_mode": (axes, unit_record.modes[:, :, MODE].astype(np.int8)),
             "fender_friction": (POINT_AXES, seen[:, :, FRICTION_FORCE:NODE]),
             "fender_node": (POINT_AXES, seen[:, :, NODE:ENERGY_LOST]),
-            "fender_slip_distance": (each, states[:, :, SLIP_DISTANCE]),
-            "fender_dissipated": (each, seen[:, :, ENERGY_LOST]),
-            "fender_dissipated_damping": (each, states[:, :, DAMPED]),
-            "fender_dissipated_slip_damping": (each, states[:, :, SLIP_DAMPED]),
-            **_closings(p, kept.y),
-            **(dict(_tally_variables(kept.tallies)) if kept.tallies.size else {}),
+            "fender_slip_distance": (axes, states[:, :, SLIP_DISTANCE]),
+            "fender_dissipated": (axes, seen[:, :, ENERGY_LOST]),
+            "fender_dissipated_damping": (axes, states[:, :, DAMPED]),
+            "fender_dissipated_slip_damping": (axes, states[:, :, SLIP_DAMPED]),
+            **_closings(p, unit_record.y),
+            **(dict(_tally_variables(unit_record.tallies)) if unit_record.tallies.size else {}),
         }
 
     def losses(self, p: ContactConstants, observed: np.ndarray) -> dict[int, np.ndarray]:
@@ -412,17 +412,17 @@ class ContactKind(KindOfContacts):
         y: np.ndarray,
         anew: np.ndarray,
         possible: np.ndarray,
-        known: np.ndarray,
+        known_states: np.ndarray,
     ) -> None:
         """Reset stiff lines of new points and of points that cannot be pressed as stored, and the
         memory of groups that did not have one in the run."""
         for k, i in enumerate(points_with_memory(p)):
-            if not (possible[i] and known[p.state + CONTACT_STATES * i]):
+            if not (possible[i] and known_states[p.state + CONTACT_STATES * i]):
                 memory_states(p, y)[k, curves.BRANCH_START] = memory_states(p, anew)[
                     k, curves.BRANCH_START
                 ]
         for first in p.state + p.groups["first"]:
-            if not known[first]:
+            if not known_states[first]:
                 y[first : first + group.GROUP_STATES] = anew[first : first + group.GROUP_STATES]
 
 
@@ -433,10 +433,10 @@ def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
     """Contact modes, and mu_k of each contact point."""
     contacts = [e for e in scene.forces.values() if isinstance(e, Contact)]
     kinetic = [getattr(e.friction, "kinetic", 0.0) for e in contacts for _ in e.points]
-    said = {"long_name": "coefficient of kinetic friction", "units": "1"}
+    description = {"long_name": "coefficient of kinetic friction", "units": "1"}
     return {
         "contact_mode": ("contact_mode", list(MODES)),
-        "fender_kinetic": ("fender", kinetic, said),
+        "fender_kinetic": ("fender", kinetic, description),
     }
 
 
@@ -444,13 +444,15 @@ def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}
-    known = np.full((len(y), p.points.size, curves.LOOP_STATES), np.nan)
-    own = y[memory_range(p)]
-    known[:, points_with_memory(p)] = own.reshape(len(y), p.remembering, curves.LOOP_STATES)
+    loop_states = np.full((len(y), p.points.size, curves.LOOP_STATES), np.nan)
+    memory = y[memory_range(p)]
+    loop_states[:, points_with_memory(p)] = memory.reshape(
+        len(y), p.remembering, curves.LOOP_STATES
+    )
     return {
-        "fender_closings": (POINT_AXES[:2], known[:, :, curves.CLOSINGS]),
-        "fender_closing_speed": (POINT_AXES[:2], known[:, :, curves.CLOSING_SPEED]),
-        "fender_largest_force": (POINT_AXES[:2], known[:, :, curves.LARGEST_NORMAL]),
+        "fender_closings": (POINT_AXES[:2], loop_states[:, :, curves.CLOSINGS]),
+        "fender_closing_speed": (POINT_AXES[:2], loop_states[:, :, curves.CLOSING_SPEED]),
+        "fender_largest_force": (POINT_AXES[:2], loop_states[:, :, curves.LARGEST_NORMAL]),
     }
 
 
@@ -479,7 +481,9 @@ def remembered_groups(parts: KindConstants, y: RecordedStates) -> list[group.Gro
     starts = p.state + p.groups["first"]
     return [
         group.GroupMemory(
-            int(each["index"]), float(each["weight"]), y[first : first + group.GROUP_STATES]
+            int(group_row["index"]),
+            float(group_row["weight"]),
+            y[first : first + group.GROUP_STATES],
         )
-        for each, first in zip(p.groups, starts, strict=True)
+        for group_row, first in zip(p.groups, starts, strict=True)
     ]

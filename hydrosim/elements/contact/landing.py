@@ -97,14 +97,14 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Gu
             continue
         first = sum(map(len, segments))
         segments.append(curves.segments(wall.compression, wall.force))
-        own = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
-        rows += [(i, layout.row[name], *own) for i in range(begin, end)]
+        wall_fields = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
+        rows += [(i, layout.row[name], *wall_fields) for i in range(begin, end)]
     return GuideConstants(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
 
 
 @kernel
-def pressed_by(pin, contact):
-    """e of a pin, and its distance r from the axis."""
+def pin_compression(pin, contact):
+    """Compression e of the wall by a pin, and the distance r of the pin from the axis."""
     r = length(contact.offset)
     return r - pin.gap + pin.slope * contact.compression, r
 
@@ -125,7 +125,7 @@ def add_force(t, y, modes, motion, bodies, elements, wrench):
             pin = p.pins[i]
             point = elements.fenders.points[pin.point]
             c = geometry.contact_kinematics(point, bodies, motion)
-            e, r = pressed_by(pin, c)
+            e, r = pin_compression(pin, c)
             f = wall_force(i, e, modes, p)
             share = f / r if r > 0.0 else 0.0
             across = (-share * c.offset[0], -share * c.offset[1])
@@ -146,7 +146,9 @@ def _stored_energy(i, modes, motion, bodies, elements):
     if modes[p.mode + i, MODE] != PIN_PRESSED:
         return 0.0
     c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
-    return curves.stored_energy(p.segments[modes[p.mode + i, SEGMENT]], pressed_by(p.pins[i], c)[0])
+    return curves.stored_energy(
+        p.segments[modes[p.mode + i, SEGMENT]], pin_compression(p.pins[i], c)[0]
+    )
 
 
 @root
@@ -155,7 +157,7 @@ def write_outputs(modes, motion, bodies, elements, out):
     p = elements.guides
     for i in range(p.pins.size):
         c = geometry.contact_kinematics(elements.fenders.points[p.pins[i].point], bodies, motion)
-        e, _ = pressed_by(p.pins[i], c)
+        e, _ = pin_compression(p.pins[i], c)
         out[GUIDE_OUTPUTS * i + PIN_FORCE] = wall_force(i, e, modes, p)
         out[GUIDE_OUTPUTS * i + PIN_CLEARANCE] = -e
 
@@ -170,7 +172,7 @@ def find_margins(modes, motion, bodies, elements, out):
         mode = modes[p.mode + i]
         m = MARGINS * (p.mode + i)
         c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-        e, _ = pressed_by(pin, c)
+        e, _ = pin_compression(pin, c)
         within = min(c.compression + pin.depth, INSIDE)
         for k in range(MARGINS):
             out[m + k] = 1.0
@@ -193,7 +195,7 @@ def transition(i, which, y, modes, motion, bodies, elements):
     pin = p.pins[i]
     mode = modes[p.mode + i]
     c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-    e, _ = pressed_by(pin, c)
+    e, _ = pin_compression(pin, c)
     if which == SEGMENT_MARGIN:
         mode[SEGMENT] = curves.next_segment(mode[SEGMENT], p.segments[mode[SEGMENT]], e)
     elif which == CONTACT_MARGIN:
@@ -221,7 +223,7 @@ def activate(i, modes, motion, bodies, elements):
     p = elements.guides
     pin = p.pins[i]
     c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-    e, _ = pressed_by(pin, c)
+    e, _ = pin_compression(pin, c)
     modes[p.mode + i, MODE] = (
         AWAY if c.compression <= -pin.depth else PIN_BESIDE if e > 0.0 else FREE
     )
@@ -249,7 +251,7 @@ def set_initial_modes(modes, motion, bodies, elements):
         pin = p.pins[i]
         mode = modes[p.mode + i]
         c = geometry.contact_kinematics(elements.fenders.points[pin.point], bodies, motion)
-        e, _ = pressed_by(pin, c)
+        e, _ = pin_compression(pin, c)
         mode[MODE] = AWAY if c.compression <= -pin.depth else PIN_PRESSED if e > 0.0 else FREE
         mode[SEGMENT] = curves.find_segment(pin.first, pin.last, p.segments, e)
 
@@ -286,17 +288,17 @@ class GuideKind(KindWithModeSets):
         pins = p.pins.copy()
         segments = p.segments.copy()
         for pin in pins:
-            own = segments[pin["first"] : pin["last"] + 1]
-            own["slope"][0] = own["slope"].max()
+            pin_segments = segments[pin["first"] : pin["last"] + 1]
+            pin_segments["slope"][0] = pin_segments["slope"].max()
             pin["gap"] = pin["slope"] * COMPRESSED
         return p._replace(pins=pins, segments=segments)
 
-    def record(self, p: GuideConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", "guide")
+    def record(self, p: GuideConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", "guide")
         return {
-            "guide_force": (each, kept.observed[:, :, PIN_FORCE]),
-            "guide_clearance": (each, kept.observed[:, :, PIN_CLEARANCE]),
-            "guide_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "guide_force": (dims, unit_record.observed[:, :, PIN_FORCE]),
+            "guide_clearance": (dims, unit_record.observed[:, :, PIN_CLEARANCE]),
+            "guide_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
         }
 
 
@@ -325,8 +327,8 @@ class Landing(Contact):
     group: str | None = field(default=None, kw_only=True)
 
     def planes(self) -> Sequence[Plane]:
-        each = map(tuple, self.seats)
-        return [Plane(seat, self.axis, self.on, extent=self.reach()) for seat in each]
+        seats = map(tuple, self.seats)
+        return [Plane(seat, self.axis, self.on, extent=self.reach()) for seat in seats]
 
     def reach(self) -> float:
         """Largest distance from its centre at which a seat carries [m]."""

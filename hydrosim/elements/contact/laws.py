@@ -42,8 +42,8 @@ def constants(law: Law) -> tuple[Any, ...]:
     for number, (kind, home) in enumerate(LAWS.items()):
         if isinstance(law, kind):
             return (number, *home.constants(law))
-    known = ", ".join(kind.__name__ for kind in LAWS)
-    raise InputError(f"friction: found {type(law).__name__}; expected one of {known}.")
+    law_names = ", ".join(kind.__name__ for kind in LAWS)
+    raise InputError(f"friction: found {type(law).__name__}; expected one of {law_names}.")
 
 
 def break_away_stretch(law: Law, N: float) -> float:

@@ -229,9 +229,9 @@ def break_away(load, v1, s, p):
     """Slip begins. In the rate-free limit the node jumps, and the energy of the jump is lost."""
     if p.relaxation > 0.0:
         return s, 0.0, 0.0
-    kept = p.kinetic * load.N / p.stiffness
-    lost = 0.5 * p.stiffness * (s[0] * s[0] + s[1] * s[1] - kept * kept)
-    return first_slip_direction(s, v1, p), length(s) - kept, lost
+    elastic_slip = p.kinetic * load.N / p.stiffness
+    lost = 0.5 * p.stiffness * (s[0] * s[0] + s[1] * s[1] - elastic_slip * elastic_slip)
+    return first_slip_direction(s, v1, p), length(s) - elastic_slip, lost
 
 
 @kernel

@@ -81,7 +81,7 @@ def find_margins(t, y, modes, motion, bodies, p, headings, reactions, watched, o
             )
         else:
             piece = p.segments[mode[SEGMENT]]
-            out[m + SEGMENT_MARGIN] = curves.inside_segment(piece, c.compression)
+            out[m + SEGMENT_MARGIN] = curves.segment_margin(piece, c.compression)
         if point.line != NO_INDEX and mode[SEGMENT] != point.line:
             onward = c.rate if mode[SEGMENT] <= point.last else -c.rate
             out[m + RISING_MARGIN] = onward + point.leeway
@@ -142,13 +142,17 @@ def find_slip_directions(t, y, modes, motion, bodies, p, out):
         a = laws.slip_direction(
             normal_load_of(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point
         )
-        size, kept, known = length(a), laws.keeps_slip_direction(point), x[0] != 0.0 or x[1] != 0.0
-        if kept and known and size <= AT_REST:
+        size, keeps_direction, has_direction = (
+            length(a),
+            laws.keeps_slip_direction(point),
+            x[0] != 0.0 or x[1] != 0.0,
+        )
+        if keeps_direction and has_direction and size <= AT_REST:
             out[i, 0], out[i, 1] = x[0], x[1]
         elif size > 0.0:
             out[i, 0], out[i, 1] = a[0] / size, a[1] / size
             turned = out[i, 0] * x[0] + out[i, 1] * x[1] <= 0.0
-            if kept and not (known and turned):
+            if keeps_direction and not (has_direction and turned):
                 x[0], x[1] = out[i, 0], out[i, 1]
 
 

@@ -106,12 +106,12 @@ class LockConstants(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> LockConstants:
     """Constants of all joints of the layout that are constraints."""
     order = {name: i for i, name in enumerate(layout.joints)}
-    each = [
+    rows = [
         _constants(order[name], layout.joints[name], bodies, layout)
         for name, bodies in layout.constraints.items()
     ]
-    found = np.array(each, dtype=LOCK)
-    return LockConstants(found, len(order), int(found["count"].sum()), 0, 0, 0, 0)
+    constants = np.array(rows, dtype=LOCK)
+    return LockConstants(constants, len(order), int(constants["count"].sum()), 0, 0, 0, 0)
 
 
 def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
@@ -171,8 +171,8 @@ def _rod_at_rest(
     axes = np.eye(3)
     axes[0] = gap / length
     rest = np.zeros(REFERENCE_SIZE)
-    kept = length if joint.length is None else joint.length
-    rest[:3] = (kept, 0.0, 0.0) if exact else kept * axes[0]
+    rest_length = length if joint.length is None else joint.length
+    rest[:3] = (rest_length, 0.0, 0.0) if exact else rest_length * axes[0]
     return np.array(joint.to_point, float), axes, rest
 
 
@@ -252,14 +252,14 @@ def add_constraints(y, modes, motion, bodies, p, wrench, constraints, holds):
 
 
 @kernel
-def _add_lock_rows(i, y, kept, motion, bodies, p, wrench, constraints, holds):
-    """Add the ``kept`` rows of joint ``i``."""
+def _add_lock_rows(i, y, kept_rows, motion, bodies, p, wrench, constraints, holds):
+    """Add the ``kept_rows`` of joint ``i``."""
     lock = p.each[i]
     k = first_state(i, p)
     rest = y[k : k + REFERENCE_SIZE]
     at = rows.pose(lock, rest, bodies, motion)
     for bit in range(lock.count):
-        if (kept >> bit) & 1 == 0:
+        if (kept_rows >> bit) & 1 == 0:
             continue
         r = constraints.number[0]
         row = rows.find_row(lock, bit, at, rest, bodies, motion)
@@ -285,11 +285,11 @@ def _row_size(lock, wrench, bodies):
     size = 0.0
     for b in (lock.body, lock.to):
         if b != EARTH:
-            one = bodies.each[b]
-            inertia = (one.inertia[0, 0] + one.inertia[1, 1] + one.inertia[2, 2]) / 3.0
+            body = bodies.each[b]
+            inertia = (body.inertia[0, 0] + body.inertia[1, 1] + body.inertia[2, 2]) / 3.0
             f = vector(wrench, 6 * b)
             m = vector(wrench, 6 * b + 3)
-            size += dot(f, f) / one.mass + dot(m, m) / inertia
+            size += dot(f, f) / body.mass + dot(m, m) / inertia
     return size
 
 
@@ -477,14 +477,14 @@ def set_initial_modes(y, modes, motion, bodies, p):
     """Modes and references of all joints for a start; rows that are known to be kept stay so."""
     for i in range(p.each.size):
         mode = modes[p.mode + i]
-        kept = mode[SEGMENT]
+        kept_rows = mode[SEGMENT]
         if p.each[i].lasts:
             k = first_state(i, p)
             assign(y[k : k + REFERENCE_SIZE], p.each[i].rest)
             mode[MODE] = CLOSED
         else:
             activate(i, y, modes, motion, bodies, p)
-        mode[SEGMENT] = kept if kept > 0 else every_row(i, p)
+        mode[SEGMENT] = kept_rows if kept_rows > 0 else every_row(i, p)
 
 
 @root
@@ -536,20 +536,22 @@ class LockKind(ElementKind):
     def states(self, p: LockConstants, scene: Scene) -> Iterator[StateBlocks]:
         yield StateBlocks("lock", self.unit_names(scene), LOCK_STATE_NAMES)
 
-    def record(self, p: LockConstants, bodies: Any, kept: UnitRecord) -> Columns:
+    def record(self, p: LockConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
         count = p.each.size
-        own = kept.y[p.state : p.state + LOCK_STATES * count].reshape(-1, count, LOCK_STATES)
+        lock_states = unit_record.y[p.state : p.state + LOCK_STATES * count].reshape(
+            -1, count, LOCK_STATES
+        )
         return {
-            "lock_mode": (("time", "lock"), kept.modes[:, :, MODE].astype(np.int8)),
-            "lock_impulse": (("time", "lock", "dof"), own[:, :, LOCK_IMPULSE:LOCK_STATES]),
-            "lock_loss": (("time", "lock"), own[:, :, LOCK_LOSS]),
-            "lock_rows": (("time", "lock"), _held_rows(kept.modes)),
+            "lock_mode": (("time", "lock"), unit_record.modes[:, :, MODE].astype(np.int8)),
+            "lock_impulse": (("time", "lock", "dof"), lock_states[:, :, LOCK_IMPULSE:LOCK_STATES]),
+            "lock_loss": (("time", "lock"), lock_states[:, :, LOCK_LOSS]),
+            "lock_rows": (("time", "lock"), _held_rows(unit_record.modes)),
         }
 
     def is_mirrored(self, p: LockConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         """True if all joints are in the same mode; others may be mirrored too."""
-        own = modes[p.mode : p.mode + p.each.size, MODE]
-        return bool((own == own[:1]).all())
+        lock_modes = modes[p.mode : p.mode + p.each.size, MODE]
+        return bool((lock_modes == lock_modes[:1]).all())
 
     def clear_unused_states(self, p: LockConstants, y: np.ndarray) -> None:
         """No state of a joint lacks meaning after a restart."""
@@ -560,14 +562,14 @@ class LockKind(ElementKind):
         y: np.ndarray,
         anew: np.ndarray,
         possible: np.ndarray,
-        known: np.ndarray,
+        known_states: np.ndarray,
     ) -> None:
         """References of loops, and of joints that the earlier run did not have, are those of
         now."""
         for i, lock in enumerate(p.each):
-            own = slice(p.state + LOCK_STATES * i, p.state + LOCK_STATES * i + REFERENCE_SIZE)
-            if lock["lasts"] or not known[own].all():
-                y[own] = anew[own]
+            reference = slice(p.state + LOCK_STATES * i, p.state + LOCK_STATES * i + REFERENCE_SIZE)
+            if lock["lasts"] or not known_states[reference].all():
+                y[reference] = anew[reference]
 
 
 def _held_rows(modes: np.ndarray) -> np.ndarray:
@@ -585,14 +587,14 @@ class JointLoadKind(UnitKind):
     }
 
     def constants_in(self, parts: KindConstants) -> LockConstants:
-        found: LockConstants = parts.elements.locks
-        return found
+        constants: LockConstants = parts.elements.locks
+        return constants
 
     def unit_names(self, scene: Scene) -> list[str]:
         return list(scene.joints)
 
-    def record(self, p: LockConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        return {"joint_force": (("time", "joint", "dof"), kept.observed)}
+    def record(self, p: LockConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        return {"joint_force": (("time", "joint", "dof"), unit_record.observed)}
 
 
 LOCK_KIND = LockKind("locks", (), compile_elements)

@@ -86,16 +86,16 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Jo
         for m, move in enumerate(tree.moves)
         for a in range(3 if move["kind"] == BALL else 1)
     }
-    each = []
+    rows = []
     coordinate = min(places, default=0)
     for name, joint in layout.joints.items():
         for i in range(0 if name in layout.constraints else len(joint.motions)):
             acting = joint.resistances[i] if joint.resistances else JointResistance()
             row = layout.row[name] if acting.acts else NO_INDEX
-            each.append((coordinate, *places[coordinate], row, *_constants(acting)))
+            rows.append((coordinate, *places[coordinate], row, *_constants(acting)))
             coordinate += 1
-    found = np.array(each, dtype=MOTION)
-    return JointMotionConstants(found, int((found["static"] >= 0.0).sum()), 0, 0)
+    constants = np.array(rows, dtype=MOTION)
+    return JointMotionConstants(constants, int((constants["static"] >= 0.0).sum()), 0, 0)
 
 
 def _constants(acting: JointResistance) -> tuple[float, ...]:
@@ -413,22 +413,22 @@ class JointMotionKind(KindWithModeSets):
         self, p: JointMotionConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> JointMotionConstants:
         """Constants with the stops of pressed motions in action at any place, and no friction."""
-        each = p.each.copy()
+        constants = p.each.copy()
         at = modes[:, SEGMENT] != AWAY
-        each["stiffness"] += np.where(at, each["stop"], 0.0)
-        each["damping"] += np.where(at, each["dashpot"], 0.0)
+        constants["stiffness"] += np.where(at, constants["stop"], 0.0)
+        constants["damping"] += np.where(at, constants["dashpot"], 0.0)
         for name in ("lowest", "highest", "stop", "dashpot"):
-            each[name] = 0.0
-        return p._replace(each=each)
+            constants[name] = 0.0
+        return p._replace(each=constants)
 
-    def record(self, p: JointMotionConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", self.unit)
+    def record(self, p: JointMotionConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", self.unit)
         return {
-            "joint_position": (each, kept.observed[:, :, MOTION_POSITION]),
-            "joint_velocity": (each, kept.observed[:, :, MOTION_RATE]),
-            "joint_motion_force": (each, kept.observed[:, :, MOTION_FORCE]),
-            "joint_motion_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
-            "joint_motion_segment": (each, kept.modes[:, :, SEGMENT].astype(np.int8)),
+            "joint_position": (dims, unit_record.observed[:, :, MOTION_POSITION]),
+            "joint_velocity": (dims, unit_record.observed[:, :, MOTION_RATE]),
+            "joint_motion_force": (dims, unit_record.observed[:, :, MOTION_FORCE]),
+            "joint_motion_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
+            "joint_motion_segment": (dims, unit_record.modes[:, :, SEGMENT].astype(np.int8)),
         }
 
 

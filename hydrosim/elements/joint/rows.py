@@ -60,13 +60,13 @@ def pose(lock, reference, bodies, motion):
     moves = bodies.exact and not lock.rod
     at = vector(reference, PLACE_ENTRY) if moves else vector(lock.other, 0)
     if lock.to == EARTH:
-        found = Pose(arm, ZERO, sub(place, at))
+        lock_pose = Pose(arm, ZERO, sub(place, at))
     else:
-        other, own = attachment(lock.to, at, bodies, motion)
-        found = Pose(arm, own, sub(place, other))
+        other, attached = attachment(lock.to, at, bodies, motion)
+        lock_pose = Pose(arm, attached, sub(place, other))
     if bodies.exact:
-        return found
-    return Pose(arm, found.other_arm, sub(found.gap, vector(reference, PLACE_ENTRY)))
+        return lock_pose
+    return Pose(arm, lock_pose.other_arm, sub(lock_pose.gap, vector(reference, PLACE_ENTRY)))
 
 
 @kernel
@@ -125,8 +125,8 @@ def _rod_row(lock, at, length, motion):
 @kernel
 def _turn_between(lock, values, motion):
     """The three turning entries of the body, less those of the other body."""
-    own = vector(values, 6 * lock.body + 3)
-    return own if lock.to == EARTH else sub(own, vector(values, 6 * lock.to + 3))
+    angles = vector(values, 6 * lock.body + 3)
+    return angles if lock.to == EARTH else sub(angles, vector(values, 6 * lock.to + 3))
 
 
 @kernel

@@ -169,12 +169,12 @@ class EndKinematics(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> CatenaryConstants:
     """Constants of the catenaries among ``elements``, in their order. Raises InputError for lines
     that need a seabed where there is none, or begin below it."""
-    own = {name: e for name, e in elements.items() if isinstance(e, Catenary)}
-    signals, signal_pieces = compile_signals([e.paid or constant(0.0) for e in own.values()])
+    catenaries = {name: e for name, e in elements.items() if isinstance(e, Catenary)}
+    signals, signal_pieces = compile_signals([e.paid or constant(0.0) for e in catenaries.values()])
     rows = []
     pieces = [np.zeros(0, dtype=LINE_PIECE)]
     first = 0
-    for (name, e), signal in zip(own.items(), signals, strict=True):
+    for (name, e), signal in zip(catenaries.items(), signals, strict=True):
         anchor, bed = _anchor_and_bed(name, e, layout)
         last = first + e.length.size
         end = EARTH if e.anchor_body is None else layout.body[e.anchor_body]
@@ -186,7 +186,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
         pieces.append(_pieces(e))
         first = last
-    widths = np.concatenate([np.zeros(0), *(e.drag_width for e in own.values())])
+    widths = np.concatenate([np.zeros(0), *(e.drag_width for e in catenaries.values())])
     every = np.concatenate(pieces)
     return CatenaryConstants(np.array(rows, dtype=CATENARY), every, widths, signal_pieces, 0, 0)
 
@@ -363,7 +363,7 @@ def paid_energy(line, s, pull, pieces):
 @kernel
 def find_drag(line, s, pull):
     """The linearised drag [N] at the fairlead, across the line there."""
-    u = water_velocity(line)
+    u = mean_current_past_line(line)
     T2 = pull.H * pull.H + pull.V * pull.V
     per = 1.0 / sqrt(T2) if T2 > 0.0 else 0.0
     along = (pull.H * per * s.e[0], pull.H * per * s.e[1], -pull.V * per)
@@ -374,7 +374,7 @@ def find_drag(line, s, pull):
 
 
 @kernel
-def water_velocity(line):
+def mean_current_past_line(line):
     """Velocity of the water [m/s] past a line: the mean current over its depth."""
     return line.stream[0], line.stream[1]
 
@@ -513,14 +513,14 @@ def is_nearly_slack(line, H, number, pieces):
 
 
 @kernel
-def is_sharp(known, s, pull, stiffness):
+def is_sharp(guess, s, pull, stiffness):
     """True if the pull changes otherwise over a step than by the mean of the stiffnesses at its
-    ends, by `SHARP_KINK` or more. ``known`` are the states of `GUESS` at its start."""
-    dx = 0.5 * (s.x - known[2])
-    dz = 0.5 * (s.z - known[3])
+    ends, by `SHARP_KINK` or more. ``guess`` are the states of `GUESS` at its start."""
+    dx = 0.5 * (s.x - guess[2])
+    dz = 0.5 * (s.z - guess[3])
     Hx, Hz, Vx, Vz = stiffness
-    off_H = pull.H - known[0] - (known[4] + Hx) * dx - (known[5] + Hz) * dz
-    off_V = pull.V - known[1] - (known[6] + Vx) * dx - (known[7] + Vz) * dz
+    off_H = pull.H - guess[0] - (guess[4] + Hx) * dx - (guess[5] + Hz) * dz
+    off_V = pull.V - guess[1] - (guess[6] + Vx) * dx - (guess[7] + Vz) * dz
     tension2 = pull.H * pull.H + pull.V * pull.V
     return off_H * off_H + off_V * off_V > SHARP_KINK * SHARP_KINK * tension2
 
@@ -618,13 +618,13 @@ def store_solution(i, y, modes, s, pull, pieces, p):
 
 
 @kernel
-def write_guess(known, s, pull, stiffness):
-    """Write a solution and its stiffness to the states ``known`` of `GUESS`."""
-    known[0] = pull.H
-    known[1] = pull.V
-    known[2] = s.x
-    known[3] = s.z
-    known[4], known[5], known[6], known[7] = stiffness
+def write_guess(guess, s, pull, stiffness):
+    """Write a solution and its stiffness to the states ``guess`` of `GUESS`."""
+    guess[0] = pull.H
+    guess[1] = pull.V
+    guess[2] = s.x
+    guess[3] = s.z
+    guess[4], guess[5], guess[6], guess[7] = stiffness
 
 
 @kernel

@@ -352,22 +352,22 @@ class CompensatorKind(KindWithModeSets):
     ) -> CompensatorConstants:
         """Constants in which each is at the end of its stroke, where the gas is stiffest, or on its
         stop."""
-        each = p.each.copy()
-        for cylinder, (_, segment, _) in zip(each, modes, strict=True):
+        constants = p.each.copy()
+        for cylinder, (_, segment, _) in zip(constants, modes, strict=True):
             x = cylinder["half"] + (LINEARISATION_DEPTH if segment == UPPER else 0.0)
             cylinder["length"] += kinematics(cylinder, bodies, motion).x - x
-        return p._replace(each=each)
+        return p._replace(each=constants)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
-        own = elements_of(scene, Compensator)
-        return super().coordinates(scene) | capacity_of(self.unit, own)
+        compensators = elements_of(scene, Compensator)
+        return super().coordinates(scene) | capacity_of(self.unit, compensators)
 
-    def record(self, p: CompensatorConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", self.unit)
+    def record(self, p: CompensatorConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", self.unit)
         return {
-            "compensator_tension": (each, kept.observed[:, :, CYLINDER_TENSION]),
-            "compensator_stroke": (each, kept.observed[:, :, STROKE]),
-            "compensator_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "compensator_tension": (dims, unit_record.observed[:, :, CYLINDER_TENSION]),
+            "compensator_stroke": (dims, unit_record.observed[:, :, STROKE]),
+            "compensator_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
         }
 
 

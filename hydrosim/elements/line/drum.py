@@ -102,33 +102,33 @@ def delay_factors(tau: float) -> np.ndarray:
 
 
 @kernel
-def start_delay(u, each, y, k):
+def start_delay(u, factors, y, k):
     """Fill the states from ``k`` on in ``y`` as if ``u`` had never changed."""
     for i in range(FACTORS):
-        y[k + 2 * i] = u / each[i, 1]
+        y[k + 2 * i] = u / factors[i, 1]
         y[k + 2 * i + 1] = 0.0
 
 
 @kernel
-def delayed_signal(u, rate, each, y, k):
+def delayed_signal(u, rate, factors, y, k):
     """The delayed value of ``u`` and its rate, from the states from ``k`` on in ``y``."""
     for i in range(FACTORS):
-        a = each[i, 0]
+        a = factors[i, 0]
         x2 = y[k + 2 * i + 1]
-        change = u - each[i, 1] * y[k + 2 * i] - a * x2
+        change = u - factors[i, 1] * y[k + 2 * i] - a * x2
         u -= 2.0 * a * x2
         rate -= 2.0 * a * change
     return u, rate
 
 
 @kernel
-def add_rates(u, each, y, k, dy):
+def add_rates(u, factors, y, k, dy):
     """Rates of the states from ``k`` on into ``dy``."""
     for i in range(FACTORS):
-        a = each[i, 0]
+        a = factors[i, 0]
         x2 = y[k + 2 * i + 1]
         dy[k + 2 * i] = x2
-        dy[k + 2 * i + 1] = u - each[i, 1] * y[k + 2 * i] - a * x2
+        dy[k + 2 * i + 1] = u - factors[i, 1] * y[k + 2 * i] - a * x2
         u -= 2.0 * a * x2
 
 
@@ -174,8 +174,8 @@ def hold_speed(bound, pull):
 
 
 @kernel
-def payout_speed(drum, mode, own, demand, pull):
-    """Speed s of a drum in a ``mode``; ``own`` is its speed while it speeds up or brakes,
+def payout_speed(drum, mode, ramp_speed, demand, pull):
+    """Speed s of a drum in a ``mode``; ``ramp_speed`` is its speed while it speeds up or brakes,
     ``demand`` the speed of its signal or target."""
     if mode == PRESCRIBED:
         return demand
@@ -188,7 +188,7 @@ def payout_speed(drum, mode, own, demand, pull):
     if mode == FAST_IN:
         return -drum.fastest
     if SPEEDING_OUT <= mode <= BRAKING_IN:
-        return own
+        return ramp_speed
     return 0.0
 
 

@@ -82,9 +82,9 @@ def drag_points(length: np.ndarray, touch: float) -> DragPoints:
     half = 0.5 * np.diff(ends)
     middle = 0.5 * (ends[1:] + ends[:-1])
     arc = middle[:, None] + np.multiply.outer(half, nodes)
-    each = np.multiply.outer(half, weights)
+    point_weights = np.multiply.outer(half, weights)
     segment = np.repeat(np.arange(half.size), NODES_PER_SEGMENT)
-    return DragPoints(1.0 - arc.ravel() / touch, each.ravel(), segment)
+    return DragPoints(1.0 - arc.ravel() / touch, point_weights.ravel(), segment)
 
 
 def linearise_random(covariance: np.ndarray, current: np.ndarray) -> LinearisedDrag:
@@ -185,8 +185,8 @@ class CatenaryKind(KindWithModeSets):
 
     def rates(self, p: CatenaryConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the chords."""
-        found = [_distance_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
-        return np.reshape(found, (-1, 1))
+        speeds = [_distance_rate(end_kinematics(line, bodies, motion)) for line in p.lines]
+        return np.reshape(speeds, (-1, 1))
 
     def moved_onto_segment(
         self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any
@@ -197,8 +197,10 @@ class CatenaryKind(KindWithModeSets):
         for line, mode in zip(p.lines, modes[:, MODE], strict=True):
             if mode == TAUT_LINE:
                 s = end_kinematics(line, bodies, motion)
-                own = pieces[line["first"] : line["last"]]
-                own["length"] *= TAUT_LENGTH_RATIO * np.hypot(s.x, s.z) / own["length"].sum()
+                line_pieces = pieces[line["first"] : line["last"]]
+                line_pieces["length"] *= (
+                    TAUT_LENGTH_RATIO * np.hypot(s.x, s.z) / line_pieces["length"].sum()
+                )
         return p._replace(pieces=pieces)
 
     def undefined_units(self, p: CatenaryConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
@@ -214,18 +216,18 @@ class CatenaryKind(KindWithModeSets):
         y: np.ndarray,
         anew: np.ndarray,
         possible: np.ndarray,
-        known: np.ndarray,
+        known_states: np.ndarray,
     ) -> None:
         """Guesses of lines that the earlier run did not have."""
-        own = slice(p.state, p.state + CATENARY_STATES * p.lines.size)
-        y[own] = np.where(known[own], y[own], anew[own])
+        guesses = slice(p.state, p.state + CATENARY_STATES * p.lines.size)
+        y[guesses] = np.where(known_states[guesses], y[guesses], anew[guesses])
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Catenary))
 
-    def record(self, p: CatenaryConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", "line")
-        found: Columns = {"line_mode": (each, kept.modes[:, :, MODE].astype(np.int8))}
+    def record(self, p: CatenaryConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", "line")
+        variables: Columns = {"line_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8))}
         columns = {
             "line_tension": FAIRLEAD_TENSION,
             "line_anchor_tension": ANCHOR_TENSION,
@@ -233,11 +235,11 @@ class CatenaryKind(KindWithModeSets):
             "line_grounded": GROUNDED,
         }
         for name, column in columns.items():
-            found[name] = (each, kept.observed[:, :, column])
+            variables[name] = (dims, unit_record.observed[:, :, column])
         if p.widths.any():
-            found["line_damping"] = (("line",), p.lines["damping"])
-            found["line_drift"] = (("line",), p.lines["drift"])
-        return found
+            variables["line_damping"] = (("line",), p.lines["damping"])
+            variables["line_drift"] = (("line",), p.lines["drift"])
+        return variables
 
 
 def _distance_rate(s: Any) -> float:

@@ -39,8 +39,8 @@ def line_points(
     distance from the fairlead, and height above the anchor; and the tension (n,) [N] there. They
     divide the unstretched length evenly. The slack of a line without pull is spread evenly."""
     f = line_frame(pieces, first, last, x, z)
-    own = pieces[first:last]
-    ends = np.concatenate([[0.0], np.cumsum(own["length"])])
+    line_pieces = pieces[first:last]
+    ends = np.concatenate([[0.0], np.cumsum(line_pieces["length"])])
     lift = ends[-1]
     if pull.touch < lift and not is_on_bed(f, bed):
         lift -= find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V).arc
@@ -48,20 +48,20 @@ def line_points(
     cuts = np.unique(np.concatenate([s, ends, [pull.touch, lift, ends[-1] - pull.dead]]))
     cuts = cuts[(cuts >= 0.0) & (cuts <= ends[-1])]
     H = max(pull.H, f.least)
-    Va, Vb = _vertical_pull(own, ends, cuts, pull, lift)
+    Va, Vb = _vertical_pull(line_pieces, ends, cuts, pull, lift)
     Ta, Tb = np.hypot(H, Va), np.hypot(H, Vb)
     lies = (cuts[:-1] >= pull.touch) & (cuts[:-1] < lift)
     Ta[lies] = np.maximum(H + friction * Va[lies], 0.0)
     Tb[lies] = np.maximum(H + friction * Vb[lies], 0.0)
     Va, Vb = np.where(lies, 0.0, Va), np.where(lies, 0.0, Vb)
     length = np.diff(cuts)
-    soft = length / own["stiffness"][_pieces_of(ends, cuts)]
+    soft = length / line_pieces["stiffness"][_pieces_of(ends, cuts)]
     flat = length + 0.5 * (Ta + Tb) * soft
     if pull.H == 0.0 and np.any(lies):
         flat *= f.x / flat[lies].sum()  # what is slack lies in bights
     dx = np.where(lies, flat, H * (length * _mean_inverse(H, Va, Vb) + soft))
     dz = np.where(lies, 0.0, (Va + Vb) * (length / (np.hypot(H, Va) + np.hypot(H, Vb)) + soft / 2))
-    loose = (own["weight"][_pieces_of(ends, cuts)] == 0.0) & ~lies
+    loose = (line_pieces["weight"][_pieces_of(ends, cuts)] == 0.0) & ~lies
     if pull.H == 0.0 and np.any(loose):  # without weight and tension it has no shape: straight
         share = np.where(loose, length, 0.0) / length[loose].sum()
         dx = dx + share * (f.x - dx.sum())
@@ -80,18 +80,18 @@ def _pieces_of(ends: np.ndarray, cuts: np.ndarray) -> np.ndarray:
 
 
 def _vertical_pull(
-    own: np.ndarray, ends: np.ndarray, cuts: np.ndarray, pull: LinePull, lift: float
+    line_pieces: np.ndarray, ends: np.ndarray, cuts: np.ndarray, pull: LinePull, lift: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """V at the upper and at the lower end of each interval between ``cuts``; where the line lies,
     what it would be if the bed carried nothing."""
-    loads = own["length"] * own["weight"] + own["hung"]
+    loads = line_pieces["length"] * line_pieces["weight"] + line_pieces["hung"]
     above = np.concatenate([[0.0], np.cumsum(loads)])
-    whole = above[-1] - own["hung"][-1]
+    whole = above[-1] - line_pieces["hung"][-1]
     i = _pieces_of(ends, cuts)
-    carried = above[i] + own["weight"][i] * (cuts[:-1] - ends[i])
+    carried = above[i] + line_pieces["weight"][i] * (cuts[:-1] - ends[i])
     top = np.where(cuts[:-1] >= lift, pull.anchor_V + whole, pull.V)
     Va = top - carried
-    return Va, Va - own["weight"][i] * np.diff(cuts)
+    return Va, Va - line_pieces["weight"][i] * np.diff(cuts)
 
 
 def _mean_inverse(H: float, Va: np.ndarray, Vb: np.ndarray) -> np.ndarray:
@@ -133,7 +133,7 @@ class LineShape:
     def strain(self) -> float:
         """Largest tension over the smallest EA."""
         ends = (self.pull.H, self.pull.V), (self.pull.anchor_H, self.pull.anchor_V)
-        return float(max(np.hypot(*each) for each in ends) / self.line_pieces["stiffness"].min())
+        return float(max(np.hypot(*end) for end in ends) / self.line_pieces["stiffness"].min())
 
     def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
@@ -141,10 +141,10 @@ class LineShape:
         line = self.constants
         e = self.ends
         ends = (e.x, e.z, e.bed, float(line["friction"]))
-        found, tension = line_points(
+        positions, tension = line_points(
             self.pieces, int(line["first"]), int(line["last"]), *ends, self.pull, count
         )
-        across, height = found.T
+        across, height = positions.T
         return np.stack([across * e.e[0], across * e.e[1], height + e.anchor], axis=1), tension
 
     @property
@@ -173,6 +173,6 @@ def line_shapes(
                 paid = value(t, line["paid"], p.signals)
                 pieces["length"][line["first"] + line["paying"]] = paid
             guess = y[p.state + CATENARY_STATES * i :][:2]
-            own = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
-            pull = LinePull(*pull_entries(*own, float(line["friction"]), *guess, pieces))
+            line_fields = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
+            pull = LinePull(*pull_entries(*line_fields, float(line["friction"]), *guess, pieces))
             yield LineShape(name, line, pieces, ends, pull)

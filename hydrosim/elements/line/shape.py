@@ -301,23 +301,23 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
     Of a line of which a part floats, several places to lie may balance. One at most is on the bed
     all along and nowhere below it. So what does not fit is searched again, also as if there were no
     bed."""
-    found = False
+    has_converged = False
     reason = NO_PULL_FOUND if f.heavy else FLOATS
     if H > 0.0:
-        H1, V1, found = newton_pull(pieces, first, last, f, lies, friction, H, V)
-        if found and lies and not f.heavy:
+        H1, V1, has_converged = newton_pull(pieces, first, last, f, lies, friction, H, V)
+        if has_converged and lies and not f.heavy:
             reason = refusal_code(pieces, first, last, f, H1, V1)
-            found = reason == SOLVED
-    if not found:
-        H1, V1, found = search_pull(pieces, first, last, f, lies, friction, H, V)
-        if found and lies and not f.heavy:
+            has_converged = reason == SOLVED
+    if not has_converged:
+        H1, V1, has_converged = search_pull(pieces, first, last, f, lies, friction, H, V)
+        if has_converged and lies and not f.heavy:
             reason = refusal_code(pieces, first, last, f, H1, V1)
-            found = reason == SOLVED
-    if not found and lies and not f.heavy:
-        H1, V1, found = search_pull(pieces, first, last, f, False, 0.0, H, V)
-        found &= hanging_touchdown(pieces, first, last, 1, V1).hangs
-        found = found and refusal_code(pieces, first, last, f, H1, V1) == SOLVED
-    if not found:
+            has_converged = reason == SOLVED
+    if not has_converged and lies and not f.heavy:
+        H1, V1, has_converged = search_pull(pieces, first, last, f, False, 0.0, H, V)
+        has_converged &= hanging_touchdown(pieces, first, last, 1, V1).hangs
+        has_converged = has_converged and refusal_code(pieces, first, last, f, H1, V1) == SOLVED
+    if not has_converged:
         return no_solution(reason)
     return pull_of(pieces, first, last, f, lies, friction, H1, V1)
 
@@ -325,8 +325,8 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
 @kernel
 def search_pull(pieces, first, last, f, lies, friction, H, V):
     """H and V by a search from a guess, refined by Newton's method, and whether they were found."""
-    H, V, _, found = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
-    if not found:
+    H, V, _, has_converged = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
+    if not has_converged:
         return H, V, False
     H1, V1, better = newton_pull(pieces, first, last, f, lies, friction, H, V)
     if better:
@@ -354,12 +354,12 @@ def pull_of(pieces, first, last, f, lies, friction, H, V):
 def rest_on_bed(pieces, first, last, f, bed, H, V):
     """The `LinePull` of a line that rests on the bed between two hanging parts."""
     Va = guess_below(pieces[last - 1], H, -bed)
-    found = False
+    has_converged = False
     if H > 0.0:
-        H, V, Va, found = iterate_resting(pieces, first, last, f, bed, H, V, Va)
-    if not found:
-        H, V, Va, found = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
-        if not found:
+        H, V, Va, has_converged = iterate_resting(pieces, first, last, f, bed, H, V, Va)
+    if not has_converged:
+        H, V, Va, has_converged = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
+        if not has_converged:
             return no_solution(NO_PULL_FOUND)
     touch = find_touchdown(pieces, first, last, 1, V)
     return LinePull(H, V, -Va, H, touch.arc, 0.0, True, SOLVED)

@@ -178,15 +178,15 @@ class WinchConstants(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> WinchConstants:
     """Constants of the winches among ``elements``, in their order."""
     winches = {name: e for name, e in elements.items() if isinstance(e, Winch)}
-    own = {name: next((s for _, s in e.signals()), None) for name, e in winches.items()}
-    each, pieces = compile_signals([s for s in own.values() if s is not None])
-    compiled = iter(each)
+    signals = {name: next((s for _, s in e.signals()), None) for name, e in winches.items()}
+    signal_rows, pieces = compile_signals([s for s in signals.values() if s is not None])
+    compiled = iter(signal_rows)
     rows = []
     delays = 0
     for name, e in winches.items():
         anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
-        signal = NOTHING if own[name] is None else next(compiled)
+        signal = NOTHING if signals[name] is None else next(compiled)
         wire = (e.stiffness, e.damping, _first_length(e, layout), 0.0, False)
         follows = _compensation_fields(name, e.control, layout, delays)
         rows.append((*ends, *wire, _drum_fields(e), signal, *follows))
@@ -230,10 +230,12 @@ def _compensation_fields(
     if not isinstance(control, Compensation):
         return NO_INDEX, (0.0, 0.0, 0.0), 0.0, 0.0, NO_INDEX, drum.delay_factors(0.0)
     if control.point not in layout.points:
-        known = ", ".join(layout.points) or "none in this scene; name points of bodies by points"
+        point_names = (
+            ", ".join(layout.points) or "none in this scene; name points of bodies by points"
+        )
         raise InputError(
             f"forces.{name}.compensation.point: found {control.point}; expected a named point:"
-            f" {known}."
+            f" {point_names}."
         )
     body, place = layout.points[control.point]
     of = next(key for key, number in layout.body.items() if number == body)
@@ -244,16 +246,16 @@ def _compensation_fields(
 
 def lasting_lengths(p: WinchConstants) -> np.ndarray:
     """Entries (m,) of y with the lengths off drums that do not follow from the place of bodies."""
-    own = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
-    return np.asarray(p.state + WINCH_STATES * own + WIRE_LENGTH)
+    uncompensated = np.flatnonzero(p.each["drum"]["control"] != COMPENSATION)
+    return np.asarray(p.state + WINCH_STATES * uncompensated + WIRE_LENGTH)
 
 
 def drums_locked(p: WinchConstants) -> WinchConstants:
     """The same winches with drums that stand, for a scene at rest; those of compensation keep to
     their targets."""
-    each = p.each.copy()
-    each["drum_locked"] = each["drum"]["control"] != COMPENSATION
-    return p._replace(each=each)
+    constants = p.each.copy()
+    constants["drum_locked"] = constants["drum"]["control"] != COMPENSATION
+    return p._replace(each=constants)
 
 
 class WireKinematics(NamedTuple):
@@ -478,22 +480,22 @@ def transition(i, which, t, y, modes, motion, bodies, p):
 def _place_drum(winch, mode, w, y, k):
     """Set l0 to what a drum follows in a ``mode`` that ends or begins: a bound of the tension, or
     its target. The integral of the speed has an error, by which the next mode could end at once."""
-    own = winch.drum
+    drum_data = winch.drum
     slipping = mode in (drum.SLIPPING_OUT, drum.SLIPPING_IN)
     if slipping and winch.damping == 0.0:
-        bound = own.high if mode == drum.SLIPPING_OUT else own.low
+        bound = drum_data.high if mode == drum.SLIPPING_OUT else drum_data.low
         y[k + WIRE_LENGTH] = w.distance / (1.0 + bound / winch.stiffness)
-    elif own.control == COMPENSATION and mode == drum.PRESCRIBED:
-        y[k + WIRE_LENGTH] = min(max(w.target, own.shortest), own.longest)
+    elif drum_data.control == COMPENSATION and mode == drum.PRESCRIBED:
+        y[k + WIRE_LENGTH] = min(max(w.target, drum_data.shortest), drum_data.longest)
 
 
 @kernel
-def _keep_speed(own, mode, y, k):
+def _keep_speed(drum_data, mode, y, k):
     """Set the speed of a drum with an acceleration to that of its new mode."""
     if mode == drum.FAST_OUT:
-        y[k + DRUM_SPEED] = own.fastest
+        y[k + DRUM_SPEED] = drum_data.fastest
     elif mode == drum.FAST_IN:
-        y[k + DRUM_SPEED] = -own.fastest
+        y[k + DRUM_SPEED] = -drum_data.fastest
     elif not drum.SPEEDING_OUT <= mode <= drum.BRAKING_IN:
         y[k + DRUM_SPEED] = 0.0
 
@@ -542,10 +544,12 @@ def activate(i, t, y, modes, motion, bodies, p):
 @kernel
 def activate_in_run(i, t, y, modes, motion, bodies, p):
     """Activate winch ``i`` in a run; a drum with a target begins there."""
-    own = p.each[i].drum
-    if own.control in (LENGTH_CONTROL, COMPENSATION):
+    drum_data = p.each[i].drum
+    if drum_data.control in (LENGTH_CONTROL, COMPENSATION):
         l0, _ = setpoint(i, t, y, motion, bodies, p)
-        y[p.state + WINCH_STATES * i + WIRE_LENGTH] = min(max(l0, own.shortest), own.longest)
+        y[p.state + WINCH_STATES * i + WIRE_LENGTH] = min(
+            max(l0, drum_data.shortest), drum_data.longest
+        )
     activate(i, t, y, modes, motion, bodies, p)
 
 
@@ -591,15 +595,15 @@ class WinchKind(KindWithModeSets):
         ruled = np.flatnonzero(p.each["drum"]["control"] != LENGTH_CONTROL)
         heavy = np.flatnonzero(p.each["drum"]["acceleration"] > 0.0)
         late = WINCH_STATES * p.each.size + np.arange(drum.DELAY_STATES * p.delays)
-        own = [WINCH_STATES * ruled + WIRE_LENGTH, WINCH_STATES * heavy + DRUM_SPEED, late]
-        return (p.state + np.concatenate(own)).astype(np.int64)
+        states = [WINCH_STATES * ruled + WIRE_LENGTH, WINCH_STATES * heavy + DRUM_SPEED, late]
+        return (p.state + np.concatenate(states)).astype(np.int64)
 
     def is_mirrored(self, p: WinchConstants, y: np.ndarray, modes: np.ndarray) -> bool:
         """Winches that are alike but for their ends have the same lengths and modes."""
-        own = [n for n in p.each.dtype.names or () if n not in ("row", "point", "anchor")]
+        fields = [n for n in p.each.dtype.names or () if n not in ("row", "point", "anchor")]
         alike: dict[bytes, list[int]] = {}
         for i, winch in enumerate(p.each):
-            alike.setdefault(b"".join(winch[n].tobytes() for n in own), []).append(i)
+            alike.setdefault(b"".join(winch[n].tobytes() for n in fields), []).append(i)
         lengths = y[p.state : p.state + WINCH_STATES * p.each.size].reshape(-1, WINCH_STATES)[
             :, : DRUM_SPEED + 1
         ]
@@ -619,23 +623,25 @@ class WinchKind(KindWithModeSets):
         y: np.ndarray,
         anew: np.ndarray,
         possible: np.ndarray,
-        known: np.ndarray,
+        known_states: np.ndarray,
     ) -> None:
         """Winches that the run before did not have begin with the length of their start."""
-        own = slice(p.state, p.state + WINCH_STATES * p.each.size + drum.DELAY_STATES * p.delays)
-        y[own] = np.where(known[own], y[own], anew[own])
+        winch_states = slice(
+            p.state, p.state + WINCH_STATES * p.each.size + drum.DELAY_STATES * p.delays
+        )
+        y[winch_states] = np.where(known_states[winch_states], y[winch_states], anew[winch_states])
 
     def mode_sets(self, p: WinchConstants) -> Sequence[ModeSet]:
         if not p.each.size:
             return []
-        found = [ModeSet("winches slack", _modes_of_wires(p, WIRE_SLACK))]
-        found.append(ModeSet("winches taut", _modes_of_wires(p, WIRE_TAUT)))
+        sets = [ModeSet("winches slack", _modes_of_wires(p, WIRE_SLACK))]
+        sets.append(ModeSet("winches taut", _modes_of_wires(p, WIRE_TAUT)))
         slips = (p.each["drum"]["control"] == TENSION_CONTROL) & (p.each["damping"] > 0.0)
         if slips.any():
             slipping = _modes_of_wires(p, WIRE_TAUT)
             slipping[slips, MODE] = SLIPPING_IN
-            found.append(ModeSet("drums slipping", slipping))
-        return found
+            sets.append(ModeSet("drums slipping", slipping))
+        return sets
 
     def one_unit_active(
         self, p: WinchConstants, names: Sequence[str], which: Sequence[int]
@@ -652,15 +658,15 @@ class WinchKind(KindWithModeSets):
 
     def rates(self, p: WinchConstants, bodies: Any, motion: Any) -> np.ndarray:
         """Along the wires."""
-        each = [_line_of_winch(winch, bodies, motion).rate for winch in p.each]
-        return np.reshape(each, (-1, 1))
+        rates_by_winch = [_line_of_winch(winch, bodies, motion).rate for winch in p.each]
+        return np.reshape(rates_by_winch, (-1, 1))
 
     def moved_onto_segment(
         self, p: WinchConstants, modes: np.ndarray, bodies: Any, motion: Any
     ) -> WinchConstants:
         """Constants with wires that are just taut, as stiff as at their shortest."""
-        each = p.each.copy()
-        for winch, (mode, segment, _) in zip(each, modes, strict=True):
+        constants = p.each.copy()
+        for winch, (mode, segment, _) in zip(constants, modes, strict=True):
             if segment == WIRE_TAUT and mode != SLIPPING_IN:
                 distance = _line_of_winch(winch, bodies, motion).length
                 winch["pinned"] = distance / (
@@ -669,7 +675,7 @@ class WinchKind(KindWithModeSets):
                 winch["stiffness"] *= winch["pinned"] / max(
                     _shortest(winch, p), LINEARISATION_DEPTH
                 )
-        return p._replace(each=each)
+        return p._replace(each=constants)
 
     def idle_states(self, p: WinchConstants, modes: np.ndarray) -> np.ndarray:
         """Lengths of drums that do not slip, and their speeds."""
@@ -680,19 +686,19 @@ class WinchKind(KindWithModeSets):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Winch))
 
-    def record(self, p: WinchConstants, bodies: Any, kept: UnitRecord) -> Columns:
-        each = ("time", "winch")
+    def record(self, p: WinchConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        dims = ("time", "winch")
         n = p.each.size
-        states = kept.y[p.state : p.state + WINCH_STATES * n].reshape(-1, n, WINCH_STATES)
+        states = unit_record.y[p.state : p.state + WINCH_STATES * n].reshape(-1, n, WINCH_STATES)
         return {
-            "winch_tension": (each, kept.observed[:, :, WIRE_TENSION]),
-            "winch_length": (each, kept.observed[:, :, LENGTH_OFF]),
-            "winch_speed": (each, kept.observed[:, :, PAY_OUT]),
-            "winch_work": (each, states[:, :, DRIVE_WORK]),
-            "winch_friction_loss": (each, states[:, :, DRUM_FRICTION]),
-            "winch_snap_speed": (each, states[:, :, SNAP_SPEED]),
-            "winch_largest_tension": (each, states[:, :, LARGEST_TENSION]),
-            "winch_mode": (each, kept.modes[:, :, MODE].astype(np.int8)),
+            "winch_tension": (dims, unit_record.observed[:, :, WIRE_TENSION]),
+            "winch_length": (dims, unit_record.observed[:, :, LENGTH_OFF]),
+            "winch_speed": (dims, unit_record.observed[:, :, PAY_OUT]),
+            "winch_work": (dims, states[:, :, DRIVE_WORK]),
+            "winch_friction_loss": (dims, states[:, :, DRUM_FRICTION]),
+            "winch_snap_speed": (dims, states[:, :, SNAP_SPEED]),
+            "winch_largest_tension": (dims, states[:, :, LARGEST_TENSION]),
+            "winch_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
         }
 
 

@@ -25,10 +25,10 @@ from hydrosim.scene import TankMesh, TankTable
 NEGLIGIBLE_RESPONSE_RATIO = 1e-6  # of the largest motion: it has no phase
 
 
-def draw_response(found: xr.Dataset, output: Path | Output) -> None:
+def draw_response(response: xr.Dataset, output: Path | Output) -> None:
     """Draw amplitudes and phases of all motions that waves excite, with all bodies together."""
-    units = units_of(found.attrs)
-    dofs = [str(d) for d in found.dof.values if np.any(found.rao_amplitude.sel(dof=d) > 0.0)]
+    units = units_of(response.attrs)
+    dofs = [str(d) for d in response.dof.values if np.any(response.rao_amplitude.sel(dof=d) > 0.0)]
     rows = max(len(dofs), 1)
     height = 2.2 * rows + 0.8
     figure = Figure(figsize=(11.0, height))
@@ -36,8 +36,8 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     axes = figure.subplots(rows, 2, squeeze=False, sharex=True)
     for dof, (size, phase) in zip(dofs, axes, strict=False):
         amplitude = units.display_unit(f"{unit_of_dof(dof)}/m")
-        for body in found.body.values:
-            _draw_motion(found.sel(body=body, dof=dof), amplitude, units, size, phase)
+        for body in response.body.values:
+            _draw_motion(response.sel(body=body, dof=dof), amplitude, units, size, phase)
         size.set_ylabel(axis_label(dof, amplitude.unit))
         _label_rao(units, size, phase)
     for axis in axes[-1]:
@@ -45,7 +45,7 @@ def draw_response(found: xr.Dataset, output: Path | Output) -> None:
     if dofs:
         axes[0, 0].legend(frameon=False, fontsize="small")
     figure.suptitle(
-        wrap_title(f"{found.title}: response to waves of unit amplitude", figure.get_figwidth())
+        wrap_title(f"{response.title}: response to waves of unit amplitude", figure.get_figwidth())
     )
     save_picture(figure, output, dpi=100)
 
@@ -87,26 +87,28 @@ def draw_line(
 ) -> None:
     """Draw a row for each direction of the offset: profiles, tension and pull, stiffness."""
     figure = Figure(figsize=(14.0, 7.6), layout="constrained")
-    for row, found in zip(figure.subplots(2, 3, squeeze=False), responses, strict=True):
-        _draw_profiles(row[0], line, found, units)
-        _draw_pull(row[1], found, units)
-        _draw_stiffness(row[2], found, units)
+    for row, response in zip(figure.subplots(2, 3, squeeze=False), responses, strict=True):
+        _draw_profiles_at_offsets(row[0], line, response, units)
+        _draw_pull(row[1], response, units)
+        _draw_stiffness(row[2], response, units)
     figure.suptitle(wrap_title(title, figure.get_figwidth()))
     save_picture(figure, output, dpi=100)
 
 
-def _way(found: LineResponse) -> str:
-    return "upward" if found.up else "away from the anchor"
+def _way(response: LineResponse) -> str:
+    return "upward" if response.up else "away from the anchor"
 
 
-def _draw_profiles(axis: Axes, line: StillLine, found: LineResponse, units: Units) -> None:
+def _draw_profiles_at_offsets(
+    axis: Axes, line: StillLine, response: LineResponse, units: Units
+) -> None:
     length = units.display_unit("m")
-    last = found.offsets.size - 1
+    last = response.offsets.size - 1
     for k, i in enumerate(np.linspace(0, last, PROFILES).round().astype(int)):
-        offset = float(found.offsets[i])
+        offset = float(response.offsets[i])
         moved = (
             line.with_moved_fairlead(0.0, offset)
-            if found.up
+            if response.up
             else line.with_moved_fairlead(offset, 0.0)
         )
         if not moved.end_forces().converged:
@@ -120,44 +122,44 @@ def _draw_profiles(axis: Axes, line: StillLine, found: LineResponse, units: Unit
     axis.plot(0.0, 0.0, "k^", markersize=5)
     axis.set_xlabel(axis_label("distance from the anchor", length.unit))
     axis.set_ylabel(axis_label("height above the anchor", length.unit))
-    axis.legend(frameon=False, fontsize="small", title=f"offset {_way(found)}")
+    axis.legend(frameon=False, fontsize="small", title=f"offset {_way(response)}")
     axis.grid(alpha=0.3)
 
 
-def _draw_pull(axis: Axes, found: LineResponse, units: Units) -> None:
+def _draw_pull(axis: Axes, response: LineResponse, units: Units) -> None:
     force = units.display_unit("N")
     series = {
-        "tension": found.tension,
-        "horizontal pull": found.horizontal,
-        "down at the fairlead": found.vertical,
-        "anchor tension": found.anchor,
+        "tension": response.tension,
+        "horizontal pull": response.horizontal,
+        "down at the fairlead": response.vertical,
+        "anchor tension": response.anchor,
     }
     for k, (name, values) in enumerate(series.items()):
-        _plot(axis, found, force.factor * values, units, COLOURS[k], name)
+        _plot(axis, response, force.factor * values, units, COLOURS[k], name)
     axis.get_lines()[-1].set_linestyle("--")  # on the bed it is the horizontal pull
     axis.set_ylabel(axis_label("force", force.unit))
     axis.legend(frameon=False, fontsize="small")
 
 
-def _draw_stiffness(axis: Axes, found: LineResponse, units: Units) -> None:
+def _draw_stiffness(axis: Axes, response: LineResponse, units: Units) -> None:
     stiffness, length = units.display_unit("N/m"), units.display_unit("m")
-    _plot(axis, found, stiffness.factor * found.stiffness, units, COLOURS[0], "stiffness")
+    _plot(axis, response, stiffness.factor * response.stiffness, units, COLOURS[0], "stiffness")
     axis.set_ylabel(axis_label("stiffness", stiffness.unit))
     beside = axis.twinx()
-    _plot(beside, found, length.factor * found.grounded, units, COLOURS[1], "grounded length")
+    _plot(beside, response, length.factor * response.grounded, units, COLOURS[1], "grounded length")
     beside.set_ylabel(axis_label("grounded length", length.unit))
     beside.grid(visible=False)
     lines = [*axis.get_lines(), *beside.get_lines()]
-    names = [str(each.get_label()) for each in lines]
+    names = [str(plotted.get_label()) for plotted in lines]
     axis.legend(lines, names, loc="upper center", frameon=False, fontsize="small")
 
 
 def _plot(
-    axis: Axes, found: LineResponse, values: np.ndarray, units: Units, colour: str, name: str
+    axis: Axes, response: LineResponse, values: np.ndarray, units: Units, colour: str, name: str
 ) -> None:
     length = units.display_unit("m")
-    axis.plot(length.factor * found.offsets, values, color=colour, linewidth=1.3, label=name)
-    axis.set_xlabel(axis_label(f"offset {_way(found)}", length.unit))
+    axis.plot(length.factor * response.offsets, values, color=colour, linewidth=1.3, label=name)
+    axis.set_xlabel(axis_label(f"offset {_way(response)}", length.unit))
     axis.grid(alpha=0.3)
 
 
@@ -169,12 +171,12 @@ AXES = "xyz"
 
 
 def draw_loading(
-    found: Sequence[Condition], time: float, output: Path | Output, units: Units = DEFAULT
+    conditions: Sequence[Condition], time: float, output: Path | Output, units: Units = DEFAULT
 ) -> None:
     """Draw a row for each body: x and z, x and y, y and z."""
-    figure = Figure(figsize=(14.0, 3.6 * len(found)), layout="constrained")
-    rows = figure.subplots(len(found), 3, squeeze=False)
-    for condition, row in zip(found, rows, strict=True):
+    figure = Figure(figsize=(14.0, 3.6 * len(conditions)), layout="constrained")
+    rows = figure.subplots(len(conditions), 3, squeeze=False)
+    for condition, row in zip(conditions, rows, strict=True):
         for axis, (i, j) in zip(row, ((0, 2), (0, 1), (1, 2)), strict=True):
             _draw(condition, i, j, axis)
             _label_section(axis, i, j, units.display_unit("m"))
@@ -183,12 +185,12 @@ def draw_loading(
     save_picture(figure, output, dpi=100)
 
 
-def _draw(found: Condition, i: int, j: int, axis: Axes) -> None:
-    for state in found.tanks:
+def _draw(condition: Condition, i: int, j: int, axis: Axes) -> None:
+    for state in condition.tanks:
         _draw_tank(state, i, j, axis)
     for loading, marker, label in (
-        (found.lightship, "x", "lightship"),
-        (found.loading, "o", "with its tanks"),
+        (condition.lightship, "x", "lightship"),
+        (condition.loading, "o", "with its tanks"),
     ):
         axis.plot(loading.centre[i], loading.centre[j], marker, color="#c0392b", label=label)
 
@@ -197,8 +199,8 @@ def _label_section(axis: Axes, i: int, j: int, length: DisplayUnit) -> None:
     """Names of the axes, and their numbers in the unit of ``length``; drawn is in m."""
     axis.set_xlabel(axis_label(AXES[i], length.unit))
     axis.set_ylabel(axis_label(AXES[j], length.unit))
-    for each in (axis.xaxis, axis.yaxis):
-        each.set_major_formatter(lambda x, _: digits_of(length.factor * x))
+    for axis_ in (axis.xaxis, axis.yaxis):
+        axis_.set_major_formatter(lambda x, _: digits_of(length.factor * x))
     axis.set_aspect("equal", adjustable="datalim")
     axis.grid(alpha=0.3)
 

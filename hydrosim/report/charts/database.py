@@ -216,11 +216,11 @@ def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Ou
     )
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, PANELS_PER_ROW, squeeze=False, sharex=True).ravel()
-    for one, axis in zip(functions, axes, strict=False):
-        unit, factor = COEFFICIENT_UNITS.display_unit(one.unit)
-        axis.plot(time, factor * one.values, linewidth=1.0)
+    for function, axis in zip(functions, axes, strict=False):
+        unit, factor = COEFFICIENT_UNITS.display_unit(function.unit)
+        axis.plot(time, factor * function.values, linewidth=1.0)
         axis.axhline(0.0, color="grey", linewidth=0.5)
-        first, second = one.name.split(" ")
+        first, second = function.name.split(" ")
         axis.set_title(first if first == second else f"{first} by {second}", fontsize="medium")
         axis.set_ylabel(axis_label("K", unit))
         axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)

@@ -44,18 +44,18 @@ MAX_TITLE_LETTERS = 100  # letters of a line of the title
 
 def draw_explained(
     run: xr.Dataset,
-    found: xr.Dataset,
+    explanations: xr.Dataset,
     body: str,
     direction: str,
     output: Path | Output,
     name: str = "",
 ) -> Path:
-    """Draw a run, or many runs, with the explanation ``found``."""
-    if "run" in found.dims:
+    """Draw a run, or many runs, with its ``explanations``."""
+    if "run" in explanations.dims:
         units = units_of(run.attrs)
-        figure = _of_runs(found, body, direction, units)
+        figure = _of_runs(explanations, body, direction, units)
         title = ", ".join(part for part in (str(run.attrs.get("title", "")), name) if part)
-        means = f"means over {found.sizes['run']} runs with intervals of 90 %"
+        means = f"means over {explanations.sizes['run']} runs with intervals of 90 %"
         figure.suptitle(
             "\n".join(
                 fill(t, MAX_TITLE_LETTERS) for t in (title, f"{body} in {direction}: {means}")
@@ -65,7 +65,9 @@ def draw_explained(
     panels = [*_pushes(run, body, direction), *_contacts(run, DIRECTION_AXES[direction])]
     figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
     for axis in figure.axes:
-        for end in np.unique(found.span_begin.values[np.isfinite(found.span_begin.values)]):
+        for end in np.unique(
+            explanations.span_begin.values[np.isfinite(explanations.span_begin.values)]
+        ):
             axis.axvline(end, color="#888888", linewidth=0.6)
     return save_picture(figure, output)
 
@@ -76,9 +78,9 @@ def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     time = run.time.values
     at = {"body": body, "dof": direction}
     yield lines(time, direction, units.display_unit("m"), {"": run.position.sel(at).values})
-    each = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
-    matters = significant_entries(each, "force", LITTLE)
-    pushes = {str(name).replace("_", " "): each.sel(force=name).values for name in matters}
+    gained = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
+    matters = significant_entries(gained, "force", LITTLE)
+    pushes = {str(name).replace("_", " "): gained.sel(force=name).values for name in matters}
     if pushes:
         yield lines(time, "impulses", units.display_unit("N s"), pushes)
 
@@ -94,9 +96,9 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
     groups = list(dict.fromkeys(run.fender_group.values))
     for group in groups:
         of = f" {group}"[:MAX_GROUP_NAME_LETTERS] if len(groups) > 1 else ""
-        own = all_.sel(fender=run.fender_group == group)
-        friction = own.contact_friction.sum("fender")
-        ahead = -(own.fender_kinetic * own.slip_load_ahead).sum("fender")
+        group_forces = all_.sel(fender=run.fender_group == group)
+        friction = group_forces.contact_friction.sum("fender")
+        ahead = -(group_forces.fender_kinetic * group_forces.slip_load_ahead).sum("fender")
         slip = friction.sel(contact_mode="slip")
         impulses = {
             "stick": friction.sel(contact_mode="stick"),
@@ -105,20 +107,20 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
         }
         made = {name: x.values for name, x in impulses.items()}
         yield lines(time, f"friction{of}", units.display_unit("N s"), made)
-        moved = own.contact_moved.mean("fender")
-        each = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
-        yield lines(time, f"moved{of}", units.display_unit("m"), each)
+        moved = group_forces.contact_moved.mean("fender")
+        moved_by_mode = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
+        yield lines(time, f"moved{of}", units.display_unit("m"), moved_by_mode)
     yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
 
 
-def _of_runs(found: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
+def _of_runs(explanations: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
     """Bars of means over runs, of mean forces and, where there are contacts, of friction and
     displacements."""
     force, length = units.display_unit("N"), units.display_unit("m")
-    mean = found.mean_force.sel(body=body, dof=direction)
+    mean = explanations.mean_force.sel(body=body, dof=direction)
     kinds = [(force.factor * mean, "force", axis_label("mean force", force.unit))]
-    if "friction_part" in found:
-        along = found.sel(direction=DIRECTION_AXES[direction])
+    if "friction_part" in explanations:
+        along = explanations.sel(direction=DIRECTION_AXES[direction])
         part = along.friction_part.sum("fender").sel(part=list(FRICTION_PARTS))
         moved = along.mode_moved.mean("fender")
         kinds += [
@@ -138,13 +140,13 @@ def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
     shown = significant_entries(values, dim, LITTLE)
     width = 0.8 / max(len(shown), 1)
     for k, name in enumerate(shown):
-        each = [seed_spread(values.sel({dim: name, "span": stage}).values) for stage in stages]
+        spreads = [seed_spread(values.sel({dim: name, "span": stage}).values) for stage in stages]
         place = np.arange(len(stages)) + (k - 0.5 * len(shown) + 0.5) * width
         axis.bar(
             place,
-            [x.mean for x in each],
+            [x.mean for x in spreads],
             width,
-            yerr=np.nan_to_num([x.high - x.mean for x in each]),
+            yerr=np.nan_to_num([x.high - x.mean for x in spreads]),
             label=str(name).replace("_", " "),
             color=STYLES[k % len(STYLES)].colour,
             ecolor="0.5",
@@ -175,13 +177,15 @@ MIN_CLOSE_UP_TIMES, CLOSE_UP_FRACTION = (
 
 
 def draw_comparison(
-    found: Comparison, title: str, output: Path | Output, units: Units = DEFAULT
+    comparison: Comparison, title: str, output: Path | Output, units: Units = DEFAULT
 ) -> None:
     """Write the picture of the channels. If there are more than `CHANNELS`, it shows those with the
     largest difference."""
-    furthest = sorted(found.results, key=lambda name: -found.results[name].error)[:CHANNELS]
-    shown = [result for name, result in found.results.items() if name in furthest]
-    more = len(found.results) - len(shown)
+    furthest = sorted(comparison.results, key=lambda name: -comparison.results[name].error)[
+        :CHANNELS
+    ]
+    shown = [result for name, result in comparison.results.items() if name in furthest]
+    more = len(comparison.results) - len(shown)
     figure = Figure(
         (COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH * len(shown) + 0.8),
         dpi=DPI,
@@ -199,8 +203,8 @@ def draw_comparison(
     for row, result in enumerate(shown):
         over, under = axes[2 * row], axes[2 * row + 1]
         read = units.display_unit(result.pair.unit)
-        _draw_channel(over[0], under[0], found.overlap.time, result, read)
-        _close(over[1], under[1], found.overlap.time, result, read.factor)
+        _draw_channel(over[0], under[0], comparison.overlap.time, result, read)
+        _close(over[1], under[1], comparison.overlap.time, result, read.factor)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     figure.align_ylabels(axes[:, 0])

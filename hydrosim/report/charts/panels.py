@@ -135,8 +135,8 @@ def wrap_title(title: str, width: float) -> str:
 
 def peak(series: Series) -> float:
     """Largest magnitude in the lines."""
-    each = (float(np.abs(np.nan_to_num(values)).max(initial=0.0)) for values in series.values())
-    return max(each, default=0.0)
+    peaks = (float(np.abs(np.nan_to_num(values)).max(initial=0.0)) for values in series.values())
+    return max(peaks, default=0.0)
 
 
 def coarse(time: np.ndarray, window: TimeWindow) -> float:
@@ -192,9 +192,9 @@ def _scale_lines(
 ) -> list[_Line]:
     """The unit with a prefix that suits the largest value, and the lines in that unit, with equal
     ones merged. Metres and degrees have no prefix."""
-    known = look or {}
+    styles = look or {}
     return [
-        _Line(_joined_names(names), factor * values, known.get(names[0], STYLES[k % len(STYLES)]))
+        _Line(_joined_names(names), factor * values, styles.get(names[0], STYLES[k % len(STYLES)]))
         for k, (names, values) in enumerate(merge_equal_lines(series))
     ]
 
@@ -237,11 +237,11 @@ def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) ->
     if values.ndim == 1 and size <= DENSE:
         axis.plot(*thin_records(time, values), **look)
         return
-    each = np.atleast_2d(values)
-    low = interval_envelope(np.fmin.reduce(each), size)[0]
-    high = interval_envelope(np.fmax.reduce(each), size)[-1]
+    curves = np.atleast_2d(values)
+    low = interval_envelope(np.fmin.reduce(curves), size)[0]
+    high = interval_envelope(np.fmax.reduce(curves), size)[-1]
     mean = interval_means(
-        np.array([interval_means(one, size) for one in each]).T.ravel(), len(each)
+        np.array([interval_means(curve, size) for curve in curves]).T.ravel(), len(curves)
     )
     at = time[::size]
     axis.fill_between(at, low, high, color=line.style.colour, alpha=0.35, linewidth=0.0)
@@ -321,7 +321,7 @@ def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
         spare.remove()
     for axis, panel in zip(axes, panels, strict=True):
         panel.draw(axis, frame.window)
-        _dress(axis, frame)
+        _style_axis(axis, frame)
     _level(axes)
     _name_phases(grid[0], frame.phases)
     above = 15.0 if frame.phases else 6.0  # points, for the names of phases
@@ -338,7 +338,7 @@ def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
     return figure
 
 
-def _dress(axis: Axes, frame: PictureFrame) -> None:
+def _style_axis(axis: Axes, frame: PictureFrame) -> None:
     axis.margins(x=0.0)
     axis.grid(alpha=0.3)
     axis.set_axisbelow(True)

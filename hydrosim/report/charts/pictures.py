@@ -60,8 +60,8 @@ def overview(run: xr.Dataset) -> list[Panel]:
         panels += _loads(run, "tension", "N", _by_spring(run.spring_tension))
     for dim in ("line", "winch", "compensator"):
         if dim in run.dims:
-            each = _by_spring(run[f"{dim}_tension"], dim)
-            panels += _loads(run, "tension", "N", each)
+            series = _by_spring(run[f"{dim}_tension"], dim)
+            panels += _loads(run, "tension", "N", series)
     panels += [*_joint_motions(run), *_by_unit(run, "drive_force", "drive force"), *_links(run)]
     return [*panels, *_utilisation(run)]
 
@@ -71,8 +71,8 @@ def motions(run: xr.Dataset) -> list[Panel]:
     single, order = run.sizes["body"] == 1, _labels(run, "body")
     panels = []
     for dof, bodies in _moving(run).items():
-        each = {"" if single else body: _position(run, body, dof) for body in bodies}
-        panels.append(_lines(run, dof, unit_of_dof(dof), each, [] if single else order))
+        positions = {"" if single else body: _position(run, body, dof) for body in bodies}
+        panels.append(_lines(run, dof, unit_of_dof(dof), positions, [] if single else order))
     return [*panels, *_elevation(run)]
 
 
@@ -84,14 +84,15 @@ def fender_forces(run: xr.Dataset) -> list[Panel]:
     normal = _contact_lines(run, run.fender_normal_force)
     axes = {axis: _contact_lines(run, run.fender_friction.sel(axis=axis)) for axis in order}
     together = {
-        name: np.hstack([normal[name], *(each[name] for each in axes.values())]) for name in normal
+        name: np.hstack([normal[name], *(values[name] for values in axes.values())])
+        for name in normal
     }
-    kept = [(", ".join(group), group[0]) for group, _ in merge_equal_lines(together)]
+    merged = [(", ".join(group), group[0]) for group, _ in merge_equal_lines(together)]
     shown = units_of(run.attrs).display_unit("N")
     left = separate_panels(
-        time, "normal force", shown, {name: normal[first] for name, first in kept}
+        time, "normal force", shown, {name: normal[first] for name, first in merged}
     )
-    by_contact = [{axis: each[first] for axis, each in axes.items()} for _, first in kept]
+    by_contact = [{axis: values[first] for axis, values in axes.items()} for _, first in merged]
     right = _components(time, "friction", shown, by_contact)
     return [panel for row in zip(left, right, strict=True) for panel in row]
 
@@ -135,11 +136,11 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     """Panels of the tension of each line, all over one range, of the loads of struts and torsion
     springs, of absorbed powers, and of the utilisation of capacities."""
     links = list(_links(run))
-    each = [dim for dim in ("spring", "line", "winch", "compensator") if dim in run.dims]
-    if not each:
+    dims = [dim for dim in ("spring", "line", "winch", "compensator") if dim in run.dims]
+    if not dims:
         return [*links, *_utilisation(run)] if links else []
     tension: dict[str, np.ndarray] = {}
-    for dim in each:
+    for dim in dims:
         tension |= _contact_lines(run, run[f"{dim}_tension"], dim)
     shown = units_of(run.attrs).display_unit("N")
     return [
@@ -159,12 +160,12 @@ def joints(run: xr.Dataset) -> list[Panel]:
 
 def tanks(run: xr.Dataset) -> list[Panel]:
     """Panels of tank levels and pump rates."""
-    found = {"tank": ("tank_level", "level", "m"), "pump": ("pump_rate", "pumped", "kg/s")}
+    variables = {"tank": ("tank_level", "level", "m"), "pump": ("pump_rate", "pumped", "kg/s")}
     return [
         _lines(
             run, label, unit, {name: run[of].sel({dim: name}).values for name in _labels(run, dim)}
         )
-        for dim, (of, label, unit) in found.items()
+        for dim, (of, label, unit) in variables.items()
         if of in run and run.sizes[dim]
     ]
 
@@ -174,12 +175,12 @@ def energies(run: xr.Dataset) -> list[Panel]:
     panels = [_lines(run, "kinetic energy", "J", {"": run.energy_kinetic.values})]
     for part, label in {"stored": "stored", "work": "work done", "dissipated": "lost"}.items():
         start = f"energy_{part}_"
-        each = {
+        stores = {
             name.removeprefix(start).replace("_", " "): run[name].values
             for name in map(str, run.data_vars)
             if name.startswith(start) and run[name].any()
         }
-        panels += [_lines(run, label, "J", each)] if each else []
+        panels += [_lines(run, label, "J", stores)] if stores else []
     return [*panels, _lines(run, "residual", "J", {"": run.energy_residual.values})]
 
 
@@ -206,29 +207,29 @@ def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
         kind, _, of = name.partition(".")
         kinds.setdefault((kind.replace("_", " "), unit), {})[of.replace(".", " ")] = values
     panels: list[Panel] = []
-    for (kind, unit), each in kinds.items():
+    for (kind, unit), series in kinds.items():
         several = separate_panels(
-            run.time.values, kind, units_of(run.attrs).display_unit(unit), each
+            run.time.values, kind, units_of(run.attrs).display_unit(unit), series
         )
         panels += (
             several
-            if len(merge_equal_lines(each)) > MAX_LINES_PER_PANEL
-            else [_lines(run, kind, unit, each)]
+            if len(merge_equal_lines(series)) > MAX_LINES_PER_PANEL
+            else [_lines(run, kind, unit, series)]
         )
     return panels
 
 
 def _lines(
-    run: xr.Dataset, label: str, unit: str, each: Series, order: Sequence[str] = ()
+    run: xr.Dataset, label: str, unit: str, series: Series, order: Sequence[str] = ()
 ) -> Panel:
     """A panel of lines in SI ``unit``, in the unit that the run is read in."""
-    return lines(run.time.values, label, units_of(run.attrs).display_unit(unit), each, order)
+    return lines(run.time.values, label, units_of(run.attrs).display_unit(unit), series, order)
 
 
-def _loads(run: xr.Dataset, label: str, unit: str, each: Series) -> Iterator[Panel]:
+def _loads(run: xr.Dataset, label: str, unit: str, series: Series) -> Iterator[Panel]:
     """Panels of lines; small ones have a panel of their own beside large ones."""
-    for group in group_by_size(each):
-        yield _lines(run, label, unit, group, [*each])
+    for group in group_by_size(series):
+        yield _lines(run, label, unit, group, [*series])
 
 
 def _components(
@@ -236,12 +237,12 @@ def _components(
 ) -> Iterator[Panel]:
     """A panel for each contact or line, with the same components, without components that are small
     throughout. All have the prefix that suits the largest value."""
-    order, largest = [*panels[0]], max(peak(each) for each in panels)
+    order, largest = [*panels[0]], max(peak(panel) for panel in panels)
     acting = [a for a in order if any(peak({a: x[a]}) > LITTLE * largest for x in panels)]
     alone = len(acting) < 2
     label = f"{label} {acting[0]}" if len(acting) == 1 else label
-    for each in panels:
-        drawn = {"" if alone else axis: each[axis] for axis in acting or order[:1]}
+    for panel in panels:
+        drawn = {"" if alone else axis: panel[axis] for axis in acting or order[:1]}
         yield lines(time, label, shown, drawn, [] if alone else order)
 
 
@@ -250,14 +251,14 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
     moving = _moving(run)
     for body in _labels(run, "body"):
         for kind, dofs in MOTION_DOFS.items():
-            own = [dof for dof in dofs if body in moving.get(dof, ())]
+            moving_dofs = [dof for dof in dofs if body in moving.get(dof, ())]
             of = f"{body}\n" if run.sizes["body"] > 1 else ""
-            if len(own) == 1:
-                position = {"": _position(run, body, own[0])}
-                yield _lines(run, f"{of}{own[0]}", unit_of_dof(own[0]), position)
-            elif own:
-                each = {dof: _position(run, body, dof) for dof in own}
-                yield _lines(run, f"{of}{kind}", unit_of_dof(own[0]), each, dofs)
+            if len(moving_dofs) == 1:
+                position = {"": _position(run, body, moving_dofs[0])}
+                yield _lines(run, f"{of}{moving_dofs[0]}", unit_of_dof(moving_dofs[0]), position)
+            elif moving_dofs:
+                positions = {dof: _position(run, body, dof) for dof in moving_dofs}
+                yield _lines(run, f"{of}{kind}", unit_of_dof(moving_dofs[0]), positions, dofs)
 
 
 def _moving(run: xr.Dataset) -> dict[str, list[str]]:
@@ -284,13 +285,13 @@ def _elevation(run: xr.Dataset) -> Iterator[Panel]:
 
 def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
     """Panels of forces over capacities; a fully used capacity is at 1."""
-    each = {
+    utilisations = {
         n.partition(".")[2]: channel_series(run, n)[0]
         for n in channel_names(run)
         if n.startswith("utilisation.")
     }
-    if each:
-        yield _lines(run, "utilisation", "1", each)
+    if utilisations:
+        yield _lines(run, "utilisation", "1", utilisations)
 
 
 def _joint_motions(run: xr.Dataset) -> Iterator[Panel]:
@@ -300,12 +301,12 @@ def _joint_motions(run: xr.Dataset) -> Iterator[Panel]:
 def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
     """Sizes of the forces and moments of joints, without those that are rounding."""
     parts = {("joint force", "N"): DOFS[:3], ("joint moment", "N m"): DOFS[3:]}
-    found = {
+    loads = {
         of: np.sqrt(np.square(run.joint_force.sel(dof=list(dofs))).sum("dof"))
         for of, dofs in parts.items()
     }
-    largest = max(float(size.max()) for size in found.values())
-    for (label, unit), size in found.items():
+    largest = max(float(size.max()) for size in loads.values())
+    for (label, unit), size in loads.items():
         if float(size.max()) > NEGLIGIBLE_LOAD_RATIO * largest:
             yield _lines(run, label, unit, _lines_of(size, "joint"))
 
@@ -335,8 +336,8 @@ def _links(run: xr.Dataset) -> Iterator[Panel]:
 
 def _clearances(run: xr.Dataset) -> Iterator[Panel]:
     if "gap" in run.dims:
-        each = {name: run.clearance.sel(gap=name).values for name in _labels(run, "gap")}
-        yield _lines(run, "clearance", "m", each)
+        clearances = {name: run.clearance.sel(gap=name).values for name in _labels(run, "gap")}
+        yield _lines(run, "clearance", "m", clearances)
 
 
 def _modes(run: xr.Dataset) -> Panel:
@@ -356,15 +357,19 @@ def _crawl(run: xr.Dataset) -> Iterator[Panel]:
 
 def _by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
     """A line for each contact point; for each group if there are more than one panel can show."""
-    each = _lines_of(values, "fender")
-    return each if len(merge_equal_lines(each)) <= MAX_LINES_PER_PANEL else _by_group(run, values)
+    lines = _lines_of(values, "fender")
+    return lines if len(merge_equal_lines(lines)) <= MAX_LINES_PER_PANEL else _by_group(run, values)
 
 
 def _by_spring(values: xr.DataArray, dim: str = "spring") -> Series:
     """Lines as they are, because tensions are smooth; if there are very many, a band from the
     smallest to the largest."""
-    each = _lines_of(values, dim)
-    return each if len(each) <= len(COLOURS) else {f"{len(each)} lines": np.array([*each.values()])}
+    lines = _lines_of(values, dim)
+    return (
+        lines
+        if len(lines) <= len(COLOURS)
+        else {f"{len(lines)} lines": np.array([*lines.values()])}
+    )
 
 
 def _contact_lines(run: xr.Dataset, values: xr.DataArray, dim: str = "fender") -> Series:
@@ -376,8 +381,8 @@ def _contact_lines(run: xr.Dataset, values: xr.DataArray, dim: str = "fender") -
 def _by_group(run: xr.Dataset, values: xr.DataArray) -> Series:
     """Several lines (n, nt) for each group of contact points."""
     of = run.fender_group.values
-    found = {str(group): values.values.T[of == group] for group in dict.fromkeys(of)}
-    return {f"{name}, {len(x)} contacts": x for name, x in found.items()}
+    lines = {str(group): values.values.T[of == group] for group in dict.fromkeys(of)}
+    return {f"{name}, {len(x)} contacts": x for name, x in lines.items()}
 
 
 def _lines_of(values: xr.DataArray, dim: str) -> dict[str, np.ndarray]:
@@ -435,8 +440,10 @@ def draw(
     window."""
     _check(run, view.window)
     outputs = picture_outputs(folder, stem, origin, overwrite, view)
-    found = zip(view.pictures(), outputs, strict=True)
-    drawn = ((_panels(run, suffix, view), suffix, output) for suffix, output in found)
+    suffixes_and_outputs = zip(view.pictures(), outputs, strict=True)
+    drawn = (
+        (_panels(run, suffix, view), suffix, output) for suffix, output in suffixes_and_outputs
+    )
     return [
         save_picture(picture(panels, _frame(run, suffix, view.window)), output)
         for panels, suffix, output in drawn
@@ -464,13 +471,13 @@ def picture_outputs(
 def figure(run: xr.Dataset, name: str = "overview", window: TimeWindow = ALWAYS) -> Figure:
     """Picture of a run by its name, such as "overview" or "motions". Raises InputError if there is
     no such picture, or if the run has no data for it."""
-    known = {of.__name__: suffix for suffix, of in PICTURES.items()}
-    panels = PICTURES[known[name]](run) if name in known else []
+    suffixes = {of.__name__: suffix for suffix, of in PICTURES.items()}
+    panels = PICTURES[suffixes[name]](run) if name in suffixes else []
     if not panels:
-        there = [each for each, suffix in known.items() if PICTURES[suffix](run)]
+        there = [name for name, suffix in suffixes.items() if PICTURES[suffix](run)]
         raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
     _check(run, window)
-    return picture(panels, _frame(run, known[name], window))
+    return picture(panels, _frame(run, suffixes[name], window))
 
 
 def phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
@@ -479,14 +486,17 @@ def phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
     if "contact_phase" not in run:
         return [], ""
     time = run.time.values
-    each = run.contact_phase.transpose("contact_group", "time").values
-    for group, of in zip(run.contact_group.values, each, strict=True):
+    codes = run.contact_phase.transpose("contact_group", "time").values
+    for group, of in zip(run.contact_group.values, codes, strict=True):
         starts = np.flatnonzero(np.diff(of, prepend=-1))
         if is_operation(of):
             ends = [*time[starts[1:]], time[-1]]
             kinds = [Named(of[k]).name.lower().replace("_", " ") for k in starts]
-            found = [ShadedPhase(*each) for each in zip(kinds, time[starts], ends, strict=True)]
-            return found, str(group)
+            shaded = [
+                ShadedPhase(*ends_of_phase)
+                for ends_of_phase in zip(kinds, time[starts], ends, strict=True)
+            ]
+            return shaded, str(group)
     return [], ""
 
 
@@ -502,8 +512,8 @@ def _frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureFrame:
     if length := coarse(run.time.values, window):
         remarks.append(f"bands: smallest to largest of each {length:g} s; lines: mean")
     shaded, group = phases(run)
-    said = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
-    under = [f"phases of {group}: {said}, then {shaded[-1].name}"] if shaded else []
+    phases_text = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
+    under = [f"phases of {group}: {phases_text}, then {shaded[-1].name}"] if shaded else []
     return PictureFrame(
         title,
         [*filter(None, ["; ".join(remarks)]), *under],

@@ -79,27 +79,27 @@ def draw_study(runs: xr.Dataset, output: Output) -> list[Path]:
 def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[PlanRuns, Output]]:
     """Plans with something to draw, and their outputs. Raises InputError if there are none, or if a
     picture must not be replaced."""
-    found, form = [], output.path.suffix if output.path.suffix != ".nc" else ".png"
+    plans_and_outputs, form = [], output.path.suffix if output.path.suffix != ".nc" else ".png"
     for plan in effects.plans(runs):
         stem = f"{output.path.stem}_{plan.name}" if plan.name else output.path.stem
         if plan.figures:
             place = output.output_at(output.path.with_name(f"{stem}{form}"), "picture")
-            found.append((plan, place.checked_output()))
-    if not found:
+            plans_and_outputs.append((plan, place.checked_output()))
+    if not plans_and_outputs:
         raise InputError(
             f"{output.origin}: its study has no figures to draw. Add some to the study: figures:"
             f" {{NAME: {{channel: .., statistic: ..}}}}."
         )
-    return found
+    return plans_and_outputs
 
 
 def page(plan: PlanRuns) -> Figure:
     """Picture of a plan: a panel for each figure; for samples, a panel for each figure and
     parameter."""
     draw = _chart(plan)
-    each = len(plan.parameters) if draw is _points else 1
-    across = each if draw is _points else _columns(len(plan.figures))
-    down = -(-each * len(plan.figures) // across)
+    columns = len(plan.parameters) if draw is _points else 1
+    across = columns if draw is _points else _columns(len(plan.figures))
+    down = -(-columns * len(plan.figures) // across)
     figure = Figure(
         (EFFECT_PANEL_INCH[0] * max(across, 1.3), EFFECT_PANEL_INCH[1] * down),
         dpi=100,
@@ -107,16 +107,16 @@ def page(plan: PlanRuns) -> Figure:
     )
     FigureCanvasAgg(figure)
     panels = figure.subplots(down, across, squeeze=False).ravel()
-    drawn = panels[: each * len(plan.figures)]
+    drawn = panels[: columns * len(plan.figures)]
     for spare in panels[drawn.size :]:
         spare.remove()
     names = ValueNames()
-    for name, axes in zip(plan.figures, drawn.reshape(-1, each).tolist(), strict=True):
+    for name, axes in zip(plan.figures, drawn.reshape(-1, columns).tolist(), strict=True):
         draw(axes, plan, name, names)
         for axis in axes:
             _dress(axis)
     _explain(figure, drawn[0])
-    _add_key(figure, names.key())
+    _add_letter_key(figure, names.key())
     title = str(runs_title(plan.runs))
     title = f"{title}: {_words(plan.name)}" if plan.name else title
     figure.suptitle(wrap_title(title, figure.get_figwidth()))
@@ -141,7 +141,7 @@ def _explain(figure: Figure, axis: Axes) -> None:
         figure.legend(lines, names, loc="outside lower center", ncols=len(names), frameon=False)
 
 
-def _add_key(figure: Figure, key: Sequence[str]) -> None:
+def _add_letter_key(figure: Figure, key: Sequence[str]) -> None:
     """Beside the panels, write what the letters of values mean."""
     if key:
         lines = sum(1 + text.count("\n") for text in key)
@@ -242,13 +242,13 @@ def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
         axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
     order = np.argsort(place)
     x, s = place[order], [rows[k].spread for k in order]
-    low, high = [each.another_low for each in s], [each.another_high for each in s]
+    low, high = [spread.another_low for spread in s], [spread.another_high for spread in s]
     if numbers:
         axis.fill_between(x, low, high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
     else:
         size = np.subtract(high, low)
         axis.bar(x, size, 0.5, low, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
-    mean = np.array([each.mean for each in s])
+    mean = np.array([spread.mean for spread in s])
     apart = np.abs([[e.low for e in s], [e.high for e in s]] - mean)
     line: dict[str, Any] = {"color": COLOURS[0], "marker": "o", "capsize": 3}
     line["linestyle"] = "-" if numbers else "none"
@@ -260,8 +260,8 @@ def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
         axis.set_xticks(place, names.names_of(combinations))
         axis.set_xlim(-0.6, len(rows) - 0.4)
     axis.set_ylabel(_quantity_label(plan, figure))
-    each = list(plan.parameters) if len(parameters) > 1 else list(plan.parameters)[:1]
-    axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in each))
+    shown = list(plan.parameters) if len(parameters) > 1 else list(plan.parameters)[:1]
+    axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in shown))
 
 
 def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
@@ -286,17 +286,17 @@ def _heat(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
     for row in rows:
         mean[y.index(row.values[second]), x.index(row.values[first])] = row.spread.mean
     image = axis.imshow(mean, origin="lower", aspect="auto", cmap="viridis")
-    known = mean[np.isfinite(mean)]
-    bright = known.min() + 0.6 * np.ptp(known) if known.size else np.nan
+    finite = mean[np.isfinite(mean)]
+    bright = finite.min() + 0.6 * np.ptp(finite) if finite.size else np.nan
     for (j, i), value in np.ndenumerate(mean):
         text = f"{value:.3g}" if np.isfinite(value) else "no value"
         colour = "white" if value < bright else "black"
         axis.text(i, j, text, ha="center", va="center", color=colour, fontsize="small")
     for set_ticks, values in ((axis.set_xticks, x), (axis.set_yticks, y)):
         set_ticks(range(len(values)), names.names_of(values))
-    one, other = plan.parameters
-    axis.set_xlabel(_parameter_label(plan, one))
-    axis.set_ylabel(_parameter_label(plan, other))
+    x_parameter, y_parameter = plan.parameters
+    axis.set_xlabel(_parameter_label(plan, x_parameter))
+    axis.set_ylabel(_parameter_label(plan, y_parameter))
     axis.figure.colorbar(image, ax=axis, label=f"mean {_quantity_label(plan, figure)}")
 
 
@@ -307,21 +307,27 @@ def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueName
     base = next(row.spread.mean for row in rows if not row.values["varied"])
     bars: list[tuple[float, float, list[EffectRow], str]] = []
     for parameter in plan.parameters:
-        own = [row for row in rows if row.values["varied"] == parameter and row.spread.n]
-        means = [row.spread.mean for row in own] + [base] * bool(own and np.isfinite(base))
-        ends = (min(means), max(means)) if own else (base, base)
-        bars.append((*ends, sorted(own, key=lambda row: row.spread.mean), parameter))
+        parameter_rows = [row for row in rows if row.values["varied"] == parameter and row.spread.n]
+        means = [row.spread.mean for row in parameter_rows] + [base] * bool(
+            parameter_rows and np.isfinite(base)
+        )
+        ends = (min(means), max(means)) if parameter_rows else (base, base)
+        bars.append((*ends, sorted(parameter_rows, key=lambda row: row.spread.mean), parameter))
     bars.sort(key=lambda bar: bar[1] - bar[0])
-    for k, (low, high, own, parameter) in enumerate(bars):
+    for k, (low, high, parameter_rows, parameter) in enumerate(bars):
         axis.barh(k, high - low, left=low, color=COLOURS[0], alpha=0.6)
-        for row in {id(row): row for row in (*own[:1], *own[-1:])}.values():
+        for row in {id(row): row for row in (*parameter_rows[:1], *parameter_rows[-1:])}.values():
             value, mean = row.values[plan.axis(parameter)], row.spread.mean
             text = (
                 f" {value:.3g} " if isinstance(value, float) else f" {names.names_of([value])[0]} "
             )
-            side = "right" if mean < base or (row is own[0] and len(own) > 1) else "left"
+            side = (
+                "right"
+                if mean < base or (row is parameter_rows[0] and len(parameter_rows) > 1)
+                else "left"
+            )
             axis.text(mean, k, text, ha=side, va="center", fontsize="small")
-        if not own and np.isfinite(base):
+        if not parameter_rows and np.isfinite(base):
             axis.text(base, k, " no run has a value", va="center", fontsize="small")
     axis.axvline(base, color="0.3")
     axis.use_sticky_edges = False
@@ -342,14 +348,20 @@ def _points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames
 
 def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw first-order and total indices with their intervals."""
-    found, axis = [each for each in effects.indices(plan) if each.figure == figure], axes[0]
+    sobol_indices, axis = (
+        [index for index in effects.indices(plan) if index.figure == figure],
+        axes[0],
+    )
     for shift, kind, colour in ((-0.2, "first", COLOURS[0]), (0.2, "total", COLOURS[1])):
-        value, low, high = np.array([getattr(each, kind) for each in found]).T
+        value, low, high = np.array([getattr(index, kind) for index in sobol_indices]).T
         label = "alone" if kind == "first" else "with all interactions"
-        y = np.arange(len(found)) + shift
+        y = np.arange(len(sobol_indices)) + shift
         sure = np.clip([value - low, high - value], 0.0, None)
         axis.barh(y, value, 0.35, xerr=sure, color=colour, label=label, capsize=3)
-    axis.set_yticks(range(len(found)), [_parameter_label(plan, each.parameter) for each in found])
+    axis.set_yticks(
+        range(len(sobol_indices)),
+        [_parameter_label(plan, index.parameter) for index in sobol_indices],
+    )
     axis.set_xlabel(f"share of the variance of {_words(figure)}")
 
 
@@ -365,40 +377,40 @@ LIMIT_ENDS = ("limit", "low", "high")
 OPERABILITY_PANEL_INCH = (7.5, 3.6)  # inches of a panel
 
 
-def draw_limits(found: xr.Dataset, output: Path | Output) -> None:
+def draw_limits(limits: xr.Dataset, output: Path | Output) -> None:
     """Draw a panel for each stage, with a line and its interval for each heading and swell. The
     marker at each point shows the criterion that governs there."""
-    stages = [str(stage) for stage in found.stage.values]
+    stages = [str(stage) for stage in limits.stage.values]
     figure = Figure(
         (OPERABILITY_PANEL_INCH[0], OPERABILITY_PANEL_INCH[1] * len(stages) + 0.4),
         dpi=100,
         layout="constrained",
     )
     FigureCanvasAgg(figure)
-    names = sorted({str(name) for name in found.governing.values.ravel() if name})
+    names = sorted({str(name) for name in limits.governing.values.ravel() if name})
     axes = figure.subplots(len(stages), 1, squeeze=False, sharex=True)[:, 0]
     for axis, stage in zip(axes, stages, strict=True):
-        _panel(axis, found.sel(stage=stage), names)
+        _panel(axis, limits.sel(stage=stage), names)
         axis.set_title(stage if len(stages) > 1 else "", loc="left", fontsize="medium")
     axes[-1].set_xlabel("peak period [s]")
-    share = f"{found.attrs['probability']:.3g} of the seas meet all criteria"
+    share = f"{limits.attrs['probability']:.3g} of the seas meet all criteria"
     figure.suptitle(
-        wrap_title(f"{found.attrs['title']}: limits up to which {share}", figure.get_figwidth())
+        wrap_title(f"{limits.attrs['title']}: limits up to which {share}", figure.get_figwidth())
     )
     save_picture(figure, output)
 
 
-def _panel(axis: Axes, found: xr.Dataset, names: list[str]) -> None:
+def _panel(axis: Axes, limits: xr.Dataset, names: list[str]) -> None:
     """Limits over the peak period. A sea without a limit within the heights has no point on a line
     but a mark at the first or the last height; lines that are the same are drawn once."""
     sides: set[str] = set()
-    lines = distinct_lines(found)
+    lines = distinct_lines(limits)
     for k, (label, at) in enumerate(lines):
         colour = COLOURS[k % len(COLOURS)]
         period = at.peak_period.values
-        side = np.array([side_of(float(limit), found) for limit in at.limit.values])
+        side = np.array([side_of(float(limit), limits) for limit in at.limit.values])
         limit, low, high = (np.where(side == "", at[name].values, np.nan) for name in LIMIT_ENDS)
-        top = np.minimum(high, found.attrs["highest"]) if found.attrs["runs"] else limit
+        top = np.minimum(high, limits.attrs["highest"]) if limits.attrs["runs"] else limit
         axis.fill_between(period, low, top, color=colour, alpha=0.15)
         style = STYLES[k % len(STYLES)]
         axis.plot(period, limit, color=colour, linestyle=style, label=f"waves {label}")
@@ -409,7 +421,7 @@ def _panel(axis: Axes, found: xr.Dataset, names: list[str]) -> None:
         for which, mark in NO_LIMIT.items():
             of = side == which
             sides |= {which} if of.any() else set()
-            place = np.full(of.sum(), found.attrs[ATTRIBUTES[which]])
+            place = np.full(of.sum(), limits.attrs[ATTRIBUTES[which]])
             axis.plot(period[of], place, mark, color=colour, fillstyle="none", markersize=size)
     for name in names:
         mark = MARKS[names.index(name) % len(MARKS)]

@@ -48,32 +48,34 @@ RESPONSE_COLUMNS = {
 }
 
 
-def linear_document(found: xr.Dataset, raos: bool = False) -> Document:
+def linear_document(analysis: xr.Dataset, raos: bool = False) -> Document:
     """Motions, natural modes and, if so asked, ``raos`` over the period."""
-    nodes = [*_remarks(found), _motions(found), _modes(found)]
-    nodes += [*_rao_tables(found), *_joint_rao_tables(found)] if raos else []
-    return Document(title_of(found), nodes, units=units_of(found.attrs))
+    nodes = [*_remarks(analysis), _motions(analysis), _modes(analysis)]
+    nodes += [*_rao_tables(analysis), *_joint_rao_tables(analysis)] if raos else []
+    return Document(title_of(analysis), nodes, units=units_of(analysis.attrs))
 
 
-def _remarks(found: xr.Dataset) -> Iterator[Node]:
-    return (Verdict(Outcome.WARNING, line) for line in lines_of(found, "remarks"))
+def _remarks(analysis: xr.Dataset) -> Iterator[Node]:
+    return (Verdict(Outcome.WARNING, line) for line in lines_of(analysis, "remarks"))
 
 
-def _motions(found: xr.Dataset) -> Table:
-    columns = {name: variable for name, variable in RESPONSE_COLUMNS.items() if variable in found}
-    waves = range(found.sizes.get("wave", 0))
+def _motions(analysis: xr.Dataset) -> Table:
+    columns = {
+        name: variable for name, variable in RESPONSE_COLUMNS.items() if variable in analysis
+    }
+    waves = range(analysis.sizes.get("wave", 0))
     rows: list[list[Cell]] = []
-    for body in map(str, found.body.values):
-        for dof in map(str, found.dof.values):
-            at = found.sel(body=body, dof=dof)
+    for body in map(str, analysis.body.values):
+        for dof in map(str, analysis.dof.values):
+            at = analysis.sel(body=body, dof=dof)
             figures = [_figure(at, variable, dof) for variable in columns.values()]
             harmonics = [_harmonic(at.isel(wave=k), "regular", unit_of_dof(dof)) for k in waves]
             rows.append([f"{body} {dof}", *figures, *harmonics])
-    return Table(("motion", *columns, *(_wave(found, k) for k in waves)), rows, "Motions")
+    return Table(("motion", *columns, *(_wave(analysis, k) for k in waves)), rows, "Motions")
 
 
-def _wave(found: xr.Dataset, k: int) -> str:
-    at = found.isel(wave=k)
+def _wave(analysis: xr.Dataset, k: int) -> str:
+    at = analysis.isel(wave=k)
     where = f"wave of {float(at.wave_period):g} s to {degrees(float(at.wave_heading)):g} deg"
     return f"{where}: amplitude, phase"
 
@@ -85,10 +87,10 @@ def _figure(at: xr.Dataset, variable: str, dof: str) -> Value:
     return Value(0.0 if abs(number) <= ROUNDING_BELOW else number, unit_of_dof(dof))
 
 
-def _modes(found: xr.Dataset) -> Table:
+def _modes(analysis: xr.Dataset) -> Table:
     head = ("mode", "natural period", "damped period", "damping ratio", "moves")
-    each = {str(mode): found.sel(mode=mode) for mode in found.mode.values}
-    rows = [[mode, *_decay(at), _moves(at)] for mode, at in each.items()]
+    modes = {str(mode): analysis.sel(mode=mode) for mode in analysis.mode.values}
+    rows = [[mode, *_decay(at), _moves(at)] for mode, at in modes.items()]
     return Table(head, rows, "Natural modes")
 
 
@@ -120,12 +122,12 @@ def _moves(at: xr.Dataset) -> str:
     return ", ".join(f"{name} {value:.0%}" for value, name in parts if value >= MIN_SHARE)
 
 
-def _rao_tables(found: xr.Dataset) -> Iterator[Node]:
+def _rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
     """RAOs over the period, a table for each body and heading; motions that no wave excites are
     left out."""
-    for body in map(str, found.body.values):
-        for heading in found.heading.values:
-            at = found.sel(body=body, heading=heading)
+    for body in map(str, analysis.body.values):
+        for heading in analysis.heading.values:
+            at = analysis.sel(body=body, heading=heading)
             moving = [
                 d for d in DOFS if d in at.dof and float(at.rao_amplitude.sel(dof=d).max()) > 0.0
             ]
@@ -134,10 +136,10 @@ def _rao_tables(found: xr.Dataset) -> Iterator[Node]:
             yield Table(("period", *moving), rows, title)
 
 
-def _joint_rao_tables(found: xr.Dataset) -> Iterator[Node]:
+def _joint_rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
     """RAOs of the motions of joints over the period, a table for each heading."""
-    for heading in found.heading.values if "joint_motion" in found.dims else ():
-        at = found.sel(heading=heading)
+    for heading in analysis.heading.values if "joint_motion" in analysis.dims else ():
+        at = analysis.sel(heading=heading)
         names = list(map(str, at.joint_motion.values))
         rows = [
             [
@@ -194,8 +196,8 @@ def line_document(
     nodes: list[Node] = [*warnings(left_out), *_unsolved_lines(lines), _at_rest(lines)]
     if any(line.friction > 0.0 for line in lines):
         nodes.append(Sentence(FRICTION_NOTE, detail=True))
-    for found in responses:
-        nodes += [_over_offsets(found), *_gaps(found)]
+    for response in responses:
+        nodes += [_over_offsets(response), *_gaps(response)]
     return Document(title, nodes, units=units)
 
 
@@ -226,29 +228,29 @@ def _row_at_rest(line: StillLine) -> list[Cell]:
     ]
 
 
-def _over_offsets(found: LineResponse) -> Table:
-    way = "upward" if found.up else "away from the anchor"
+def _over_offsets(response: LineResponse) -> Table:
+    way = "upward" if response.up else "away from the anchor"
     head = (
         *("offset", "tension", "horizontal pull", "down at fairlead", "anchor tension"),
         *("stiffness", "grounded"),
     )
     columns = (
-        *(found.tension, found.horizontal, found.vertical, found.anchor),
-        *(found.stiffness, found.grounded),
+        *(response.tension, response.horizontal, response.vertical, response.anchor),
+        *(response.stiffness, response.grounded),
     )
     units = ("N", "N", "N", "N", "N/m", "m")
     rows: list[list[Cell]] = [
         [
-            Value(float(found.offsets[i]), "m"),
+            Value(float(response.offsets[i]), "m"),
             *(Value(float(c[i]), unit) for c, unit in zip(columns, units, strict=True)),
         ]
-        for i in range(found.offsets.size)
+        for i in range(response.offsets.size)
     ]
     return Table(head, rows, f"Offset of the fairlead {way}")
 
 
-def _gaps(found: LineResponse) -> Iterator[Node]:
-    for reason in found.reasons:
+def _gaps(response: LineResponse) -> Iterator[Node]:
+    for reason in response.reasons:
         yield Sentence(f"A dash is where the line has no shape: {reason}.")
 
 
@@ -261,7 +263,7 @@ COORDINATES = ("x", "y", "z")
 
 def ballast_document(
     scene: Scene,
-    found: Sequence[Condition],
+    conditions: Sequence[Condition],
     time: float,
     angle: float | None = None,
     plan: PumpPlan | None = None,
@@ -269,51 +271,51 @@ def ballast_document(
 ) -> Document:
     """What bodies weigh and how they float at a ``time`` [s], with what free surfaces take at an
     ``angle`` of heel [rad]; a ``plan`` of their pumps; pumps that are ``waiting`` for events."""
-    nodes: list[Node] = [*_shallow_surfaces(found)]
-    nodes += [] if angle is None else _upright_walls(found, angle)
+    nodes: list[Node] = [*_shallow_surfaces(conditions)]
+    nodes += [] if angle is None else _upright_walls(conditions, angle)
     if waiting:
         text = "These pumps wait for events and are taken as not started: {}."
         nodes.append(Verdict(Outcome.WARNING, text, [", ".join(waiting)]))
-    for each in found:
-        nodes += [Heading(f"{each.body.name} at {time:g} s"), *_condition(each, angle)]
+    for condition in conditions:
+        nodes += [Heading(f"{condition.body.name} at {time:g} s"), *_condition(condition, angle)]
     nodes += [] if plan is None else _pump_plan(plan)
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
-def _condition(found: Condition, angle: float | None) -> Iterator[Node]:
+def _condition(condition: Condition, angle: float | None) -> Iterator[Node]:
     """What a body weighs and how it floats; its tanks; its mass matrix."""
-    weights = (("lightship", found.lightship), ("with its tanks", found.loading))
+    weights = (("lightship", condition.lightship), ("with its tanks", condition.loading))
     rows: list[list[Cell]] = [[name, _mass(x.mass), *_lengths(x.centre)] for name, x in weights]
     yield Table(("", "mass", *COORDINATES), rows)
-    heave, heel, trim = found.position[2:5]
+    heave, heel, trim = condition.position[2:5]
     at_rest: list[Cell] = [_length(round(heave, 4)), *(_angle(round(x, 6)) for x in (heel, trim))]
     yield Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
-    yield _metacentric(found, angle)
+    yield _metacentric(condition, angle)
     head = ("tank", "level", "mass", "filled", "free to a heel", "free to a trim")
-    yield Table(head, [_tank(tank) for tank in found.tanks])
-    origin = np.array(found.body.centre_of_gravity)
-    matrix = found.loading._replace(centre=found.loading.centre - origin).matrix
+    yield Table(head, [_tank(tank) for tank in condition.tanks])
+    origin = np.array(condition.body.centre_of_gravity)
+    matrix = condition.loading._replace(centre=condition.loading.centre - origin).matrix
     rows = [[dof, *(_four_digits(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
     title = "Mass matrix about the body's origin [kg, kg m, kg m^2]"
     yield Table(("", *DOFS), rows, title, detail=True)
 
 
-def _metacentric(found: Condition, angle: float | None) -> Table:
+def _metacentric(condition: Condition, angle: float | None) -> Table:
     """Metacentric heights in heel and trim, and what free surfaces take of them."""
     head = ["", "GM", "taken by free surfaces"]
-    columns = [found.metacentric, found.loss]
+    columns = [condition.metacentric, condition.loss]
     if angle is not None:
         head.append(f"taken at {np.degrees(angle):g} deg of heel")
-        columns.append(np.array([found.secant, np.nan]))
-    rows = zip(("heel", "trim"), np.transpose([*columns, found.held]), strict=True)
+        columns.append(np.array([condition.secant, np.nan]))
+    rows = zip(("heel", "trim"), np.transpose([*columns, condition.held]), strict=True)
     cells: list[list[Cell]] = [[of, *(_length(x) for x in row)] for of, row in rows]
     return Table([*head, "with lines and contacts"], cells, "Metacentric heights at rest")
 
 
-def _tank(found: TankState) -> list[Cell]:
-    reach = ("" if isnan(x) else _angle(x) for x in found.reach)
-    filled = Value(found.filled, "share")
-    return [found.tank.name, _length(found.level), _mass(found.mass), filled, *reach]
+def _tank(tank: TankState) -> list[Cell]:
+    reach = ("" if isnan(x) else _angle(x) for x in tank.reach)
+    filled = Value(tank.filled, "share")
+    return [tank.tank.name, _length(tank.level), _mass(tank.mass), filled, *reach]
 
 
 def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
@@ -328,29 +330,29 @@ def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
     yield Table(("pump", "rate", "mass"), rows)
 
 
-def _shallow_surfaces(found: Sequence[Condition]) -> Iterator[Node]:
+def _shallow_surfaces(conditions: Sequence[Condition]) -> Iterator[Node]:
     """Free surfaces that meet bottom or top at once: GM is another beyond."""
-    for each in found:
-        for tank in each.tanks:
+    for condition in conditions:
+        for tank in condition.tanks:
             if 0.0 < tank.reach[0] < COMMON_HEEL_RAD:
                 yield Verdict(
                     Outcome.WARNING,
                     "{}: its surface meets bottom or top at {} of heel. GM is the slope at rest. At"
                     " a larger heel the free surface takes less: see --heel.",
-                    [_key(each, tank), _angle(tank.reach[0], 2)],
+                    [_key(condition, tank), _angle(tank.reach[0], 2)],
                 )
 
 
-def _upright_walls(found: Sequence[Condition], angle: float) -> Iterator[Node]:
+def _upright_walls(conditions: Sequence[Condition], angle: float) -> Iterator[Node]:
     """Tables, whose walls are upright also where the surface meets bottom or top."""
-    for each in found:
-        for tank in each.tanks:
+    for condition in conditions:
+        for tank in condition.tanks:
             if isinstance(tank.tank.shape, TankTable) and abs(angle) > tank.reach[0]:
                 yield Verdict(
                     Outcome.WARNING,
                     "{}: a table has upright walls at every heel, but its surface meets bottom or"
                     " top at {}. It takes less than is printed. Give it as a box or a mesh.",
-                    [_key(each, tank), _angle(tank.reach[0], 3)],
+                    [_key(condition, tank), _angle(tank.reach[0], 3)],
                 )
 
 

@@ -59,18 +59,18 @@ from hydrosim.water.components import sea_state
 
 def describe_joints(scene: Scene) -> Iterator[str]:
     """A line for each joint: what it connects, and how its motions are solved."""
-    found = arrangement(scene)
+    joint_tree = arrangement(scene)
     bodies = {body.name: body for body in scene.bodies}
-    for branch in found.branches:
+    for branch in joint_tree.branches:
         motions = ", ".join(motion.name.replace("_", " ") for motion in branch.joint.motions)
         how = f"coordinates: {motions}" if motions else "no motion"
         restoring = _restoring(bodies[branch.child])
         yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{restoring}"
-    for name in found.loops:
+    for name in joint_tree.loops:
         joint = scene.joints[name]
         role = "keeps a distance" if joint.type == JointType.ROD else "closes a loop"
         yield f"{name}: {_bodies_of_joint(joint)}; {role}, held by constraint forces"
-    for name in found.passing:
+    for name in joint_tree.passing:
         yield f"{name}: {_bodies_of_joint(scene.joints[name])}; a constraint while it is closed"
 
 
@@ -127,15 +127,15 @@ def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
     the damping ratio without waves at an amplitude of 5 deg."""
     elements = [(n, e) for n, e in compiled.scene.forces.items() if isinstance(e, ViscousRoll)]
     rolling = VISCOUS_ROLL_KIND.constants_in(compiled.model)
-    for (name, element), found in zip(elements, rolling, strict=True):
+    for (name, element), linear_damping in zip(elements, rolling, strict=True):
         B1, B2, B3, mass, omega = (
-            float(found[x]) for x in ("linear", "quadratic", "cubic", "mass", "frequency")
+            float(linear_damping[x]) for x in ("linear", "quadratic", "cubic", "mass", "frequency")
         )
         parts = [f"{name}: B1 {B1:.4g}, B2 {B2:.4g}, B3 {B3:.4g} N m s^n/rad^n"]
         if element.p1 or element.p2 or element.p3:
-            waves = float(found["waves"])
+            waves = float(linear_damping["waves"])
             off = f"less {waves:.4g} by waves" if element.includes_waves else "waves not taken off"
-            parts.append(f"p1 is {float(found['measured']):.4g} N m s/rad in all, {off}")
+            parts.append(f"p1 is {float(linear_damping['measured']):.4g} N m s/rad in all, {off}")
         if omega > 0.0:
             rate = omega * radians(AMPLITUDE_DEG)
             damping = B1 + EDDIES * B2 * rate + 0.75 * B3 * rate**2
@@ -177,10 +177,12 @@ FLOATING_HEAD = (
 )
 
 
-def describe_floating(own: Compiled) -> Iterator[Node]:
+def describe_floating(compiled: Compiled) -> Iterator[Node]:
     """Directions of the environment beside bodies, and how hulls with a database float."""
-    scene = own.scene
-    about = describe_start(scene, own.facts, own.state, own.sea, own.begin + scene.duration)
+    scene = compiled.scene
+    about = describe_start(
+        scene, compiled.derived, compiled.state, compiled.sea, compiled.begin + scene.duration
+    )
     afloat = list(about.afloat())
     rotation = {body.name: about.motion.rotation[i] for i, body, _ in afloat}
     headings = {name: atan2(R[1, 0], R[0, 0]) for name, R in rotation.items()}
@@ -233,8 +235,8 @@ def describe_direction(heading: float, headings: dict[str, float]) -> str:
     ``headings``, in words."""
     text = f"towards {_axis_text(heading)} of the earth frame"
     met: dict[str, list[str]] = {}
-    for body, own in headings.items():
-        octant = round((heading - own) / (pi / 4.0)) % 8
+    for body, body_heading in headings.items():
+        octant = round((heading - body_heading) / (pi / 4.0)) % 8
         met.setdefault(SIDES[octant], []).append(body)
     for side, bodies in met.items():
         more = len(bodies) - MAX_NAMED_BODIES
@@ -252,14 +254,20 @@ def _axis_text(heading: float) -> str:
     return " and ".join(parts)
 
 
-def describe_lines(own: Compiled) -> Iterator[Table]:
+def describe_lines(compiled: Compiled) -> Iterator[Table]:
     """Tensions of lines and forces of struts at the start, beside what they may carry, and the
     heights of the ends of mooring lines."""
-    lines = {name: of for name, of in own.scene.forces.items() if isinstance(of, TwoPointElement)}
+    lines = {
+        name: of for name, of in compiled.scene.forces.items() if isinstance(of, TwoPointElement)
+    }
     if not lines:
         return
-    loads = start_loads(own.scene, own.model, own.state, own.facts.rows, own.begin)
-    about = describe_start(own.scene, own.facts, own.state, own.sea, own.begin)
+    loads = start_loads(
+        compiled.scene, compiled.model, compiled.state, compiled.derived.rows, compiled.begin
+    )
+    about = describe_start(
+        compiled.scene, compiled.derived, compiled.state, compiled.sea, compiled.begin
+    )
     heights = {name: _line_heights(about, of) for name, of in lines.items()}
     moored = any(any(cells) for cells in heights.values())
     rows: list[list[Cell]] = []
@@ -294,25 +302,27 @@ def check_document(
     """Verdicts on warnings, step and radiation; natural periods; in detail the size of the problem,
     databases and what is skipped. Step limits and periods are those of the start, of ``times`` [s]
     and, if tanks change, of the end. ``watch`` shows how far the search for step limits is."""
-    own = compile_scene(scene, in_plane=True)
+    whole_scene = compile_scene(scene, in_plane=True)
     with source_context(scene.places):
-        check_criteria(own)
-    compiled = with_linear_memory(own)
-    whole = with_linear_memory(own.whole) if own.whole else compiled
-    nodes: list[Node] = [*_verdicts(own, compiled, watch)]
-    nodes += _lists({"Waves": own.notes.seas})
-    nodes += describe_floating(own.whole or own)
-    nodes += _lists({"Trees of joints": list(_describe_roots(own.scene))})
-    nodes += describe_drives(own.scene, own.begin)
-    nodes += _lists({"Wind and current": own.notes.streams, "Lines": own.notes.drag})
-    nodes += describe_lines(own)
+        check_criteria(whole_scene)
+    compiled = with_linear_memory(whole_scene)
+    whole = with_linear_memory(whole_scene.whole) if whole_scene.whole else compiled
+    nodes: list[Node] = [*_verdicts(whole_scene, compiled, watch)]
+    nodes += _lists({"Waves": whole_scene.notes.seas})
+    nodes += describe_floating(whole_scene.whole or whole_scene)
+    nodes += _lists({"Trees of joints": list(_describe_roots(whole_scene.scene))})
+    nodes += describe_drives(whole_scene.scene, whole_scene.begin)
+    nodes += _lists(
+        {"Wind and current": whole_scene.notes.streams, "Lines": whole_scene.notes.drag}
+    )
+    nodes += describe_lines(whole_scene)
     nodes += _periods_of(whole, "at the start of the run")
-    end = [compiled.begin + scene.duration] if own.model.tanks.each.size else []
+    end = [compiled.begin + scene.duration] if whole_scene.model.tanks.each.size else []
     for time in sorted({*times, *end}):
         nodes += _limits_at(
             with_contents_at(compiled, time), with_contents_at(whole, time), watch, time
         )
-    nodes += [Heading("Details", "details", detail=True), *_details(own, compiled)]
+    nodes += [Heading("Details", "details", detail=True), *_details(whole_scene, compiled)]
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
@@ -325,25 +335,27 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
     return check_document(scene, times)
 
 
-def _verdicts(own: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
-    yield from warnings([add_source_lines(text, own.scene.places) for text in own.notes.warnings])
-    if not own.facts.exact:
+def _verdicts(whole: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
+    yield from warnings(
+        [add_source_lines(text, whole.scene.places) for text in whole.notes.warnings]
+    )
+    if not whole.derived.exact:
         yield from _of_step(compiled, watch)
-    if isfinite(own.notes.radiation_error):
-        yield radiation_verdict(own.notes.radiation_error)
-    yield Sentence("{}.", [_capitalise(solution(own.scene, own.facts))])
+    if isfinite(whole.notes.radiation_error):
+        yield radiation_verdict(whole.notes.radiation_error)
+    yield Sentence("{}.", [_capitalise(solution(whole.scene, whole.derived))])
 
 
 def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
     """Whether the step is stable, and what it resolves."""
-    found = scene_combinations(compiled, each_alone=True, watch=watch)
-    limits = scene_step_limits(compiled, found)
+    mode_combinations = scene_combinations(compiled, each_alone=True, watch=watch)
+    limits = scene_step_limits(compiled, mode_combinations)
     solver = compiled.scene.solver
     yield from (_of_limit(limit, solver.step) for limit in limits)
     if not limits:
         yield Verdict(Outcome.GOOD, "{} is stable at any step.", [str(solver.method)])
     if not compiled.method.adapts:
-        yield Sentence("{}.", [_capitalise(accuracy_limit(compiled, found))])
+        yield Sentence("{}.", [_capitalise(accuracy_limit(compiled, mode_combinations))])
 
 
 def _of_limit(limit: StepLimit, step: float) -> Verdict:
@@ -377,7 +389,7 @@ def _capitalise(text: str) -> str:
 def _limits_at(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
     """Step limits and natural periods at a ``time`` [s]."""
     yield Heading(f"At {time:g} s")
-    if not compiled.facts.exact:
+    if not compiled.derived.exact:
         yield from _of_step(compiled, watch)
     yield from _periods_of(whole, f"at {time:g} s", time)
 
@@ -395,8 +407,8 @@ def _periods(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
 
 
 def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
-    found = coordinate_at(scene, mode.coordinate)
-    cells: list[Cell] = [found.body, found.dof]
+    coordinate = coordinate_at(scene, mode.coordinate)
+    cells: list[Cell] = [coordinate.body, coordinate.dof]
     if mode.kind == ModeKind.FREE:
         return [*cells, "free", "", ""]
     cells.append(Value(mode.natural_period, "s"))
@@ -405,15 +417,17 @@ def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
     return [*cells, Value(mode.damped_period, "s"), Value(mode.damping_ratio, digits=3)]
 
 
-def _details(own: Compiled, compiled: Compiled) -> Iterator[Node]:
+def _details(whole: Compiled, compiled: Compiled) -> Iterator[Node]:
     """How large the problem is, how it is solved, what it reads and what is skipped."""
-    notes = own.notes
-    yield List(list(_size(own, compiled)))
-    for wet in own.wet:
-        said = [f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()]
-        yield List(said, ", ".join(wet.names))
-    yield from _lists({"Joints": list(describe_joints(own.scene))})
-    yield from _lists({"Roll damping": list(describe_roll_damping(own))})
+    notes = whole.notes
+    yield List(list(_size(whole, compiled)))
+    for wet in whole.wet:
+        provenance = [
+            f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()
+        ]
+        yield List(provenance, ", ".join(wet.names))
+    yield from _lists({"Joints": list(describe_joints(whole.scene))})
+    yield from _lists({"Roll damping": list(describe_roll_damping(whole))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 
@@ -422,9 +436,9 @@ def _lists(lists: dict[str, Sequence[str]]) -> Iterator[List]:
     return (List(items, title) for title, items in lists.items() if items)
 
 
-def _size(own: Compiled, compiled: Compiled) -> Iterator[str]:
+def _size(whole: Compiled, compiled: Compiled) -> Iterator[str]:
     scene = compiled.scene
-    model = own.model
+    model = whole.model
     for key, value in started_from(scene).items():
         yield f"{key.replace('_', ' ')}: {value}"
     yield (
@@ -434,22 +448,22 @@ def _size(own: Compiled, compiled: Compiled) -> Iterator[str]:
     )
     memory = sizes.size_text(sizes.memory_needed(scene))
     yield f"about {memory} of memory, {sizes.size_text(sizes.result_size(scene))} of result"
-    if own.notes.symmetry:
-        yield f"solved {own.notes.symmetry}"
-    if compiled is not own:
+    if whole.notes.symmetry:
+        yield f"solved {whole.notes.symmetry}"
+    if compiled is not whole:
         yield "radiation by convolution; states are for step limits and natural periods alone"
-    yield from _steps(own, compiled)
+    yield from _steps(whole, compiled)
 
 
-def _steps(own: Compiled, compiled: Compiled) -> Iterator[str]:
+def _steps(whole: Compiled, compiled: Compiled) -> Iterator[str]:
     scene = compiled.scene
     clock = compile_clock(compiled)
-    if own.facts.exact:
+    if whole.derived.exact:
         yield f"{ceil(scene.duration / scene.output_step):,} records every {scene.output_step:g} s"
     elif clock.control.adaptive:
         yield f"adaptive steps by {scene.solver.method}, recorded every {clock.step:g} s"
-        if own.notes.method:
-            yield f"chosen: {own.notes.method}"
+        if whole.notes.method:
+            yield f"chosen: {whole.notes.method}"
     else:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
 
@@ -462,6 +476,6 @@ def with_linear_memory(compiled: Compiled) -> Compiled:
     fresh = compile_calm(replace(scene, initial=None), wet)
     state = fresh.state
     if scene.initial is not None:
-        state = resumed_state(scene, fresh.model, fresh.facts.layout, state)
+        state = resumed_state(scene, fresh.model, fresh.derived.layout, state)
     calm = Notes(symmetry=compiled.notes.symmetry, zero=compiled.notes.zero)
     return add_waves(replace(fresh, state=state, notes=calm), scene, compiled.sea)

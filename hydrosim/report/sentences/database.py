@@ -31,8 +31,8 @@ _OPTIONAL = (
 def contents(db: HydroDatabase, form: str) -> Document:
     """Document with a table of what the database holds: water, frequencies, headings, bodies
     and optional arrays. ``form`` is the name of the format of its file."""
-    said = (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db))
-    return Document(db.attributes.get("title", db.source), [Table(("", ""), list(said))])
+    rows = (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db))
+    return Document(db.attributes.get("title", db.source), [Table(("", ""), list(rows))])
 
 
 def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
@@ -42,9 +42,11 @@ def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
         nodes.append(Verdict(Outcome.GOOD, "All checks are passed."))
     head = ("check", "found", "at most", "refused above", "")
     nodes.append(Table(head, [_row(finding) for finding in findings]))
-    left = [each for each in findings if each.left_out]
+    left = [finding for finding in findings if finding.left_out]
     if left:
-        reasons = [f"{each.name}: {each.advice.removeprefix('left out: ')}" for each in left]
+        reasons = [
+            f"{finding.name}: {finding.advice.removeprefix('left out: ')}" for finding in left
+        ]
         nodes.append(List(reasons, "Left out:"))
     if not any(finding.is_refused for finding in findings):
         nodes.append(Sentence("{}", [memory(db)]))
@@ -64,8 +66,8 @@ def _row(finding: Finding) -> list[Cell]:
 
 def memory(db: HydroDatabase) -> str:
     """Resolved length of radiation memory, of all bodies together."""
-    found = retardation(db.frequency, db.added_mass, db.radiation_damping)
-    return f"retardation functions to {found.time[-1]:g} s: {found.report}"
+    functions = retardation(db.frequency, db.added_mass, db.radiation_damping)
+    return f"retardation functions to {functions.time[-1]:g} s: {functions.report}"
 
 
 def _verdict(finding: Finding) -> str:
@@ -116,8 +118,8 @@ def _metacentres(db: HydroDatabase, body: int) -> Iterator[tuple[str, str]]:
 def _rest(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     lacking = [name.replace("_", " ") for name in _OPTIONAL if getattr(db, name) is None]
     yield "lacks", ", ".join(lacking) or "nothing"
-    said = ("solver", "recipe", "assumed", "changed", "accepted")
-    yield from ((k, db.attributes[k]) for k in said if k in db.attributes)
+    attributes = ("solver", "recipe", "assumed", "changed", "accepted")
+    yield from ((k, db.attributes[k]) for k in attributes if k in db.attributes)
     yield "checksum", db.checksum[:16]
 
 

@@ -64,106 +64,111 @@ HOUR_S = 3600.0
 LIMIT_DIMS = ("stage", "swell", "heading", "peak_period")
 
 
-def is_limits(found: xr.Dataset) -> bool:
+def is_limits(limits: xr.Dataset) -> bool:
     """Whether a dataset is what `hydrosim operability` writes."""
-    has_variables = all(name in found for name in LIMIT_VARIABLES)
-    return has_variables and set(LIMIT_DIMS) <= set(found.limit.dims)
+    has_variables = all(name in limits for name in LIMIT_VARIABLES)
+    return has_variables and set(LIMIT_DIMS) <= set(limits.limit.dims)
 
 
-def limits_document(found: xr.Dataset) -> Document:
+def limits_document(limits: xr.Dataset) -> Document:
     """The report of limits of operation."""
-    units = units_of(found.attrs)
-    nodes = [*title_block(found), *build_sections(LIMIT_SECTIONS, found)]
-    return Document(title_of(found), nodes, _subtitle(found), units)
+    units = units_of(limits.attrs)
+    nodes = [*title_block(limits), *build_sections(LIMIT_SECTIONS, limits)]
+    return Document(title_of(limits), nodes, _subtitle(limits), units)
 
 
-def limits_tables(found: xr.Dataset) -> Document:
+def limits_tables(limits: xr.Dataset) -> Document:
     """Criteria, limits and what they are worth, without the case and its assumptions."""
-    return Document(title_of(found), list(_outcome(found)), _subtitle(found), units_of(found.attrs))
+    return Document(
+        title_of(limits), list(_outcome(limits)), _subtitle(limits), units_of(limits.attrs)
+    )
 
 
-def _subtitle(found: xr.Dataset) -> str:
-    share = float(found.attrs.get("probability", np.nan))
+def _subtitle(limits: xr.Dataset) -> str:
+    share = float(limits.attrs.get("probability", np.nan))
     return f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
 
 
-def _outcome(found: xr.Dataset) -> Iterator[Node]:
-    criteria = lines_of(found, "criteria") or ["none are named"]
+def _outcome(limits: xr.Dataset) -> Iterator[Node]:
+    criteria = lines_of(limits, "criteria") or ["none are named"]
     yield List(criteria, "Criteria")
-    if "failed" in found.attrs:
-        yield Verdict(Outcome.BAD, "{}", [str(found.attrs["failed"])])
-    yield from _method(found)
-    if SIDES in found.attrs:
-        yield Sentence("{}", [str(found.attrs[SIDES])])
-    for stage in found.stage.values:
-        at = found.sel(stage=stage)
-        title = f"Limits of {stage}" if found.sizes["stage"] > 1 else "Limits"
-        curves = {name: _curve(each, found) for name, each in distinct_lines(at)}
+    if "failed" in limits.attrs:
+        yield Verdict(Outcome.BAD, "{}", [str(limits.attrs["failed"])])
+    yield from _method(limits)
+    if SIDES in limits.attrs:
+        yield Sentence("{}", [str(limits.attrs[SIDES])])
+    for stage in limits.stage.values:
+        at = limits.sel(stage=stage)
+        title = f"Limits of {stage}" if limits.sizes["stage"] > 1 else "Limits"
+        curves = {name: _curve(line, limits) for name, line in distinct_lines(at)}
         yield Curves(title, "peak period", "s", "significant height", "m", curves)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
-    yield Table(head, list(_rows(found)))
-    yield from weather_nodes(found)
+    yield Table(head, list(_rows(limits)))
+    yield from weather_nodes(limits)
 
 
-def _method(found: xr.Dataset) -> Iterator[Sentence]:
+def _method(limits: xr.Dataset) -> Iterator[Sentence]:
     """How the limits were found; how often what was inferred of other heights proved wrong."""
-    method = str(found.attrs.get("method", ""))
-    if _by_spectra(found):
+    method = str(limits.attrs.get("method", ""))
+    if _by_spectra(limits):
         yield Sentence("The limits are by response spectra ({}).", [method], detail=True)
         return
-    runs, of = (int(found.attrs.get(name, 0)) for name in ("runs", "runs_of_all"))
+    runs, of = (int(limits.attrs.get(name, 0)) for name in ("runs", "runs_of_all"))
     text = "The limits take {} runs of {} seeds, {} of a whole grid ({})."
     share = Value(runs / of if of else np.nan, "share", 2)
-    yield Sentence(text, [str(runs), str(found.attrs.get("seeds", "")), share, method], True)
-    if "otherwise" in found:
+    yield Sentence(text, [str(runs), str(limits.attrs.get("seeds", "")), share, method], True)
+    if "otherwise" in limits:
         text = "Of {} runs at limits inferred from other heights, {} differ."
-        inferred, wrong = int(found.inferred.sum()), int(found.otherwise.sum())
+        inferred, wrong = int(limits.inferred.sum()), int(limits.otherwise.sum())
         yield Sentence(text, [str(inferred), str(wrong)], detail=True)
 
 
-def weather_nodes(found: xr.Dataset) -> Iterator[Node]:
+def weather_nodes(limits: xr.Dataset) -> Iterator[Node]:
     """What the limits are worth in a scatter diagram and a hindcast."""
-    several = found.sizes["heading"] * found.sizes["swell"] > 1
-    if several and "bearing" not in found.attrs and {"scatter_workable", "waiting"} & {*found}:
+    several = limits.sizes["heading"] * limits.sizes["swell"] > 1
+    if several and "bearing" not in limits.attrs and {"scatter_workable", "waiting"} & {*limits}:
         yield Sentence(
             "Weather is held against the least limit of all headings and swells. If the hindcast"
             " has directions, operability.bearing turns them into headings."
         )
-    if "scatter_workable" in found:
+    if "scatter_workable" in limits:
         workable, outside = (
-            Value(float(found[f"scatter_{name}"]), "share", 3) for name in ("workable", "outside")
+            Value(float(limits[f"scatter_{name}"]), "share", 3) for name in ("workable", "outside")
         )
-        low, high = found.peak_period.values[[0, -1]]
+        low, high = limits.peak_period.values[[0, -1]]
         yield Sentence(
             "Of the scatter diagram {} is workable. {} is outside peak periods of {} and counts as"
             " not workable.",
             [workable, outside, Between(low, high, "s")],
         )
-    if "planned" in found.attrs:
-        planned, window = (float(found.attrs[name]) for name in ("planned", "window"))
+    if "planned" in limits.attrs:
+        planned, window = (float(limits.attrs[name]) for name in ("planned", "window"))
         yield Sentence(
             "The operation is planned to take {}, with a contingency of {}. A contingency that is"
             " not given is as long as the operation.",
             [Value(planned / HOUR_S, "h"), Value((window - planned) / HOUR_S, "h")],
         )
-    if "alpha" in found:
-        yield from _alpha(found)
-    if "waiting" in found:
-        yield from _hindcast(found)
+    if "alpha" in limits:
+        yield from _alpha(limits)
+    if "waiting" in limits:
+        yield from _hindcast(limits)
 
 
-def _alpha(found: xr.Dataset) -> Iterator[Node]:
+def _alpha(limits: xr.Dataset) -> Iterator[Node]:
     """The alpha factor of each limit."""
-    own = without_images(found)
-    head = ("peak period", *(_heading_words(float(heading), own) for heading in own.heading.values))
+    unmirrored = without_images(limits)
+    head = (
+        "peak period",
+        *(_heading_words(float(heading), unmirrored) for heading in unmirrored.heading.values),
+    )
     rows: list[list[Cell]] = [
         [digits_of(float(period)), *(Value(float(x), "", 3) for x in at)]
-        for period, at in zip(own.peak_period.values, own.alpha.values.T, strict=True)
+        for period, at in zip(unmirrored.peak_period.values, unmirrored.alpha.values.T, strict=True)
     ]
-    yield Table(head, rows, f"Alpha factors by {found.alpha.attrs.get('long_name', '')}")
-    if found.alpha.isnull().any():
-        lowest = Value(float(found.attrs.get("alpha_lowest", np.nan)), "m", 3)
-        count, of = int(own.alpha.isnull().sum()), own.alpha.size
+    yield Table(head, rows, f"Alpha factors by {limits.alpha.attrs.get('long_name', '')}")
+    if limits.alpha.isnull().any():
+        lowest = Value(float(limits.attrs.get("alpha_lowest", np.nan)), "m", 3)
+        count, of = int(unmirrored.alpha.isnull().sum()), unmirrored.alpha.size
         yield Verdict(
             Outcome.WARNING,
             "The alpha table begins at {}, above {} of {} limits. These have no factor and count as"
@@ -172,15 +177,15 @@ def _alpha(found: xr.Dataset) -> Iterator[Node]:
         )
 
 
-def _hindcast(found: xr.Dataset) -> Iterator[Node]:
+def _hindcast(limits: xr.Dataset) -> Iterator[Node]:
     """Windows and waiting times in a hindcast."""
-    yield Sentence("Hindcast: {}.", [str(found.attrs.get("hindcast", ""))])
-    if "bearing" in found.attrs:
-        bearing = Value(float(found.attrs["bearing"]), "rad")
+    yield Sentence("Hindcast: {}.", [str(limits.attrs.get("hindcast", ""))])
+    if "bearing" in limits.attrs:
+        bearing = Value(float(limits.attrs["bearing"]), "rad")
         yield Sentence(
             "Its directions are headings, with the x axis at a bearing of {}.", [bearing]
         )
-    outside = Value(float(found.hindcast_outside), "share", 3)
+    outside = Value(float(limits.hindcast_outside), "share", 3)
     if outside.number > MAX_SHARE_OUTSIDE:
         yield Verdict(
             Outcome.WARNING,
@@ -190,13 +195,13 @@ def _hindcast(found: xr.Dataset) -> Iterator[Node]:
         )
     else:
         yield Sentence("{} of the time has no limit and counts as not workable.", [outside])
-    if "hindcast_below_alpha" in found:
-        share = Value(float(found.hindcast_below_alpha), "share", 3)
+    if "hindcast_below_alpha" in limits:
+        share = Value(float(limits.hindcast_below_alpha), "share", 3)
         text = "{} of the time has a limit below the alpha table, and counts as not workable."
         yield Verdict(Outcome.WARNING, text, [share])
-    window = float(found.waiting.attrs["window"]) / HOUR_S
+    window = float(limits.waiting.attrs["window"]) / HOUR_S
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
-    rows = [_season(found.sel(season=season)) for season in found.season.values]
+    rows = [_season(limits.sel(season=season)) for season in limits.season.values]
     yield Table(head, rows, f"Windows of {window:g} h")
 
 
@@ -215,35 +220,35 @@ def _season(at: xr.Dataset) -> list[Cell]:
 def _limits_by_heading(at: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Limits over the peak period, of each heading and swell, by what the waves are; those that
     are mirrored to the other side are named with their own."""
-    own = without_images(at)
-    for swell in own.swell.values:
-        for heading in own.heading.values:
-            name = _heading_words(float(heading), own)
+    unmirrored = without_images(at)
+    for swell in unmirrored.swell.values:
+        for heading in unmirrored.heading.values:
+            name = _heading_words(float(heading), unmirrored)
             name += "" if swell == "none" else f", swell {swell}"
-            yield name, own.sel(swell=swell, heading=heading)
+            yield name, unmirrored.sel(swell=swell, heading=heading)
 
 
 def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """Limits over the peak period by what the waves are, those that are the same under one name."""
-    found: list[tuple[str, xr.Dataset]] = []
-    for name, each in _limits_by_heading(at):
-        for k, (other, known) in enumerate(found):
+    lines: list[tuple[str, xr.Dataset]] = []
+    for name, line in _limits_by_heading(at):
+        for k, (other, earlier) in enumerate(lines):
             if all(
-                _arrays_equal(each[part].values, known[part].values) for part in LIMIT_VARIABLES
+                _arrays_equal(line[part].values, earlier[part].values) for part in LIMIT_VARIABLES
             ):
-                found[k] = f"{other}; {name}", known
+                lines[k] = f"{other}; {name}", earlier
                 break
         else:
-            found.append((name, each))
-    return found
+            lines.append((name, line))
+    return lines
 
 
-def _arrays_equal(one: np.ndarray, other: np.ndarray) -> bool:
-    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+def _arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
+    return np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
 
 
-def _heading_words(heading: float, found: xr.Dataset) -> str:
-    image = image_of(heading, found)
+def _heading_words(heading: float, limits: xr.Dataset) -> str:
+    image = image_of(heading, limits)
     other = "" if image is None else f" and {_degrees(image)}"
     return f"to {_degrees(heading)}{other} deg"
 
@@ -252,12 +257,12 @@ def _degrees(heading: float) -> str:
     return f"{round(np.degrees(heading), 6):g}"
 
 
-def _curve(at: xr.Dataset, found: xr.Dataset) -> PlottedCurve:
+def _curve(at: xr.Dataset, limits: xr.Dataset) -> PlottedCurve:
     """A curve of the limits that lie within the heights; a sea without one has no point."""
-    top = float(found.attrs.get("highest", np.inf))
+    top = float(limits.attrs.get("highest", np.inf))
     points = zip(at.peak_period.values, at.governing.values, strict=True)
     remarks = [f"m at {period:g} s {_governing_words(by)}" for period, by in points]
-    within = np.array([not side_of(float(limit), found) for limit in at.limit.values])
+    within = np.array([not side_of(float(limit), limits) for limit in at.limit.values])
     limit, low, high = (np.where(within, at[name].values, np.nan) for name in LIMIT_VARIABLES[:3])
     return PlottedCurve(at.peak_period.values, limit, low, np.minimum(high, top), remarks)
 
@@ -266,65 +271,67 @@ def _governing_words(by: object) -> str:
     return f"governed by {by}" if str(by) else ""
 
 
-def side_of(limit: float, found: xr.Dataset) -> str:
+def side_of(limit: float, limits: xr.Dataset) -> str:
     """Whether a limit is "below" or "above" the heights looked at; "" if it is between them."""
-    if limit < found.attrs["lowest"]:
+    if limit < limits.attrs["lowest"]:
         return "below"
-    near = 0.5 * found.attrs["apart"] if found.attrs["runs"] else 0.0
-    return "above" if limit >= found.attrs["highest"] - near else ""
+    near = 0.5 * limits.attrs["apart"] if limits.attrs["runs"] else 0.0
+    return "above" if limit >= limits.attrs["highest"] - near else ""
 
 
-def _rows(found: xr.Dataset) -> Iterator[list[Cell]]:
-    for stage in found.stage.values:
-        for name, at in _limits_by_heading(found.sel(stage=stage)):
+def _rows(limits: xr.Dataset) -> Iterator[list[Cell]]:
+    for stage in limits.stage.values:
+        for name, at in _limits_by_heading(limits.sel(stage=stage)):
             for k, period in enumerate(at.peak_period.values):
-                one = at.isel(peak_period=k)
-                limit, interval = _limit(one)
-                by = str(one.governing.values)
+                at_period = at.isel(peak_period=k)
+                limit, interval = _limit(at_period)
+                by = str(at_period.governing.values)
                 yield [str(stage), name, Value(float(period), "s"), limit, interval, by]
 
 
-def _limit(one: xr.Dataset) -> tuple[Cell, Cell]:
+def _limit(at_period: xr.Dataset) -> tuple[Cell, Cell]:
     """A limit with its interval, or on which side of the heights it lies."""
-    limit, low, high = (float(one[name]) for name in ("limit", "low", "high"))
-    side = side_of(limit, one)
+    limit, low, high = (float(at_period[name]) for name in ("limit", "low", "high"))
+    side = side_of(limit, at_period)
     if side == "below":
-        return Sentence("below {}", [Value(one.attrs["lowest"], "m")]), "the first is too high"
+        return Sentence(
+            "below {}", [Value(at_period.attrs["lowest"], "m")]
+        ), "the first is too high"
     if side == "above":
-        return Sentence("above {}", [Value(one.attrs["highest"], "m")]), "all hold"
-    if _by_spectra(one):
+        return Sentence("above {}", [Value(at_period.attrs["highest"], "m")]), "all hold"
+    if _by_spectra(at_period):
         return Value(limit, "m"), "none, without runs"
-    top = high if high <= one.attrs["highest"] else np.inf
+    top = high if high <= at_period.attrs["highest"] else np.inf
     return Value(limit, "m"), Between(max(low, 0.0), top, "m", 3)
 
 
-def _case(found: xr.Dataset) -> Iterator[Node]:
+def _case(limits: xr.Dataset) -> Iterator[Node]:
     yield Sentence(
         "The case of all seas. Heights, peak periods, headings and seeds are those of the study."
     )
-    yield from case_nodes(found)
+    yield from case_nodes(limits)
 
 
-def _limit_assumptions(found: xr.Dataset) -> Iterator[Node]:
-    spectra = _by_spectra(found)
-    known = {
-        said: attribute_text(found.attrs[name])
-        for name, said in ASSUMPTION_LABELS.items()
-        if name in found.attrs and not (spectra and name in RUN_ATTRIBUTES)
+def _limit_assumptions(limits: xr.Dataset) -> Iterator[Node]:
+    spectra = _by_spectra(limits)
+    assumptions = {
+        label: attribute_text(limits.attrs[name])
+        for name, label in ASSUMPTION_LABELS.items()
+        if name in limits.attrs and not (spectra and name in RUN_ATTRIBUTES)
     }
-    yield Table(("assumption", ""), list(known.items()))
+    yield Table(("assumption", ""), list(assumptions.items()))
     yield Sentence(
         "Nothing was computed between peak periods. Warnings of single runs are not kept:"
         " hydrosim check prints those of the case."
     )
 
 
-def _by_spectra(found: xr.Dataset) -> bool:
+def _by_spectra(limits: xr.Dataset) -> bool:
     """Whether limits are from response spectra, of all seeds that there could be."""
-    return int(found.attrs.get("runs", 1)) == 0
+    return int(limits.attrs.get("runs", 1)) == 0
 
 
-def _convergence(found: xr.Dataset) -> Iterator[Node]:
+def _convergence(limits: xr.Dataset) -> Iterator[Node]:
     yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 

@@ -79,30 +79,33 @@ def _figures(groups: xr.Dataset) -> Iterator[list[Cell]]:
 
 def criteria_nodes(run: xr.Dataset) -> Iterator[Node]:
     """A verdict on all criteria of a run, one on each that is not met, and the register."""
-    found = criteria_of(run)
-    if not found:
+    criteria = criteria_of(run)
+    if not criteria:
         return
-    yield criteria_verdict(found)
-    yield from (criterion_not_met(each) for each in found if not each.is_met)
+    yield criteria_verdict(criteria)
+    yield from (criterion_not_met(criterion) for criterion in criteria if not criterion.is_met)
     head = ("criterion", "value", "limit", "margin", "used", "", "source of the limit")
-    rows = [[*criterion_figures(each), met_or_not(each), each.source] for each in found]
+    rows = [
+        [*criterion_figures(criterion), met_or_not(criterion), criterion.source]
+        for criterion in criteria
+    ]
     yield Table(head, rows, "Criteria")
-    yield meanings(found)
+    yield meanings(criteria)
 
 
 def criteria_verdict(
-    found: Sequence[Criterion], where: str = "", best: Outcome = Outcome.GOOD
+    criteria: Sequence[Criterion], where: str = "", best: Outcome = Outcome.GOOD
 ) -> Verdict:
     """How many criteria are met ``where``; the ``best`` outcome if all are."""
-    met = sum(each.is_met for each in found)
-    counts = [str(met), str(len(found))]
+    met = sum(criterion.is_met for criterion in criteria)
+    counts = [str(met), str(len(criteria))]
     text = f"{{}} of {{}} criteria are met{where}."
-    if met < len(found):
+    if met < len(criteria):
         return Verdict(Outcome.BAD, text, counts)
-    used = [each for each in found if isfinite(each.utilisation)]
+    used = [criterion for criterion in criteria if isfinite(criterion.utilisation)]
     if not used:
         return Verdict(best, text, counts)
-    most = max(used, key=lambda each: each.utilisation)
+    most = max(used, key=lambda criterion: criterion.utilisation)
     share = Value(most.utilisation, "share", 3)
     text += " {} uses the most of its limit: {}."
     return Verdict(best, text, [*counts, most.name, share])
@@ -135,9 +138,12 @@ def met_or_not(of: Criterion) -> str:
     return "met" if of.is_met else "NOT MET"
 
 
-def meanings(found: Sequence[Criterion]) -> List:
+def meanings(criteria: Sequence[Criterion]) -> List:
     """What each criterion is of, for readers who ask for more."""
-    return List([Sentence("{}: {}", [each.name, each.what]) for each in found], detail=True)
+    return List(
+        [Sentence("{}: {}", [criterion.name, criterion.what]) for criterion in criteria],
+        detail=True,
+    )
 
 
 MODE_NUMBERS = (OPEN, STICK, SLIP)
@@ -557,18 +563,18 @@ def _evidence(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
             beyond = limit if figure == RELATIVE else ""
             yield text, Value(float(run.attrs[figure]), digits=2), beyond
     if "energy_residual_relative" in run.attrs:
-        found = Value(float(run.attrs["energy_residual_relative"]), digits=2)
-        yield "residual of the energy balance", found, Value(MAX_RESIDUAL_FRACTION, digits=2)
+        residual = Value(float(run.attrs["energy_residual_relative"]), digits=2)
+        yield "residual of the energy balance", residual, Value(MAX_RESIDUAL_FRACTION, digits=2)
 
 
 def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) -> Document:
     """The errors of each method and setting against run time."""
     head = ("method", "setting", "motion", "order", "crawl", "energy", "evaluations", "time")
-    said = Sentence(
+    reference = Sentence(
         "Errors are against rk4 at {}, whose own error is {}.",
         [Value(study.reference_step, "s"), Value(study.reference_error, "m", 2)],
     )
-    return Document(title, [said, Table(head, list(_trials(study)))], units=units)
+    return Document(title, [reference, Table(head, list(_trials(study)))], units=units)
 
 
 def _trials(study: ConvergenceStudy) -> Iterator[list[Cell]]:

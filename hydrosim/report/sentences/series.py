@@ -138,12 +138,16 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
     if "fender_node" in run:
         gone = crawl(run)
         for axis in map(str, gone.axis.values):
-            each = _series_by_label(gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender")
-            yield from _without_rounding(Chart(f"Crawl of contact points in {axis}", "m", each))
+            lost_by_fender = _series_by_label(
+                gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender"
+            )
+            yield from _without_rounding(
+                Chart(f"Crawl of contact points in {axis}", "m", lost_by_fender)
+            )
     if CONTACT_WEIGHT in run.coords and GROUP_IMPULSE in run:
         share = transferred_fraction(run).to_dataset(name="share")
-        each = _series_by_label(share, "share", "contact_group")
-        yield Chart("Share of the weight transferred", "share", each)
+        lost_by_fender = _series_by_label(share, "share", "contact_group")
+        yield Chart("Share of the weight transferred", "share", lost_by_fender)
 
 
 def more_charts(run: xr.Dataset) -> Iterator[Chart]:
@@ -157,9 +161,9 @@ def more_charts(run: xr.Dataset) -> Iterator[Chart]:
         of = JOINT_LOADS._replace(title=f"load of joint {joint}: ")
         yield from _motions(load, joint, of, "force", "moment", True)
     for axis in map(str, run.axis.values) if "fender_friction" in run else ():
-        each = _series_by_label(run.sel(axis=axis), "fender_friction", "fender")
+        friction = _series_by_label(run.sel(axis=axis), "fender_friction", "fender")
         yield from _without_rounding(
-            Chart(f"Friction of contacts in {axis}", "N", each, folded=True)
+            Chart(f"Friction of contacts in {axis}", "N", friction, folded=True)
         )
     for body in map(str, run.body.values):
         if "velocity" in run:
@@ -175,8 +179,10 @@ def energies(run: xr.Dataset) -> Iterator[Chart]:
     """The ledger over time."""
     yield Chart("Kinetic energy", "J", {"kinetic": run.energy_kinetic.values}, folded=True)
     for part, label in ENERGY_LABELS.items():
-        each = {name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)}
-        yield from _without_rounding(Chart(f"Energy {label}", "J", each, folded=True))
+        energies_by_name = {
+            name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)
+        }
+        yield from _without_rounding(Chart(f"Energy {label}", "J", energies_by_name, folded=True))
     residual = {"residual": run.energy_residual.values}
     yield Chart("Residual of the ledger", "J", residual, folded=True)
 
@@ -198,19 +204,19 @@ def ledger(run: xr.Dataset) -> Iterator[Node]:
 
 def _ledger_names(run: xr.Dataset, part: str) -> list[str]:
     start = f"energy_{part}_"
-    found = (str(name) for name in run.data_vars if str(name).startswith(start))
-    return [name.removeprefix(start) for name in found if run[name].any()]
+    names = (str(name) for name in run.data_vars if str(name).startswith(start))
+    return [name.removeprefix(start) for name in names if run[name].any()]
 
 
 def _motions(
     of: xr.DataArray, body: str, how: Motions, linear: str, angular: str, folded: bool = False
 ) -> Iterator[Chart]:
-    each = of.sel(body=body)
+    body_motions = of.sel(body=body)
     for label, dofs, unit in (
         (linear, DOFS[:3], how.linear),
         (angular, DOFS[3:], how.angular),
     ):
-        series = {dof: _over_time(each.sel(dof=dof)) for dof in dofs}
+        series = {dof: _over_time(body_motions.sel(dof=dof)) for dof in dofs}
         title = f"{body}: {how.title}{label}"
         yield from _without_rounding(Chart(title, unit, series, folded=folded))
 
@@ -246,9 +252,9 @@ def _without_rounding(chart: Chart) -> Iterator[Chart]:
     """The chart of those lines that are more than rounding; none where there is none."""
     peaks = {name: _peak(values) for name, values in chart.series.items()}
     least = CHART_ROUNDING_FRACTION * max(peaks.values(), default=0.0)
-    kept = {name: values for name, values in chart.series.items() if peaks[name] > least}
-    if kept:
-        yield replace(chart, series=kept)
+    visible = {name: values for name, values in chart.series.items() if peaks[name] > least}
+    if visible:
+        yield replace(chart, series=visible)
 
 
 def _peak(values: np.ndarray) -> float:
@@ -296,32 +302,38 @@ def explanation_document(
 ) -> Document:
     """The explanation of a run, or of each combination of parameters of many runs by its name."""
     nodes: list[Node] = []
-    for title, found in parts.items():
+    for title, explanations in parts.items():
         nodes += [Heading(title)] if title else []
-        nodes += explanation(found, body, direction)
+        nodes += explanation(explanations, body, direction)
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def explanation(found: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
+def explanation(explanations: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
-    found = found.sel(span=reported_spans(found))
-    yield _table(f"{body} in {direction}", _balance(found.sel(body=body, dof=direction)))
-    if "friction_part" in found:
-        for group in dict.fromkeys(found.fender_group.values.ravel()):
-            own = found.sel(fender=found.fender_group == group, direction=DIRECTION_AXES[direction])
-            own = own.sel(span=_of_group(found, str(group)))
-            if own.friction_part.fillna(0.0).any():
-                yield _table(f"mean friction of {group} in {direction}", _friction(own))
-                yield _table(f"mean of the points of {group} in {direction}", _points(own))
-    yield _closing(found)
+    explanations = explanations.sel(span=reported_spans(explanations))
+    yield _table(f"{body} in {direction}", _balance(explanations.sel(body=body, dof=direction)))
+    if "friction_part" in explanations:
+        for group in dict.fromkeys(explanations.fender_group.values.ravel()):
+            group_explanations = explanations.sel(
+                fender=explanations.fender_group == group, direction=DIRECTION_AXES[direction]
+            )
+            group_explanations = group_explanations.sel(span=_of_group(explanations, str(group)))
+            if group_explanations.friction_part.fillna(0.0).any():
+                yield _table(
+                    f"mean friction of {group} in {direction}", _friction(group_explanations)
+                )
+                yield _table(
+                    f"mean of the points of {group} in {direction}", _points(group_explanations)
+                )
+    yield _closing(explanations)
 
 
 def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
-    each = list(rows)
-    spans = stages_with_values(each[0].values)
+    figures = list(rows)
+    spans = stages_with_values(figures[0].values)
     table = [
-        [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in each
+        [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in figures
     ]
     return Table((title, *spans), table)
 
@@ -338,15 +350,21 @@ def mean_cell(values: xr.DataArray, unit: str) -> Cell:
     return Value(of.mean + 0.0, unit)
 
 
-def _of_group(found: xr.Dataset, group: str) -> list[str]:
+def _of_group(explanations: xr.Dataset, group: str) -> list[str]:
     """The spans that are not those of other groups."""
-    return [s for s in map(str, found.span.values) if ": " not in s or s.startswith(f"{group}: ")]
+    return [
+        s for s in map(str, explanations.span.values) if ": " not in s or s.startswith(f"{group}: ")
+    ]
 
 
-def reported_spans(found: xr.Dataset) -> list[str]:
+def reported_spans(explanations: xr.Dataset) -> list[str]:
     """All spans but the phases of groups of contacts that go through no operation."""
-    there = {str(s) for s in found.span.values if found.span_end.sel(span=s).notnull().any()}
-    names = [str(s) for s in found.span.values]
+    there = {
+        str(s)
+        for s in explanations.span.values
+        if explanations.span_end.sel(span=s).notnull().any()
+    }
+    names = [str(s) for s in explanations.span.values]
     return [s for s in names if _phase(s) is None or is_operation(_phases_beside(s, there))]
 
 
@@ -362,41 +380,41 @@ def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
     yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
 
 
-def _balance(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _balance(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Times, displacements, mean forces by what exerts them."""
-    yield ExplainedFigure("duration", found.span_end - found.span_begin, "s")
-    yield ExplainedFigure("displacement", found.displacement, "m")
-    for name in significant_entries(found.mean_force, "force"):
+    yield ExplainedFigure("duration", explanations.span_end - explanations.span_begin, "s")
+    yield ExplainedFigure("displacement", explanations.displacement, "m")
+    for name in significant_entries(explanations.mean_force, "force"):
         yield ExplainedFigure(
-            f"mean force, {name.replace('_', ' ')}", found.mean_force.sel(force=name), "N"
+            f"mean force, {name.replace('_', ' ')}", explanations.mean_force.sel(force=name), "N"
         )
-    yield ExplainedFigure("change of momentum", found.momentum_rate, "N")
+    yield ExplainedFigure("change of momentum", explanations.momentum_rate, "N")
 
 
-def _friction(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _friction(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Mean friction of a group, by what it comes from."""
-    part = found.friction_part.sum("fender").where(found.span_end.notnull())
+    part = explanations.friction_part.sum("fender").where(explanations.span_end.notnull())
     for name in FRICTION_PARTS:
         if name != OTHER or name in significant_entries(part, "part"):
             yield ExplainedFigure(name, part.sel(part=name), "N")
     yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
 
 
-def _points(found: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _points(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """How a point of the group slips, on average, and what it does in each mode."""
-    for mode in map(str, found.contact_mode.values):
-        of = found.sel(contact_mode=mode)
+    for mode in map(str, explanations.contact_mode.values):
+        of = explanations.sel(contact_mode=mode)
         for name, (variable, unit) in CONTACT_MODE_ROWS.items():
             yield ExplainedFigure(f"{mode}: {name}", of[variable].mean("fender"), unit)
     for name, (variable, unit) in SLIP_ROWS.items():
-        yield ExplainedFigure(name, found[variable].mean("fender"), unit)
+        yield ExplainedFigure(name, explanations[variable].mean("fender"), unit)
 
 
-def _closing(found: xr.Dataset) -> Sentence:
+def _closing(explanations: xr.Dataset) -> Sentence:
     """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
-    missed = float(np.abs(found.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
-    done = float(np.abs(found.force_work).sum(["body", "dof", "force"]).max())
-    missing = float(np.abs(found.work_missing).max())
+    missed = float(np.abs(explanations.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
+    done = float(np.abs(explanations.force_work).sum(["body", "dof", "force"]).max())
+    missing = float(np.abs(explanations.work_missing).max())
     return Sentence(
         "Impulses of all forces add up to the change of momentum, but for a mean force of {}. Works"
         " add up to the change of kinetic energy, but for {} of {}.",
@@ -423,26 +441,26 @@ EXTREMES_METHOD_NOTE = (
 def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
     yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
-    each = list(combinations(plan))
-    for values, at in each[:MAX_COMBINATIONS]:
+    plan_combinations = list(combinations(plan))
+    for values, at in plan_combinations[:MAX_COMBINATIONS]:
         of = plan.runs.isel(run=at)
         title = named_values(plan, values)
         yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
-    if len(each) > MAX_COMBINATIONS:
-        more = str(len(each) - MAX_COMBINATIONS)
+    if len(plan_combinations) > MAX_COMBINATIONS:
+        more = str(len(plan_combinations) - MAX_COMBINATIONS)
         yield Sentence("{} more combinations are in motion, in the file.", [more])
 
 
 def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
     """Extremes over the seeds of figures, and of every other channel of the file."""
-    each = list(combinations(plan))
-    if max((at.size for _, at in each), default=0) < MIN_RUNS:
+    plan_combinations = list(combinations(plan))
+    if max((at.size for _, at in plan_combinations), default=0) < MIN_RUNS:
         text = "Most probable extremes and P90 over seeds take {} seeds or more."
         yield Sentence(text, [str(MIN_RUNS)], detail=True)
         return
     figures: list[list[Cell]] = []
     channels: list[list[Cell]] = []
-    for k, (values, at) in enumerate(each):
+    for k, (values, at) in enumerate(plan_combinations):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
         figures += [[name, *row] for row in _rows(ends_of_figures(of, plan.figures))]
@@ -469,8 +487,8 @@ def _tables(
     head = (*begin, "most probable", "interval", "another run")
     yield Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
     title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
-    each = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
-    yield Table((*begin, "P90", "interval", "by"), each, title, detail)
+    shortened = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
+    yield Table((*begin, "P90", "interval", "by"), shortened, title, detail)
 
 
 def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
@@ -478,9 +496,13 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
     head = ("motion", "smallest", "largest")
     moving = list(ends_of_motions(runs))
     ends: list[list[Cell]] = [
-        [each.name, Value(np.min(each.low), each.unit), Value(np.max(each.high), each.unit)]
-        for each in moving
-        if each.low is not None and each.high is not None
+        [
+            motion.name,
+            Value(np.min(motion.low), motion.unit),
+            Value(np.max(motion.high), motion.unit),
+        ]
+        for motion in moving
+        if motion.low is not None and motion.high is not None
     ]
     yield Table(head, ends, title)
     yield from _tables("channel", _rows([*moving, *ends_of_channels(runs)]))
@@ -510,39 +532,39 @@ def value_of(value: object, unit: str) -> Value | str:
     return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
 
 
-def _rows(each: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
+def _rows(ends: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
     """Extremes of channels that enough runs have values of."""
-    return [row for ends in each for row in _extremes(ends)]
+    return [row for ends in ends for row in _extremes(ends)]
 
 
 def _extremes(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
     """Of the smallest and of the largest value of each run."""
-    for side, found in find_extremes(ends):
-        yield [ends.name, side, *_cells(found, ends.unit)]
+    for side, extreme in find_extremes(ends):
+        yield [ends.name, side, *_cells(extreme, ends.unit)]
 
 
-def _cells(found: SeedExtremes, unit: str) -> list[Cell]:
+def _cells(extreme: SeedExtremes, unit: str) -> list[Cell]:
     return [
-        Value(found.probable, unit),
-        Between(*found.interval, unit),
-        Between(*found.another, unit),
-        Value(found.p90, unit),
-        Between(*found.p90_interval, unit),
-        _method(found),
+        Value(extreme.probable, unit),
+        Between(*extreme.interval, unit),
+        Between(*extreme.another, unit),
+        Value(extreme.p90, unit),
+        Between(*extreme.p90_interval, unit),
+        _method(extreme),
     ]
 
 
-def _method(found: SeedExtremes) -> str:
+def _method(extreme: SeedExtremes) -> str:
     """The law, or the order of the runs and what their interval of another run holds."""
-    if found.method == GUMBEL_METHOD:
+    if extreme.method == GUMBEL_METHOD:
         return GUMBEL_METHOD
-    held = f"interval of another run holds {100.0 * found.probability:.0f} %"
+    held = f"interval of another run holds {100.0 * extreme.probability:.0f} %"
     more = (
         ""
-        if found.probability >= INTERVAL_PROBABILITY
+        if extreme.probability >= INTERVAL_PROBABILITY
         else f"; with {VALUES_FOR_INTERVAL} runs it would hold 90 %"
     )
-    return f"{found.method} ({held}{more})"
+    return f"{extreme.method} ({held}{more})"
 
 
 def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
@@ -550,10 +572,10 @@ def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
     for name in runs.contact_group.values if STAGE_TIME in runs else ():
         of = runs.sel(contact_group=name)
         stages = {str(s): of[STAGE_TIME].sel(stage=s) for s in of.stage.values}
-        for what, each in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
-            known = each.values[np.isfinite(each.values)]
-            if known.size and np.ptp(known) > 0.0:
-                at = seed_spread(known, -np.inf if what == CLEARANCE_FIGURE else 0.0)
-                unit = str(each.attrs["units"])
-                ends = Between(at.low, at.high, unit), Between(known.min(), known.max(), unit)
-                yield [what, str(name), Value(at.mean, unit), *ends, str(known.size)]
+        for what, values in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
+            finite = values.values[np.isfinite(values.values)]
+            if finite.size and np.ptp(finite) > 0.0:
+                at = seed_spread(finite, -np.inf if what == CLEARANCE_FIGURE else 0.0)
+                unit = str(values.attrs["units"])
+                ends = Between(at.low, at.high, unit), Between(finite.min(), finite.max(), unit)
+                yield [what, str(name), Value(at.mean, unit), *ends, str(finite.size)]

@@ -50,53 +50,53 @@ class StatisticsChannel(NamedTuple):
     title: str
     unit: str
 
-    def figure(self, found: xr.Dataset, name: str) -> Value:
+    def figure(self, statistics: xr.Dataset, name: str) -> Value:
         """A figure by its name among `statistics.STATISTIC_NAMES`."""
-        number = float(found[self.kind].sel({**self.at, "statistic": name}))
+        number = float(statistics[self.kind].sel({**self.at, "statistic": name}))
         return Value(number, "s" if name == "period" else self.unit)
 
-    def basis(self, found: xr.Dataset, side: str) -> ExtremeModel:
+    def basis(self, statistics: xr.Dataset, side: str) -> ExtremeModel:
         """What the extremes of a side are by, or why there are none."""
-        return ExtremeModel(int(found[f"{self.kind}_basis"].sel({**self.at, "side": side})))
+        return ExtremeModel(int(statistics[f"{self.kind}_basis"].sel({**self.at, "side": side})))
 
-    def extreme(self, found: xr.Dataset, side: str, name: str) -> Value:
+    def extreme(self, statistics: xr.Dataset, side: str, name: str) -> Value:
         """A figure of the extremes of a side."""
-        each = found[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
-        return Value(float(each), self.unit)
+        extreme = statistics[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
+        return Value(float(extreme), self.unit)
 
-    def interval(self, found: xr.Dataset, side: str, name: str) -> Between:
+    def interval(self, statistics: xr.Dataset, side: str, name: str) -> Between:
         """The interval of a figure of the extremes of a side."""
-        low, high = (self.extreme(found, side, f"{name}_{end}") for end in ("lower", "upper"))
+        low, high = (self.extreme(statistics, side, f"{name}_{end}") for end in ("lower", "upper"))
         return Between(low.number, high.number, self.unit)
 
-    def recorded_mean(self, found: xr.Dataset) -> Value:
+    def recorded_mean(self, statistics: xr.Dataset) -> Value:
         """The mean of the records, where that by impulses is another; else not a number."""
-        recorded = found.get(f"{self.kind}_recorded_mean")
+        recorded = statistics.get(f"{self.kind}_recorded_mean")
         number = float("nan") if recorded is None else float(recorded.sel(self.at))
         return Value(number, self.unit)
 
 
-def channels_of(found: xr.Dataset) -> Iterator[StatisticsChannel]:
+def channels_of(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
     """The channels of statistics that vary: motions, waves, contacts, lines, those by name."""
-    for channel in _all_channels(found):
-        if ExtremeModel.CONSTANT not in {channel.basis(found, side) for side in EXTREME_SIDES}:
+    for channel in _all_channels(statistics):
+        if ExtremeModel.CONSTANT not in {channel.basis(statistics, side) for side in EXTREME_SIDES}:
             yield channel
 
 
-def _all_channels(found: xr.Dataset) -> Iterator[StatisticsChannel]:
-    for body in map(str, found.body.values):
-        for dof in map(str, found.dof.values):
+def _all_channels(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
+    for body in map(str, statistics.body.values):
+        for dof in map(str, statistics.dof.values):
             yield StatisticsChannel(
                 "motion", {"body": body, "dof": dof}, f"{body} {dof}", unit_of_dof(dof)
             )
-    if "wave" in found:
+    if "wave" in statistics:
         yield StatisticsChannel("wave", {}, "wave elevation", "m")
     for kind in UNIT_DIMS:
-        for name in map(str, found[kind].values if kind in found.coords else ()):
-            if f"{kind}_force" in found:
+        for name in map(str, statistics[kind].values if kind in statistics.coords else ()):
+            if f"{kind}_force" in statistics:
                 yield StatisticsChannel(f"{kind}_force", {kind: name}, f"force of {name}", "N")
-    for name in map(str, found.channel.values if "channel" in found.dims else ()):
-        unit = str(found.unit.sel(channel=name).item())
+    for name in map(str, statistics.channel.values if "channel" in statistics.dims else ()):
+        unit = str(statistics.unit.sel(channel=name).item())
         yield StatisticsChannel("named", {"channel": name}, name, unit)
 
 
@@ -178,21 +178,25 @@ CHATTER_NOTE = (
 )
 
 
-def statistics_document(run: xr.Dataset, found: xr.Dataset) -> Document:
-    """What `statistics` ``found`` of a run."""
-    nodes = [*figures(found), *line_nodes(found), *contact_nodes(found)]
+def statistics_document(run: xr.Dataset, statistics: xr.Dataset) -> Document:
+    """The ``statistics`` of a run."""
+    nodes = [*figures(statistics), *line_nodes(statistics), *contact_nodes(statistics)]
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def line_nodes(found: xr.Dataset) -> Iterator[Node]:
+def line_nodes(statistics: xr.Dataset) -> Iterator[Node]:
     """Tensions of lines at the start of the run, and how much of their capacities they use."""
     rows: list[list[Cell]] = []
     for dim in LINES:
-        if (start := f"{dim}_start") in found:
-            for name in map(str, found[dim].values):
-                used = found[f"{dim}_used"].sel({dim: name}) if f"{dim}_used" in found else np.nan
+        if (start := f"{dim}_start") in statistics:
+            for name in map(str, statistics[dim].values):
+                used = (
+                    statistics[f"{dim}_used"].sel({dim: name})
+                    if f"{dim}_used" in statistics
+                    else np.nan
+                )
                 share: Cell = Value(float(used), "share", 3) if np.isfinite(used) else ""
-                rows.append([name, Value(float(found[start].sel({dim: name})), "N"), share])
+                rows.append([name, Value(float(statistics[start].sel({dim: name})), "N"), share])
     if rows:
         head = ("line", "tension at the start", "largest of capacity")
         yield Table(head, rows, "Tensions over the whole run")
@@ -203,55 +207,55 @@ def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
     return statistics(run, ramp_end(run)) if has_statistics(run) else None
 
 
-def statistics_nodes(run: xr.Dataset, found: xr.Dataset | None) -> Iterator[Node]:
+def statistics_nodes(run: xr.Dataset, statistics: xr.Dataset | None) -> Iterator[Node]:
     """What `statistics_of` a run gave."""
-    if found is None:
+    if statistics is None:
         yield Sentence("The run has too few finite records for statistics.")
         return
     if start := ramp_end(run):
         yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
-    yield from figures(found)
-    yield from contact_nodes(found)
+    yield from figures(statistics)
+    yield from contact_nodes(statistics)
 
 
-def figures(found: xr.Dataset) -> Iterator[Node]:
+def figures(statistics: xr.Dataset) -> Iterator[Node]:
     """Moments of each channel that varies, its extremes, and why there are none."""
-    channels = list(channels_of(found))
-    yield from _mean_verdicts(found, channels)
-    moments = [_moments(found, each) for each in channels]
+    channels = list(channels_of(statistics))
+    yield from _mean_verdicts(statistics, channels)
+    moments = [_moments(statistics, channel) for channel in channels]
     yield Table(("channel", *MOMENTS), moments)
     yield Sentence(
         "Significant is the double amplitude, four standard deviations. The period is the mean"
         " between upcrossings.",
         detail=True,
     )
-    rows = [row for each in channels for row in _extremes(found, each)]
+    rows = [row for channel in channels for row in _extremes(statistics, channel)]
     if rows:
-        percent = 100.0 * found.motion_extreme.attrs["interval_probability"]
+        percent = 100.0 * statistics.motion_extreme.attrs["interval_probability"]
         yield Sentence(
             f"Extremes in {{}}, with {percent:.0f} % intervals: of the most probable extreme, and"
             " of the extreme of another run.",
-            [Value(float(found.attrs["exposure"]), "s", 6)],
+            [Value(float(statistics.attrs["exposure"]), "s", 6)],
         )
         head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
         yield Table(head, rows)
-    if without := list(_reasons_without_extremes(found, channels)):
+    if without := list(_reasons_without_extremes(statistics, channels)):
         yield List(without, "No extremes:")
         if any(SEEDS_HINT in item.text for item in without):
             yield Sentence(STATISTICS_METHOD_NOTE)
-    yield from _in_phases(found, channels)
+    yield from _in_phases(statistics, channels)
 
 
-def contact_nodes(found: xr.Dataset) -> Iterator[Node]:
+def contact_nodes(statistics: xr.Dataset) -> Iterator[Node]:
     """Stages of groups of contacts, the share of time in each mode, crawl by phase."""
-    if "contact_group" not in found.dims:
+    if "contact_group" not in statistics.dims:
         return
-    yield from stage_nodes(found)
-    if "fender_share" in found:
-        modes = [str(mode) for mode in found["mode"].values]
-        rows = [_modes(found.sel(fender=name), modes) for name in found.fender.values]
+    yield from stage_nodes(statistics)
+    if "fender_share" in statistics:
+        modes = [str(mode) for mode in statistics["mode"].values]
+        rows = [_modes(statistics.sel(fender=name), modes) for name in statistics.fender.values]
         yield Table(("contact", *modes, "slipped"), rows, "Share of time in each contact mode")
-    if rows := list(_phases(found)):
+    if rows := list(_phases(statistics)):
         head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
         yield Table(head, rows, "Crawl by phase")
 
@@ -268,46 +272,46 @@ def ramp_end(run: xr.Dataset) -> float:
     return ramp if first < ramp < 0.5 * (first + last) else 0.0
 
 
-def _mean_verdicts(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
+def _mean_verdicts(statistics: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
     """Warnings of channels whose records have another mean than their impulses."""
     for channel in channels:
-        recorded = channel.recorded_mean(found)
+        recorded = channel.recorded_mean(statistics)
         if np.isfinite(recorded.number):
             yield Verdict(Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded])
 
 
-def _moments(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
-    return [channel.title, *(channel.figure(found, name) for name in MOMENTS)]
+def _moments(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+    return [channel.title, *(channel.figure(statistics, name) for name in MOMENTS)]
 
 
-def _extremes(found: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
+def _extremes(statistics: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
     for side in EXTREME_SIDES:
-        basis = channel.basis(found, side)
+        basis = channel.basis(statistics, side)
         if basis in LAWS:
             yield [
                 channel.title,
                 side,
-                channel.figure(found, side),
-                channel.extreme(found, side, "mpm"),
-                channel.interval(found, side, "mpm"),
-                channel.interval(found, side, "predicted"),
+                channel.figure(statistics, side),
+                channel.extreme(statistics, side, "mpm"),
+                channel.interval(statistics, side, "mpm"),
+                channel.interval(statistics, side, "predicted"),
                 LAW_NAMES[basis],
             ]
 
 
 def _reasons_without_extremes(
-    found: xr.Dataset, channels: Sequence[StatisticsChannel]
+    statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
 ) -> Iterator[Sentence]:
     """Why channels have no extremes: those that have the same reason together."""
     names: dict[Sentence, list[str]] = {}
     for channel in channels:
-        bases = {side: channel.basis(found, side) for side in EXTREME_SIDES}
+        bases = {side: channel.basis(statistics, side) for side in EXTREME_SIDES}
         for side, basis in bases.items():
             if basis not in LAWS:
-                reason = _reason(found, channel, basis)
+                reason = _reason(statistics, channel, basis)
                 names.setdefault(reason, []).append(f"{channel.title}, {side}")
-    for reason, each in names.items():
-        told = ", ".join(_both_sides(each))
+    for reason, channel_names in names.items():
+        told = ", ".join(_both_sides(channel_names))
         yield Sentence(f"{{}}: {reason.text}", [told, *reason.parts])
 
 
@@ -320,21 +324,21 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
     )
 
 
-def _reason(found: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel) -> Sentence:
+def _reason(statistics: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel) -> Sentence:
     text, names = REASONS[basis]
-    text = text.replace("{ramp:g}", f"{float(found.attrs['wave_ramp']):g}")
-    return Sentence(text, tuple(channel.figure(found, name) for name in names))
+    text = text.replace("{ramp:g}", f"{float(statistics.attrs['wave_ramp']):g}")
+    return Sentence(text, tuple(channel.figure(statistics, name) for name in names))
 
 
-def _in_phases(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
+def _in_phases(statistics: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
     """Figures of the channels that were asked for by name, in each phase."""
-    if "named_phase" not in found:
+    if "named_phase" not in statistics:
         return
     rows: list[list[Cell]] = []
-    for channel in (each for each in channels if each.kind == "named"):
-        for group in _operations(found):
-            for phase in map(str, found.phase.values):
-                at = found.named_phase.sel(contact_group=group, phase=phase, **channel.at)
+    for channel in (channel for channel in channels if channel.kind == "named"):
+        for group in _operations(statistics):
+            for phase in map(str, statistics.phase.values):
+                at = statistics.named_phase.sel(contact_group=group, phase=phase, **channel.at)
                 of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
                 if not np.isnan(of["mean"]):
                     names = ("mean", "std", "smallest", "largest")
@@ -344,15 +348,15 @@ def _in_phases(found: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iter
         yield Table(("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows)
 
 
-def _operations(found: xr.Dataset) -> list[str]:
+def _operations(statistics: xr.Dataset) -> list[str]:
     """The groups of contacts that go through an operation, whose phases are told."""
-    if "phase_duration" not in found:
+    if "phase_duration" not in statistics:
         return []
-    groups = map(str, found.contact_group.values)
+    groups = map(str, statistics.contact_group.values)
     lasting = {
-        group: found.phase_duration.sel(contact_group=group).values > 0.0 for group in groups
+        group: statistics.phase_duration.sel(contact_group=group).values > 0.0 for group in groups
     }
-    return [group for group, each in lasting.items() if is_operation(np.flatnonzero(each))]
+    return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
 
 
 def _modes(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
@@ -360,12 +364,12 @@ def _modes(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
     return [str(contact.fender.values), *shares, Value(float(contact.fender_slipped), "m")]
 
 
-def _phases(found: xr.Dataset) -> Iterator[list[Cell]]:
-    for group in _operations(found):
-        for phase in map(str, found.phase.values):
-            at = found.sel(contact_group=group, phase=phase)
+def _phases(statistics: xr.Dataset) -> Iterator[list[Cell]]:
+    for group in _operations(statistics):
+        for phase in map(str, statistics.phase.values):
+            at = statistics.sel(contact_group=group, phase=phase)
             seconds = float(at.phase_duration)
-            for body in map(str, found.body.values if seconds > 0.0 else ()):
+            for body in map(str, statistics.body.values if seconds > 0.0 else ()):
                 x, y = at.phase_crawl.sel(body=body).values
                 moved = [Value(float(x), "m", 3), Value(float(y), "m", 3)]
                 yield [group, phase, Value(seconds, "s"), body, *moved]
@@ -394,7 +398,9 @@ def main_results(run: xr.Dataset) -> Iterator[Node]:
     if _is_of_random_waves(run):
         drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
         yield Sentence(ONE_SEA, [", ".join(map(str, drawn))])
-    yield from (each for each in solution_verdicts(run) if each.outcome is not Outcome.GOOD)
+    yield from (
+        verdict for verdict in solution_verdicts(run) if verdict.outcome is not Outcome.GOOD
+    )
     yield from element_verdicts(run)
     if count := len(lines_of(run, "warnings")):
         words = ("A warning is", "it") if count == 1 else (f"{count} warnings are", "them")
@@ -416,9 +422,9 @@ def _is_of_random_waves(run: xr.Dataset) -> bool:
     return bool(gusts) or any("seed" in train for train in water.get("waves") or [])
 
 
-def largest_values(found: xr.Dataset) -> Iterator[Node]:
+def largest_values(statistics: xr.Dataset) -> Iterator[Node]:
     """The extreme of each channel on the side that is further from zero."""
-    rows = [_largest(found, channel) for channel in channels_of(found)]
+    rows = [_largest(statistics, channel) for channel in channels_of(statistics)]
     head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
     yield Table(head, rows, "Largest values")
     yield Sentence(
@@ -427,15 +433,15 @@ def largest_values(found: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _largest(found: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
-    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(found, side).number))
-    seen = channel.figure(found, side)
-    if channel.basis(found, side) not in LAWS:
+def _largest(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+    side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(statistics, side).number))
+    seen = channel.figure(statistics, side)
+    if channel.basis(statistics, side) not in LAWS:
         return [channel.title, seen, "", "", ""]
-    likely = channel.extreme(found, side, "mpm")
+    likely = channel.extreme(statistics, side, "mpm")
     return [
         channel.title,
         seen,
         likely,
-        *(channel.interval(found, side, of) for of in ("mpm", "predicted")),
+        *(channel.interval(statistics, side, of) for of in ("mpm", "predicted")),
     ]

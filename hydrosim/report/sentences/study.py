@@ -74,26 +74,26 @@ def has_results_table(plan: PlanRuns) -> bool:
 
 def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
     """All figures at all values of the plans; nothing where a plan has a single figure."""
-    own = [plan for plan in plans if has_results_table(plan)]
-    if not own:
+    plans_with_results = [plan for plan in plans if has_results_table(plan)]
+    if not plans_with_results:
         return
-    figures = own[0].figures
+    figures = plans_with_results[0].figures
     several = len(plans) > 1
     columns = [name for figure in figures for name in (figure, "±")]
     head = (*(("study",) if several else ()), "value", *columns, "runs")
-    rows = [row for plan in own for row in _of_plan(plan, figures, several)]
+    rows = [row for plan in plans_with_results for row in _of_plan(plan, figures, several)]
     yield Table(head, rows[:MAX_TABLE_ROWS], "All figures")
     yield Sentence(METHOD_NOTE)
     for name in figures:
-        text = str(own[0].runs[name].attrs.get("long_name", ""))
+        text = str(plans_with_results[0].runs[name].attrs.get("long_name", ""))
         yield Sentence("{}: {}.", [name, text], detail=True)
 
 
 def _of_plan(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
-    found: dict[str, dict[str, EffectRow]] = {}
+    rows_by_values: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
-        found.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
-    for name, by_figure in found.items():
+        rows_by_values.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
+    for name, by_figure in rows_by_values.items():
         runs = max(row.spread.n for row in by_figure.values())
         study: list[Cell] = [plan.name.replace("_", " ")] if several else []
         cells = [cell for figure in figures for cell in _mean_cells(by_figure[figure])]
@@ -116,26 +116,26 @@ def _mean_cells(row: EffectRow) -> tuple[Cell, Cell]:
 def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
     """A verdict on all criteria of a study, one on each that is not met, the register with values
     of the worst run, and the criteria at each value of the parameters."""
-    found = judge_study(plans)
-    if not found:
+    judged = judge_study(plans)
+    if not judged:
         return
-    worst = [each.worst for each in found]
+    worst = [criterion.worst for criterion in judged]
     yield _verdict(runs, worst)
-    yield from (_broken_in(each, plans) for each in found if not each.is_met)
+    yield from (_broken_in(criterion, plans) for criterion in judged if not criterion.is_met)
     head = ("criterion", "worst value", "limit", "margin", "used", "")
     more = ("runs within", "worst run", "source of the limit")
     rows = [
         [
-            *criterion_figures(each.worst),
-            met_or_not(each.worst),
-            _met_text(each),
-            _place(each, plans),
-            each.worst.source,
+            *criterion_figures(criterion.worst),
+            met_or_not(criterion.worst),
+            _met_count_text(criterion),
+            _place(criterion, plans),
+            criterion.worst.source,
         ]
-        for each in found
+        for criterion in judged
     ]
     yield Table((*head, *more), rows, "Criteria")
-    yield from (_runs_without_event(each) for each in found if each.without)
+    yield from (_runs_without_event(criterion) for criterion in judged if criterion.without)
     yield from _by_value(plans)
     yield meanings(worst)
 
@@ -156,7 +156,7 @@ def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
     return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
 
 
-def _met_text(of: JudgedCriterion) -> str:
+def _met_count_text(of: JudgedCriterion) -> str:
     return f"{of.met}/{of.runs}"
 
 
@@ -179,23 +179,25 @@ def _runs_without_event(of: JudgedCriterion) -> Sentence:
 
 def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
     """Each criterion at each value of the parameters, of plans that have values."""
-    own = [plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS]
-    each = [judged for plan in own for judged in judge_plan(plan)]
-    each.sort(key=lambda judged: [*own[0].criteria].index(judged.worst.name))
-    if not each:
+    plans_by_value = [
+        plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS
+    ]
+    judged_criteria = [judged for plan in plans_by_value for judged in judge_plan(plan)]
+    judged_criteria.sort(key=lambda judged: [*plans_by_value[0].criteria].index(judged.worst.name))
+    if not judged_criteria:
         return
     head = ("criterion", "at", "worst value", "margin", "", "runs within")
-    rows = [_row_at(judged, plans) for judged in each[:MAX_TABLE_ROWS]]
+    rows = [_row_at(judged, plans) for judged in judged_criteria[:MAX_TABLE_ROWS]]
     yield Table(head, rows, "Criteria at each value")
-    if len(each) > MAX_TABLE_ROWS:
-        more = str(len(each) - MAX_TABLE_ROWS)
+    if len(judged_criteria) > MAX_TABLE_ROWS:
+        more = str(len(judged_criteria) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
 
 
 def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
     name, worst, _, margin, _ = criterion_figures(of.worst)
     at = ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values)]))
-    return [name, at, worst, margin, met_or_not(of.worst), _met_text(of)]
+    return [name, at, worst, margin, met_or_not(of.worst), _met_count_text(of)]
 
 
 MAX_WARNINGS_TOLD = 5
@@ -258,25 +260,29 @@ def _ends(runs: xr.Dataset) -> Iterator[Node]:
         return
     text = "{} of {} runs are complete. Figures are of these."
     yield Verdict(Outcome.BAD, text, [str(complete), str(count)])
-    yield List(_at_most([_of_runs(text, own) for text, own in _unfinished_runs(runs).items()]))
+    yield List(
+        _at_most(
+            [_of_runs(text, run_numbers) for text, run_numbers in _unfinished_runs(runs).items()]
+        )
+    )
 
 
 def _unfinished_runs(runs: xr.Dataset) -> dict[str, list[int]]:
     """The numbers of the runs that are not complete, by what became of them."""
-    found: dict[str, list[int]] = {}
+    numbers_by_text: dict[str, list[int]] = {}
     ends = zip(runs.status.values, runs.status_message.values, strict=True)
     for k, (status, message) in enumerate(ends):
         if status != COMPLETE:
-            found.setdefault(f"{status}: {message}".removesuffix(": "), []).append(k)
-    return found
+            numbers_by_text.setdefault(f"{status}: {message}".removesuffix(": "), []).append(k)
+    return numbers_by_text
 
 
-def _of_runs(text: str, own: list[int]) -> Sentence:
+def _of_runs(text: str, run_numbers: list[int]) -> Sentence:
     """A remark with the numbers of the runs that it is of."""
-    named = ", ".join(map(str, own[:MAX_RUNS_NAMED])) + (
-        ", ..." if len(own) > MAX_RUNS_NAMED else ""
+    named = ", ".join(map(str, run_numbers[:MAX_RUNS_NAMED])) + (
+        ", ..." if len(run_numbers) > MAX_RUNS_NAMED else ""
     )
-    runs = "run" if len(own) == 1 else f"{len(own)} runs:"
+    runs = "run" if len(run_numbers) == 1 else f"{len(run_numbers)} runs:"
     return Sentence("{} ({} {})", [text, runs, named])
 
 
@@ -311,7 +317,7 @@ def _of_values(plan: PlanRuns) -> Iterator[Node]:
     if len(rows) > MAX_TABLE_ROWS:
         more = str(len(rows) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
-    if told := [_difference(plan, each) for each in _differences(plan)]:
+    if told := [_difference(plan, difference) for difference in _differences(plan)]:
         yield List(told, "What the parameters change:", detail=again)
     yield from _pictures(plan, rows)
 
@@ -364,17 +370,18 @@ def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
         return
     axis = numbers[0]
     for figure in plan.figures:
-        own = [row for row in rows if row.figure == figure]
-        others = [_other_parameters(plan, row, axis) for row in own]
+        figure_rows = [row for row in rows if row.figure == figure]
+        others = [_other_parameters(plan, row, axis) for row in figure_rows]
         kinds = list(dict.fromkeys(others))
         if len(kinds) <= MAX_LINES_PER_CHART:
             curves = {
                 ", ".join(kind) or figure: _curve(
-                    [row for row, other in zip(own, others, strict=True) if other == kind], axis
+                    [row for row, other in zip(figure_rows, others, strict=True) if other == kind],
+                    axis,
                 )
                 for kind in kinds
             }
-            unit = own[0].unit if own else ""
+            unit = figure_rows[0].unit if figure_rows else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
             yield Curves(title, short_key(axis), plan.unit(axis), figure, unit, curves)
 
@@ -383,8 +390,8 @@ def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, .
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
     rest = {name: value for name, value in row.values.items() if name != axis}
-    each = (value_of(value, plan.unit(name)) for name, value in rest.items())
-    return tuple(text_of(value, units) for value in each)
+    values = (value_of(value, plan.unit(name)) for name, value in rest.items())
+    return tuple(text_of(value, units) for value in values)
 
 
 def _curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
@@ -401,7 +408,7 @@ def _of_samples(plan: PlanRuns) -> Iterator[Node]:
         yield Table(("figure", "parameter", "Spearman's rank correlation"), rows)
         return
     try:
-        found = list(effects.indices(plan))
+        sobol_indices = list(effects.indices(plan))
     except InputError as error:
         yield Verdict(Outcome.BAD, "{}", [str(error)])
         return
@@ -409,7 +416,7 @@ def _of_samples(plan: PlanRuns) -> Iterator[Node]:
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
     rows_: list[list[Cell]] = [
         [e.figure, short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
-        for e in found
+        for e in sobol_indices
     ]
     yield Table(head, rows_)
 

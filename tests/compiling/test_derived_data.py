@@ -1,4 +1,4 @@
-"""Facts of a compiled scene are found out once for each of its models, and in one place."""
+"""Derived data of a compiled scene are derived once for each of its models, and in one place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenes import SEA, in_contact, in_waves
 import hydrosim
 import hydrosim as hs
 from hydrosim.compile import compiled
-from hydrosim.compile.compiled import Facts, facts_of
+from hydrosim.compile.compiled import DerivedData, derive_data
 from hydrosim.scene import WaveTrain
 
 PACKAGE = Path(hydrosim.__file__).parent
@@ -67,7 +67,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BEFORE)
-def test_facts_are_asked_in_one_place(name: str) -> None:
+def test_derived_data_are_asked_for_in_one_place(name: str) -> None:
     asking = {
         path.relative_to(PACKAGE).as_posix()
         for path in PACKAGE.rglob("*.py")
@@ -83,15 +83,15 @@ def test_facts_are_asked_in_one_place(name: str) -> None:
     assert asking == BEFORE[name]
 
 
-def test_a_replaced_model_has_facts_of_its_own() -> None:
+def test_a_replaced_model_has_derived_data_of_its_own() -> None:
     compiled = hs.compile_scene(in_contact(20.0))
     other = compiled.model._replace(rows=compiled.model.rows)
-    replaced = replace(compiled, facts=facts_of(compiled.scene, compiled.wet, other))
+    replaced = replace(compiled, derived=derive_data(compiled.scene, compiled.wet, other))
     assert replaced.model is other
-    assert replaced.facts.layout.names() == compiled.facts.layout.names()
+    assert replaced.derived.layout.names() == compiled.derived.layout.names()
 
 
-def test_facts_are_few_and_have_no_methods() -> None:
-    assert len(fields(Facts)) <= 12
-    own = [name for name, value in vars(Facts).items() if callable(value)]
+def test_derived_data_are_few_and_have_no_methods() -> None:
+    assert len(fields(DerivedData)) <= 12
+    own = [name for name, value in vars(DerivedData).items() if callable(value)]
     assert [name for name in own if not name.startswith("__")] == []
