@@ -7,7 +7,9 @@ number of margins, which are positive while its mode lasts.
 
 from __future__ import annotations
 
-from hydrosim.elements import Elements, bushing, drive, external, link, spring, trigger
+from typing import TYPE_CHECKING
+
+from hydrosim.elements import bushing, drive, external, link, spring, trigger
 from hydrosim.elements.contact import curves, fender, group, landing, transitions
 from hydrosim.elements.contact.kind import add_tallies
 from hydrosim.elements.contact.laws import COULOMB
@@ -18,6 +20,9 @@ from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.modes import NO_INDEX
 from hydrosim.tanks import pumping
 from hydrosim.water.wind import has_gusts
+
+if TYPE_CHECKING:
+    from hydrosim.elements import Elements
 
 MAX_HELD_DIRECTIONS = 2  # most directions that a point of rigid friction holds
 MAX_DEPENDENCIES = 2  # parts of y that margins of a row depend on

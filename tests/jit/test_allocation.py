@@ -38,7 +38,7 @@ def test_the_loop_calls_no_allocator(base_run: xr.Dataset) -> None:
     assert base_run.attrs["status"] == "complete"
     files = (cache_root() / kernel_folder()).glob(f"{KERNEL}*.nbc")
     called = [(path.name.split("-")[0].removeprefix(KERNEL), calls(path)) for path in files]
-    assert {"stepping.run.advance", "stepping.stepper.take_step", "stepping.dynamics.rhs"} <= {
+    assert {"integrate.loop.advance", "integrate.step.take_step", "integrate.dynamics.rhs"} <= {
         name for name, _ in called
     }
     for _, names in called:
