@@ -726,6 +726,7 @@ def main() -> int:
     if options.side:
         record_side(*options.side)
         return 0
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # sides and worktrees are cleared away
     if options.speed:
         return race(options.against, options.rounds)
     return judge(options.against, options.parts.split(","))
