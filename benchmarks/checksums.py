@@ -522,10 +522,8 @@ def add_messages(record: Record, inputs: Mapping[str, Any], folder: Path) -> Non
         try:
             hs.load_case(write(number, case, text)).scene()
         except Exception as error:
-            refused = isinstance(error, hs.HydrosimError)
-            messages[name] = (str(error) if refused else f"crash: {error!r}").replace(
-                str(folder), ""
-            )
+            message = str(error) if isinstance(error, hs.HydrosimError) else f"crash: {error!r}"
+            messages[name] = message.replace(str(folder), "")
         if len(messages) == MESSAGES:
             break
     for number, (case, name, text) in enumerate(inputs["checked"]):
@@ -533,17 +531,21 @@ def add_messages(record: Record, inputs: Mapping[str, Any], folder: Path) -> Non
         messages[name] = call_for_a_while("check", str(path)).replace(str(folder), "")
 
 
+class OutOfTime(BaseException):
+    """No error of a command: it is not for the command line to tell."""
+
+
 def call_for_a_while(*arguments: str) -> str:
     """What a command prints, unless it takes longer than `MAX_CHECK_TIME`."""
 
     def stop(*_: object) -> None:
-        raise TimeoutError
+        raise OutOfTime
 
     signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, MAX_CHECK_TIME)
     try:
         return call(*arguments)
-    except TimeoutError:
+    except OutOfTime:
         return "no answer"
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -724,6 +726,7 @@ def main() -> int:
     if options.side:
         record_side(*options.side)
         return 0
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # sides and worktrees are cleared away
     if options.speed:
         return race(options.against, options.rounds)
     return judge(options.against, options.parts.split(","))
