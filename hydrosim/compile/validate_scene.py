@@ -80,9 +80,8 @@ def check_scene(scene: Scene) -> None:
             problems[f"forces.{name}.{key}: found {body}, which is no body of the scene"] = lacks
     problems_found = [problem for problem, there in problems.items() if there]
     problems_found += check_joints(scene)
-    problems_found += (
-        [] if problems_found else check_trees(scene)
-    )  # only of joints between known bodies
+    if not problems_found:
+        problems_found += check_trees(scene)  # only of joints between known bodies
     if problems_found:
         raise InputError("scene: " + "; ".join(problems_found) + ".")
     for name, element in scene.forces.items():

@@ -153,9 +153,8 @@ BURIED = 1.0
 HOVERING = 0.25  # of the water depth, for lines that know no seabed
 ABOVE_BED = 0.03  # of the water depth, for lines that do
 MIN_HEIGHT_ABOVE_BED_M = 2.0
-MIN_STIFFNESS_OVER_WEIGHT = (
-    1e-3  # EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
-)
+# EA over the weight of the lightest body; a nylon hawser of a large tanker has 1.5e-3
+MIN_STIFFNESS_OVER_WEIGHT = 1e-3
 SIDE_FRACTION = 0.7  # of half of the breadth or length: fairleads further out are at a side
 WIDE_CHAIN = 20.0  # bar diameters: coefficient times diameter, 2.4 of studless chain
 WIDEST = 10.0  # m, of other lines

@@ -400,9 +400,7 @@ def _gap_text(gap: float) -> str:
 
 def _share_database(body: Body, neighbour: Body) -> bool:
     """Whether two bodies belong to one database."""
-    places = (
-        (tuple(body.location), body.heading, body.hydrodynamics) for body in (body, neighbour)
-    )
+    places = ((tuple(b.location), b.heading, b.hydrodynamics) for b in (body, neighbour))
     first, second = places
     return first == second and body.database_body != neighbour.database_body
 
