@@ -136,14 +136,14 @@ class Hull:
     def _motions(self, points: Real) -> dict[str, Real]:
         """Motions (panels, 3) of each DOF, body by body, while the other bodies are held."""
         owner = np.array(self.owner or np.zeros(len(points)))
-        found = {}
+        motions = {}
         for number, centre in enumerate(self.centres):
-            own = (owner == number)[:, None]
+            is_owned = (owner == number)[:, None]
             for dof, along in zip(DOFS[:3], np.eye(3), strict=True):
-                found[f"{number} {dof}"] = own * along
+                motions[f"{number} {dof}"] = is_owned * along
             for dof, about in zip(DOFS[3:], np.eye(3), strict=True):
-                found[f"{number} {dof}"] = own * np.cross(about, points - np.array(centre))
-        return found
+                motions[f"{number} {dof}"] = is_owned * np.cross(about, points - np.array(centre))
+        return motions
 
 
 def mesh_of(panels: Real) -> cpt.Mesh:
@@ -235,7 +235,9 @@ def limit_added_mass(hull: Hull, water: Water, frequency: float) -> Real:
         given = _given(hull, water, frequency)
         used = solver(water.is_deep, hull.direct)
         moving = (cpt.RadiationProblem(radiating_dof=d, **given) for d in hull.body.dofs)
-        return [loads_of(hull.body, (each.added_masses for each in _solved(used, moving))).T]
+        return [
+            loads_of(hull.body, (solution.added_masses for solution in _solved(used, moving))).T
+        ]
 
     return remembered(solution_key(hull, water, frequency, np.empty(0)), compute)[0]
 
@@ -279,5 +281,5 @@ def solver(deep: bool = True, direct: bool = False) -> cpt.BEMSolver:
 
 def loads_of(body: cpt.FloatingBody, loads: Iterable[dict[str, complex]]) -> np.ndarray:
     """The loads (m, n) in the order of the body's degrees of freedom."""
-    found = [[load[dof] for dof in body.dofs] for load in loads]
-    return np.array(found).reshape(-1, len(body.dofs))
+    load_rows = [[load[dof] for dof in body.dofs] for load in loads]
+    return np.array(load_rows).reshape(-1, len(body.dofs))

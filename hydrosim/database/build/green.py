@@ -125,15 +125,15 @@ def bed_tables(k: float, nu: float, h: float, farthest: float, deepest: float) -
     if not isinf(k):
         step = min(step, STEP_K / k)
     R = step * np.arange(ceil(farthest / step) + 2, dtype=float)
-    spectrum = _spectrum(k, nu, h, farthest, deepest)
-    phase = np.outer(R, spectrum.m)
-    level = np.stack([j0(phase), -step * spectrum.m * j1(phase)])
+    quadrature = _green_quadrature(k, nu, h, farthest, deepest)
+    phase = np.outer(R, quadrature.m)
+    level = np.stack([j0(phase), -step * quadrature.m * j1(phase)])
     down = step * np.arange(ceil(2.0 * deepest / step) + 2, dtype=float)
     apart = step * np.arange(ceil(deepest / step) + 2, dtype=float)
-    by_sum = [(spectrum.direct, 0.0, -1.0), (spectrum.images, 4.0 * h, 1.0)]
-    by_difference = [(spectrum.images, 2.0 * h, 1.0), (spectrum.images, 2.0 * h, -1.0)]
-    of_sum = _table(level, spectrum.m, by_sum, down, step)
-    of_difference = _table(level, spectrum.m, by_difference, apart, step)
+    by_sum = [(quadrature.direct, 0.0, -1.0), (quadrature.images, 4.0 * h, 1.0)]
+    by_difference = [(quadrature.images, 2.0 * h, 1.0), (quadrature.images, 2.0 * h, -1.0)]
+    of_sum = _table(level, quadrature.m, by_sum, down, step)
+    of_difference = _table(level, quadrature.m, by_difference, apart, step)
     return BedTables(of_sum, of_difference, step, step)
 
 
@@ -154,7 +154,7 @@ def _table(
     return table
 
 
-class Spectrum(NamedTuple):
+class GreenQuadrature(NamedTuple):
     """Weights (n,) of J0(m R) exp(m v) (``direct``), and of the images of it in the bed, at ``m``
     (n,) [1/m]. Their sums are the integrals; the last two are the residues."""
 
@@ -163,7 +163,9 @@ class Spectrum(NamedTuple):
     images: Complex
 
 
-def _spectrum(k: float, nu: float, h: float, farthest: float, deepest: float) -> Spectrum:
+def _green_quadrature(
+    k: float, nu: float, h: float, farthest: float, deepest: float
+) -> GreenQuadrature:
     """Quadrature of the rest. Gauss' nodes lie symmetrically about poles, so that their sums are
     principal values."""
     end = FADED / (2.0 * h - deepest)
@@ -179,19 +181,19 @@ def _spectrum(k: float, nu: float, h: float, farthest: float, deepest: float) ->
     dry = -np.concatenate([first_weight, second_weight]) * (deep + nu) / (deep - nu)
     tail = _images_alone(*_rising_pieces(2.0 * k, end, half), nu, h)
     zero = np.zeros(deep.size)
-    return Spectrum(
+    return GreenQuadrature(
         np.concatenate([ours, deep, tail.m, [k, nu]]),
         np.concatenate([wet, dry, tail.direct, [residue, -2j * pi * nu]]),
         np.concatenate([wet, zero, tail.images, [residue, 0.0]]),
     )
 
 
-def _images_alone(m: Real, weight: Real, nu: float, h: float) -> Spectrum:
+def _images_alone(m: Real, weight: Real, nu: float, h: float) -> GreenQuadrature:
     """What is left where the integral of deep water is subtracted node by node."""
     q = -np.ones(m.size) if isinf(nu) else (m + nu) / (m - nu)
     E = np.exp(-2.0 * m * h)
     images = weight * q / (1.0 - q * E)
-    return Spectrum(m, (images * q * E).astype(complex), images.astype(complex))
+    return GreenQuadrature(m, (images * q * E).astype(complex), images.astype(complex))
 
 
 def _factor(m: Real, nu: float, h: float) -> Real:

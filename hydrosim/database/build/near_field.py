@@ -141,10 +141,10 @@ def first_order_of_each(
     flows = []
     for part in parts:
         wetted = wetted_surface(part)
-        own = motion[:, part.dofs]
-        velocity = _velocity(part, wetted, fixed, sources, own)
-        rise = _rise(part, wetted, fixed, sources, own)
-        flows.append(Flow(frequency, own, load[:, part.dofs], velocity, rise))
+        body_motion = motion[:, part.dofs]
+        velocity = _velocity(part, wetted, fixed, sources, body_motion)
+        rise = _rise(part, wetted, fixed, sources, body_motion)
+        flows.append(Flow(frequency, body_motion, load[:, part.dofs], velocity, rise))
     return flows
 
 
@@ -160,8 +160,8 @@ def first_order_all(
     """`first_order` at all ``frequencies`` [rad/s] around the freely floating ``hull``, by ``jobs``
     processes. Results are stored on the disk like those of `bem.solve_all`."""
     _ = hull.body
-    one = joblib.delayed(_stored)
-    calls = (one(hull, floating, water, float(w), headings) for w in frequencies)
+    task = joblib.delayed(_stored)
+    calls = (task(hull, floating, water, float(w), headings) for w in frequencies)
     done = []
     for flow in compute_all(calls, jobs):
         done.append(flow)
@@ -176,8 +176,8 @@ def displacement(motion: Complex, arm: Real) -> Complex:
 
 def _stored(hull: Hull, floating: Floating, water: Water, frequency: float, headings: Real) -> Flow:
     solved = solution_key(hull, water, frequency, headings)
-    own = digest_of_sources(Path(__file__).parent, "near_field.py")
-    key = key_of(solved, own, floating.inertia, floating.stiffness)
+    sources = digest_of_sources(Path(__file__).parent, "near_field.py")
+    key = key_of(solved, sources, floating.inertia, floating.stiffness)
     arrays = remembered(key, lambda: first_order(hull.body, floating, water, frequency, headings))
     return Flow(frequency, *arrays[1:])
 
@@ -271,8 +271,8 @@ def _sharp(mesh: cpt.Mesh) -> Real:
     a = np.pi / (np.pi + np.where(convex, angle, -angle))
     across = np.cross(normal[panel], along)
     stretch = np.sqrt(a**2 / (2 * a - 1)) - 1
-    for one, vector, more in zip(panel, across, stretch, strict=True):
-        sharp[one] = sharp[one] @ (np.eye(3) + more * np.outer(vector, vector))
+    for edge, vector, more in zip(panel, across, stretch, strict=True):
+        sharp[edge] = sharp[edge] @ (np.eye(3) + more * np.outer(vector, vector))
     return sharp
 
 
