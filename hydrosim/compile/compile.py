@@ -97,7 +97,7 @@ def model_of(
     free = moving(scene.bodies)
     family = families.family_constants(scene, wet)
     size = 6 * (len(scene.bodies) + family.owner.size)
-    members = list(families.family_members(wet, len(scene.bodies)))
+    members = list(families.groups_with_dofs(wet, len(scene.bodies)))
     groups = [fit for dofs, group in members for fit in _groups(group, dofs, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size

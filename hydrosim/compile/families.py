@@ -54,7 +54,7 @@ def members_of_families(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGr
     return [member for group in wet for member in group.members]
 
 
-def family_members(
+def groups_with_dofs(
     wet: Sequence[HydrodynamicGroup], bodies: int
 ) -> Iterator[tuple[np.ndarray, HydrodynamicGroup]]:
     """All databases and their DOFs (m,), with all members of families."""

@@ -212,7 +212,7 @@ def _problem_of_error(
         case "union_tag_not_found":
             key = context["discriminator"].strip("'")
             text = f'found no key "{key}"; expected it to say which kind this is'
-            return Problem(keys, with_hint(text, _other_name(key, value)))
+            return Problem(keys, with_hint(text, _misspelt_key_advice(key, value)))
         case "literal_error" | "enum":
             return Problem(keys, _choice(value, context["expected"]))
         case "too_long":
@@ -288,7 +288,7 @@ def _of_colon(key: str, fields: Mapping[str, Any]) -> str:
     return f'write "{first}: value", with a colon and a blank' if first in {*fields} - {key} else ""
 
 
-def _other_name(key: str, value: Any) -> str:
+def _misspelt_key_advice(key: str, value: Any) -> str:
     """The key of a mapping that probably stands for ``key``."""
     names = [str(name) for name in value] if isinstance(value, dict) else []
     given = next((name for name in names if _of_colon(name, {key: None})), "")

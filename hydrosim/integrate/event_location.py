@@ -190,8 +190,8 @@ def _scan_guards(t, h, run):
     _find_end_slope(t + h, run)
     assign(scratch.states[FULL], scratch.states[END])
     if is_held(run):
-        _find_reactions(AT_THIRD, t, h, run)
-        _find_reactions(AT_TWO_THIRDS, t, h, run)
+        _find_reactions_on_cubic(AT_THIRD, t, h, run)
+        _find_reactions_on_cubic(AT_TWO_THIRDS, t, h, run)
     else:
         keep_reactions(AT_THIRD, run)
         keep_reactions(AT_TWO_THIRDS, run)
@@ -199,7 +199,7 @@ def _scan_guards(t, h, run):
 
 
 @root
-def _find_reactions(which, t, h, run):
+def _find_reactions_on_cubic(which, t, h, run):
     """Reactions at one third, or two thirds, of the cubic."""
     x = (which - AT_START) / 3.0
     stage = run.scratch.states[STAGE]

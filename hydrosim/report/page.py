@@ -146,7 +146,7 @@ def chart_data(chart: Chart, size: int, units: Units) -> dict[str, Any]:
         "scale": scale,
         "modes": chart.modes,
         "names": list(chart.series),
-        "values": [base64_of(row) for row in rows],
+        "values": [base64_of_floats(row) for row in rows],
     }
 
 
@@ -159,7 +159,7 @@ def shares(modes: np.ndarray) -> np.ndarray:
     )
 
 
-def base64_of(values: np.ndarray | Sequence[float]) -> str:
+def base64_of_floats(values: np.ndarray | Sequence[float]) -> str:
     """32-bit numbers, little-endian; values outside their range become NaN."""
     with np.errstate(over="ignore", invalid="ignore"):
         small = np.asarray(values, dtype="<f4")
@@ -248,7 +248,7 @@ def _data(document: Document) -> dict[str, Any]:
     size = stretch(time.size, sum(len(chart.series) for chart in charts if not chart.modes))
     replays = [replay.data for replay in _nodes_of_kind(document, Replay)]
     return {
-        "time": base64_of(time[::size]),
+        "time": base64_of_floats(time[::size]),
         "end": float(time[-1]) if time.size else 0.0,
         "stretch": size,
         "charts": [chart_data(chart, size, document.units) for chart in charts],

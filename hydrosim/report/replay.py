@@ -20,7 +20,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import Heading, Node, Replay
-from hydrosim.report.page import base64_of
+from hydrosim.report.page import base64_of_floats
 from hydrosim.report.scenery import (
     NO_BODY,
     SUPPORTS_NOTE,
@@ -100,13 +100,13 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     units = units_of(run.attrs)
     data = {
         "bodies": [
-            {"name": name, "triangles": base64_of(shape.triangles.ravel())}
+            {"name": name, "triangles": base64_of_floats(shape.triangles.ravel())}
             for name, shape in zip(names, shapes, strict=True)
         ],
         "rest": _centres_at_rest(run, scene),
         "heading": [body.heading for body in scene.bodies] if scene else [0.0] * len(names),
-        "time": base64_of(frames.time.values),
-        "position": base64_of(_displacements(frames).ravel()),
+        "time": base64_of_floats(frames.time.values),
+        "position": base64_of_floats(_displacements(frames).ravel()),
         "size": size,
         "force_unit": units.display_unit("N")._asdict(),
         "length_unit": units.display_unit("m")._asdict(),
@@ -179,13 +179,13 @@ def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict
             "name": name,
             "body": number,
             "point": list(map(float, joint.point)),
-            "triangles": base64_of(bar.ravel()),
+            "triangles": base64_of_floats(bar.ravel()),
         }
 
 
 def _wave_data(waves: Any) -> dict[str, Any]:
     names = ("omega", "amplitude", "phase", "wavenumber", "heading")
-    return {name: base64_of(getattr(waves, name)) for name in names} | {"ramp": waves.ramp}
+    return {name: base64_of_floats(getattr(waves, name)) for name in names} | {"ramp": waves.ramp}
 
 
 def _body_number(scene: Scene, name: str | None) -> int:
@@ -209,8 +209,8 @@ def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
             {"name": name, "body": body, "point": point}
             for name, (body, point) in zip(names, places, strict=True)
         ],
-        "modes": base64_of(frames.fender_mode.transpose(*dims).values.ravel()),
-        "forces": base64_of(frames.fender_normal_force.transpose(*dims).values.ravel()),
+        "modes": base64_of_floats(frames.fender_mode.transpose(*dims).values.ravel()),
+        "forces": base64_of_floats(frames.fender_normal_force.transpose(*dims).values.ravel()),
     }
 
 
@@ -248,7 +248,7 @@ def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
     loads = [_load(frames, scene, name) for name in drawn]
-    shapes = {name: base64_of(shape.ravel()) for name, _, shape in shapes_in(frames, scene)}
+    shapes = {name: base64_of_floats(shape.ravel()) for name, _, shape in shapes_in(frames, scene)}
     return {
         "lines": [
             {
@@ -261,7 +261,7 @@ def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
             }
             for name, (body, point, anchor_body, anchor) in drawn.items()
         ],
-        "tensions": base64_of(np.abs(np.transpose(loads)).ravel()),
+        "tensions": base64_of_floats(np.abs(np.transpose(loads)).ravel()),
     }
 
 

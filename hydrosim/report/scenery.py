@@ -24,7 +24,7 @@ from hydrosim.elements.signal import compile_signals, value
 from hydrosim.errors import InputError
 from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import LINE_PIECE
-from hydrosim.report.page import base64_of
+from hydrosim.report.page import base64_of_floats
 from hydrosim.run.checkpoint import case_of
 from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
 from hydrosim.scene.body import TankShape
@@ -329,7 +329,7 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
                     {
                         "body": body,
                         "contact": contact + k,
-                        "triangles": base64_of(column(a, b, ARM_HALF_SIDE * size).ravel()),
+                        "triangles": base64_of_floats(column(a, b, ARM_HALF_SIDE * size).ravel()),
                     }
                     for body, a, b in ends
                 ]
@@ -381,7 +381,7 @@ def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
                 still = np.full(frames.time.size, tank.level)
                 level = levels.get(f"{tank.name} of {body.name}", still)
                 full.append(level / (high - low)[2])
-    return {"tanks": drawn, "levels": base64_of(np.array(full).T.ravel())}
+    return {"tanks": drawn, "levels": base64_of_floats(np.array(full).T.ravel())}
 
 
 def _levels(frames: xr.Dataset) -> dict[str, np.ndarray]:

@@ -92,7 +92,7 @@ class Journal:
     def read(self, run: int) -> StoredRun:
         """Read a run of the journal."""
         self._file.seek(self._places[run])
-        record, values = _entry(self._file)
+        record, values = _read_entry(self._file)
         assert self._first is not None
         return StoredRun(_of_form(self._first, values), record["attributes"], record["warnings"])
 
@@ -151,7 +151,7 @@ def is_empty(folder: Path) -> bool:
 def identity_of(folder: Path) -> dict[str, str]:
     """Identity of the study in the folder; empty if that cannot be read."""
     with suppress(OSError, ValueError), (folder / RUNS).open("rb") as file:
-        return _entry(file)[0]
+        return _read_entry(file)[0]
     return {}
 
 
@@ -198,7 +198,7 @@ def entries(
     with suppress(ValueError, KeyError, TypeError):
         while True:
             place = file.tell()
-            record, values = _entry(file)
+            record, values = _read_entry(file)
             others = [k for k, digest in record["beside"].items() if sums.get(k, digest) != digest]
             if others:
                 changed = others[0]
@@ -219,7 +219,7 @@ def _entry_of(record: dict[str, Any], values: bytes = b"") -> bytes:
     return b"%08x %s" % (crc32(text), text)
 
 
-def _entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
+def _read_entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
     """Description of a run, and its values. Raises ValueError if the checksum does not match."""
     check, _, line = file.readline().partition(b" ")
     record = json.loads(line, object_hook=_decode)

@@ -321,7 +321,7 @@ def _by_windows(x: np.ndarray, count: int, record: _RecordProperties) -> RecordE
     origin)^shape, whose tail is exponential."""
     if record.slow:
         return _by_slow_part(x, count, record)
-    tail = _tail(x, fit_upper_tail)
+    tail = _upper_tail(x, fit_upper_tail)
     if tail.shape > TAIL_SHAPE_RANGE[1]:
         return no_extremes(ExtremeModel.CLIPPED)
     if np.isnan(tail.shape):
@@ -354,7 +354,7 @@ def _by_slow_part(x: np.ndarray, count: int, record: _RecordProperties) -> Recor
     between one (exponential) and the shape at the often crossed levels. If skewness and levels
     disagree, intervals span both."""
     exponential = partial(_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
-    tail = _tail(x, fit_tail)
+    tail = _upper_tail(x, fit_tail)
     leans = record.skewness > 0.0 and not _stays_at(x, x.min())
     if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN_SHAPE):
         return exponential().widen_lower_end() if record.contacts else exponential()
@@ -423,7 +423,7 @@ def _of_power(
     return np.asarray(np.sign(values) * np.abs(values) ** (1.0 / shape))
 
 
-def _tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail:
+def _upper_tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail:
     """Upper tail of a record x (nt,) about its mean. If it appears nearly cut off from there, the
     origin is the median of the values above the mean. Friction in slip is an example: it is equally
     large both ways, and seldom close to its mean."""

@@ -36,7 +36,7 @@ from hydrosim.statistics.gumbel import (
     length_ratio,
 )
 from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
-from hydrosim.statistics.statistics import CHANNELS, EXTREME_SIDES, NAMED_CHANNELS
+from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, NAMED_CHANNELS
 
 # The smallest and the largest value of each run of a study, of every channel in its file.
 
@@ -44,7 +44,7 @@ UNIT_DIMS = ("fender", "spring", "line", "winch", "compensator")
 """Dimensions of what pushes or pulls, whose forces have statistics."""
 FORCE_DIMS = {f"{unit}_force": unit for unit in UNIT_DIMS}
 """Statistics of forces, and the dimension of what they are of."""
-SUMMARISED_SERIES = {variable for variable, *_ in CHANNELS.values()}
+SUMMARISED_SERIES = {variable for variable, *_ in CHANNEL_VARIABLES.values()}
 """Variables over time that have statistics of their own."""
 MAX_SERIES_SIZE = 50_000_000
 """Values of a variable over time: of more, extremes are not looked for."""

@@ -74,7 +74,8 @@ AS_CHANNEL = "that of the channel"
 UNITS_APART = {"period": "s", "skewness": "1", "kurtosis": "1", "peak_shape": "1"}
 """Units of statistics that do not have that of their channel."""
 OWN_UNITS = {STATISTIC_UNITS: ", ".join(f"{name}: {unit}" for name, unit in UNITS_APART.items())}
-CHANNELS = {  # variables that a run may have: name, variable, its dimensions without time, units
+# Variables that a run may have: name, variable, its dimensions without time, units.
+CHANNEL_VARIABLES = {
     "motion": ("position", MOTION_DIMS, "m or rad"),
     "wave": ("wave_elevation", (), "m"),
     "fender_force": ("fender_normal_force", ("fender",), "N"),
@@ -148,7 +149,7 @@ def columns(
     how = step, exposure, slowest, "contact_group" in run.dims
     variables: Variables = {}
     coords: dict[str, Any] = {}
-    for name, (variable, dims, unit) in CHANNELS.items():
+    for name, (variable, dims, unit) in CHANNEL_VARIABLES.items():
         if variable in run:
             series = run.variables[variable].isel(time=late).transpose(*dims, "time")
             lowest = np.full(series.shape[:-1], lowest_value(variable))
@@ -361,7 +362,11 @@ def _leave_out_laws(variables: Variables) -> None:
     """Extremes are not fitted where a channel is not stationary. In an operation this holds for all
     channels of bodies and contacts if one of them changes, because single phases may be long
     without a contact."""
-    names = [name for name in (*CHANNELS, NAMED_CHANNELS) if name != "wave" and name in variables]
+    names = [
+        name
+        for name in (*CHANNEL_VARIABLES, NAMED_CHANNELS)
+        if name != "wave" and name in variables
+    ]
     bases = {name: variables[f"{name}_basis"][1] for name in names}
     if not any(np.isin(basis, CHANGES).any() for basis in bases.values()):
         return

@@ -27,7 +27,7 @@ from hydrosim.errors import HydrosimError
 from hydrosim.integrate.names import force_names
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.phases import CONTACT_WEIGHT
-from hydrosim.results.runs_file import BY_RUN, DIFFER, IN_RUN, MISSING
+from hydrosim.results.runs_file import BY_RUN, DIFFERING_ATTRIBUTE, IN_RUN, MISSING
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -98,7 +98,7 @@ class RunLayout(NamedTuple):
     def attributes(self) -> dict[str, str]:
         """What the file says of it."""
         by_run = [*self.apart, *(f"{dim}{IN_RUN}" for dim in self.named)]
-        return {DIFFER: "\n".join(self.remarks), BY_RUN: " ".join(by_run)}
+        return {DIFFERING_ATTRIBUTE: "\n".join(self.remarks), BY_RUN: " ".join(by_run)}
 
     def pad_run(self, dataset: xr.Dataset) -> xr.Dataset:
         """What is kept of a run, with the names of all runs."""

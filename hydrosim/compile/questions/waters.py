@@ -68,9 +68,9 @@ FEELERS = {
 }
 # m; s
 HIGHEST = 20.0
-PERIODS = (1.0, 30.0)
-STEEPEST = 0.1
-SHARPEST = 20.0  # peak enhancement: long swell is modelled with up to 15
+USUAL_PERIODS_S = (1.0, 30.0)
+MAX_STEEPNESS = 0.1
+MAX_PEAK_ENHANCEMENT = 20.0  # peak enhancement: long swell is modelled with up to 15
 MICHE = 0.142
 MOST_STEPS = 1e9  # of a run: about an hour
 MIN_STEPS_PER_PERIOD = 10.0  # fewest steps of a method in a period of the waves
@@ -126,17 +126,20 @@ def ask_about_waves(about: SceneContext) -> Iterator[Query]:
         if height > HIGHEST:
             usual = f"usual is up to {HIGHEST:g} m"
             yield Query("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
-        if not PERIODS[0] <= peak <= PERIODS[1]:
-            usual = f"usual is {PERIODS[0]:g} to {PERIODS[1]:g} s"
-            found_text = f"a period of {text_outside_range(peak, *PERIODS)} s"
+        if not USUAL_PERIODS_S[0] <= peak <= USUAL_PERIODS_S[1]:
+            usual = f"usual is {USUAL_PERIODS_S[0]:g} to {USUAL_PERIODS_S[1]:g} s"
+            found_text = f"a period of {text_outside_range(peak, *USUAL_PERIODS_S)} s"
             yield Query("environment.waves", found_text, usual)
 
 
 def _peaks(about: SceneContext) -> Iterator[Query]:
     """Ask about spectra with a peak that no wind sea or swell has."""
     for train in about.scene.environment.waves:
-        if isinstance(train.spectrum, Jonswap | Tma) and train.spectrum.peak_enhancement > SHARPEST:
-            found_text = f"{text_beyond(train.spectrum.peak_enhancement, SHARPEST)}"
+        if (
+            isinstance(train.spectrum, Jonswap | Tma)
+            and train.spectrum.peak_enhancement > MAX_PEAK_ENHANCEMENT
+        ):
+            found_text = f"{text_beyond(train.spectrum.peak_enhancement, MAX_PEAK_ENHANCEMENT)}"
             yield Query("environment.waves.peak_enhancement", found_text, "usual is 1 to 7")
 
 
@@ -153,7 +156,7 @@ def ask_about_steepness(about: SceneContext) -> Iterator[Query]:
             what = f"waves of {height:.3g} m"
         else:
             steep = 2.0 * np.pi * height / (environment.gravity * period**2)
-            limit = STEEPEST
+            limit = MAX_STEEPNESS
             what = f"a significant height of {height:.3g} m"
         if steep > limit:
             steepness_text = text_beyond(steep, limit, ".2g")

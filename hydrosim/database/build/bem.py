@@ -63,9 +63,9 @@ def remembered(key: str, compute: Callable[[], Iterable[Any]]) -> list[np.ndarra
     A file is complete or absent, so the program may be interrupted at any time.
     """
     name = entry_name(key)
-    found = stored(name)
-    if found is not None:
-        with np.load(BytesIO(found), allow_pickle=False) as file:
+    stored_bytes = stored(name)
+    if stored_bytes is not None:
+        with np.load(BytesIO(stored_bytes), allow_pickle=False) as file:
             return [file[name] for name in file.files]
     arrays, content = [np.asarray(array) for array in compute()], BytesIO()
     np.savez(content, *arrays)

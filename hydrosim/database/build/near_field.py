@@ -271,8 +271,8 @@ def _sharp(mesh: cpt.Mesh) -> Real:
     a = np.pi / (np.pi + np.where(convex, angle, -angle))
     across = np.cross(normal[panel], along)
     stretch = np.sqrt(a**2 / (2 * a - 1)) - 1
-    for edge, vector, more in zip(panel, across, stretch, strict=True):
-        sharp[edge] = sharp[edge] @ (np.eye(3) + more * np.outer(vector, vector))
+    for face, vector, more in zip(panel, across, stretch, strict=True):
+        sharp[face] = sharp[face] @ (np.eye(3) + more * np.outer(vector, vector))
     return sharp
 
 

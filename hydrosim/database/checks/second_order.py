@@ -74,7 +74,7 @@ def _sum_symmetry(db: HydroDatabase) -> RelativeErrors:
 def _opposite_pairs(db: HydroDatabase) -> list[tuple[int, int]]:
     """Pairs of headings, and the positions of the same pairs in reverse order."""
     headings = require_array(db, "qtf_heading")
-    same = _heading_distance(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
+    same = _is_same_heading(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
     pairs = [(int(p), int(q)) for p, q in np.argwhere(same)]
     if not pairs:
         raise LeftOut("no pair of headings occurs in both orders")
@@ -94,8 +94,8 @@ def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
     frequency, drift = require_array(db, "qtf_frequency"), require_array(db, "mean_drift")
     in_range = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
     for (first, second), qtf in zip(require_array(db, "qtf_heading"), _qtf(db), strict=True):
-        at = np.flatnonzero(_heading_distance(db.heading, first))
-        if not _heading_distance(first, second) or at.size == 0 or not in_range.any():
+        at = np.flatnonzero(_is_same_heading(db.heading, first))
+        if not _is_same_heading(first, second) or at.size == 0 or not in_range.any():
             continue
         diagonal_values = np.diagonal(qtf, axis1=0, axis2=1).T[in_range]
         for dof in np.flatnonzero(
@@ -131,7 +131,7 @@ def _worst_error(errors: RelativeErrors) -> float:
     return float(np.nanmax(errors.relative))
 
 
-def _heading_distance(a: Real | float, b: Real | float) -> np.ndarray:
+def _is_same_heading(a: Real | float, b: Real | float) -> np.ndarray:
     return np.abs((np.asarray(a) - b + TURN_RAD / 2) % TURN_RAD - TURN_RAD / 2) < SAME_HEADING
 
 

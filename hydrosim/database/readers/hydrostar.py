@@ -88,7 +88,7 @@ class QtfTable:
         return self.is_difference and self.difference.size == 1
 
 
-def table_of(text: Text) -> QtfTable:
+def qtf_table_of(text: Text) -> QtfTable:
     """Table of a file. Raises `InputError` for data that are missing or not supported."""
     head = head_of(text)
     check_head(text, head, ("HEADING", "DIFF", "QTFMODE", "DIRECTION", "COORD"))
@@ -345,7 +345,7 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database of all HydroStar tables in the folder of ``path``. Raises `InputError` for data that
     are missing or do not fit."""
-    tables = [table_of(read_text(file)) for file in _files_with_mark(path, _MARK)]
+    tables = [qtf_table_of(read_text(file)) for file in _files_with_mark(path, _MARK)]
     drifts = [table for table in tables if table.is_mean]
     transfers = [table for table in tables if not table.is_mean]
     db = _first_order(path, tables, given)

@@ -172,7 +172,7 @@ def _chart(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueName
         return _by_seed
     if plan.design == "one_at_a_time":
         return _tornado
-    return _heat if len(plan.parameters) == 2 else _band
+    return _draw_heat_map if len(plan.parameters) == 2 else _band
 
 
 def _quantity_label(plan: PlanRuns, figure: str) -> str:
@@ -277,7 +277,7 @@ def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
     return x
 
 
-def _heat(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+def _draw_heat_map(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw the mean over the values of two parameters."""
     rows, axis = _rows(plan, figure), axes[0]
     first, second = (plan.axis(parameter) for parameter in plan.parameters)

@@ -51,7 +51,7 @@ from hydrosim.report.sentences.series import (
 )
 from hydrosim.results.journal import GATHERED
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, RELATIVE, reported_beyond
-from hydrosim.results.runs_file import COMPLETE, DIFFER, with_keys
+from hydrosim.results.runs_file import COMPLETE, DIFFERING_ATTRIBUTE, with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
@@ -242,7 +242,7 @@ def _outcome(runs: xr.Dataset) -> Iterator[Node]:
     if DESIGN in runs.attrs:
         yield from study_criteria(runs, effects.plans(runs))
     yield from _ends(runs)
-    if differ := runs.attrs.get(DIFFER):
+    if differ := runs.attrs.get(DIFFERING_ATTRIBUTE):
         yield List(
             [f"{line}." for line in differ.splitlines()],
             "Not all runs have the same names and values. What a run does not have is empty:",
