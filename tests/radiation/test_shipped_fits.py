@@ -50,8 +50,8 @@ def test_no_fit_of_a_shipped_case_is_made(fits_made: list[np.ndarray]) -> None:
 def test_fits_made_anew_are_those_that_were_shipped(
     fits_made: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Another processor rounds in another way, and a model at the edge of its tolerance may take two
-    states more. Then both are as near to the database, and to each other, as their reports say."""
+    """Another processor rounds in another way, so a model at the edge of its tolerance may take two
+    more states. Both are then as near to each other as their reports say."""
     brought = fits_of_base()
     monkeypatch.setattr("hydrosim.water.radiation.kept.shipped", lambda name: None)
     anew = fits_of_base()
