@@ -33,7 +33,7 @@ esdirk4 is below 10 r. Therefore
 
 because a coarser step misses whether a point sticks. Contacts that rattle and motions that nothing
 damps make larger errors than this rule says. Each run measures its error, and is made again with
-smaller tolerances if it is too large (`studies.run.accuracy`).
+smaller tolerances if it is too large (`run.error_estimate`).
 
 g = 1 if all motions are restored, because errors then decay. Errors of a motion that nothing
 restores, such as the yaw of a moored sphere, grow with the time T of the run: as T^1.5 to T^1.7 of

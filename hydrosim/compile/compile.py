@@ -393,7 +393,7 @@ def wave_bodies(
     scene: Scene, databases: Mapping[str, HydroDatabase], met: Mapping[str, WaveForces]
 ) -> list[WaveBody]:
     """All bodies of a scene in waves, with their ``databases`` that have loads, and the positions
-    where waves act (`wave_reference.met_by_waves`). A body that a joint carries has all of its
+    where waves act (`displaced_loads.met_by_waves`). A body that a joint carries has all of its
     loads: the joint carries those in directions that do not move."""
     alone = {name: db for name, db in databases.items() if db.heading.size}
     joined = arrangement(scene).children

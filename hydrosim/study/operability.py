@@ -297,7 +297,7 @@ class Limits:
 
     @property
     def identity(self) -> dict[str, str]:
-        """What must be the same for the search to go on, see `unfinished.identity`."""
+        """What must be the same for the search to go on, see `shared.identity`."""
         heights = self.wanted.heights.values()
         varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
