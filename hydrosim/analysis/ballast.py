@@ -1,4 +1,4 @@
-"""Bodies with tanks: loading conditions, and pump plans.
+"""Bodies with tanks: loading conditions, stability with free surfaces, and pump plans.
 
 Loading conditions of bodies with tanks: weight, flotation and stability.
 
@@ -326,7 +326,7 @@ def _tank_state(tank: Tank, volume: float) -> TankState:
     return TankState(tank, float(level), tank.density * volume, volume / whole, reach)
 
 
-# rad; m: the plan is met
+# Tilt [rad] and rise [m] below which a plan is met.
 MAX_TILT_RAD = 1e-8
 MAX_RISE_ERROR_M = 1e-7
 MAX_CORRECTIONS = 20

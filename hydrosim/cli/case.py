@@ -1,4 +1,4 @@
-"""`hydrosim case`: print the case that repeats a run."""
+"""Commands about case files: `hydrosim case`, `check`, `schema`, `new` and `example`."""
 
 from __future__ import annotations
 

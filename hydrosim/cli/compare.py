@@ -1,4 +1,4 @@
-"""`hydrosim compare`: compare a run with a recording, or two results with each other."""
+"""Commands `hydrosim compare`, of a run and a recording or of two results, and `hydrosim export`."""
 
 from __future__ import annotations
 

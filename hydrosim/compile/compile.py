@@ -1,4 +1,4 @@
-"""`compile_scene`: from a scene to arrays."""
+"""Compilation of a scene to arrays: constants of its equation of motion, with or without waves."""
 
 from __future__ import annotations
 
@@ -282,7 +282,7 @@ def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
     }
 
 
-# Scenes in calm water, and their waves. Scenes that differ in their waves only share the rest.
+# Scenes in calm water, to which waves are added; scenes that differ in waves share the rest.
 
 MEAN: dict[str, Any] = {"headings": Place.MEAN, "position": Place.MEAN}
 
@@ -393,7 +393,7 @@ def wave_bodies(
     scene: Scene, databases: Mapping[str, HydroDatabase], met: Mapping[str, WaveForces]
 ) -> list[WaveBody]:
     """All bodies of a scene in waves, with their ``databases`` that have loads, and the positions
-    where waves act (`wave_reference.met_by_waves`). A body that a joint carries has all of its
+    where waves act (`displaced_loads.met_by_waves`). A body that a joint carries has all of its
     loads: the joint carries those in directions that do not move."""
     alone = {name: db for name, db in databases.items() if db.heading.size}
     joined = arrangement(scene).children

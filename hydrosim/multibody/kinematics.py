@@ -325,9 +325,7 @@ def acceleration_map(bodies, motion, M, H):
             H[i, j] = M[active[i], active[j]]
 
 
-# Free coordinates of bodies and joints: what each is, and how bodies move with them.
-#
-# The coordinates of bodies come first, then those of joints (`Bodies.active`).
+# Free coordinates: those of bodies come first, then those of joints (`Bodies.active`).
 
 
 def own_coordinates(bodies: Bodies) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""First-order wave loads on a body at its displaced position, not at its position at rest.
+"""First-order wave loads on displaced bodies, and the choice of the position where waves act.
 
     F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i))
 

@@ -1,4 +1,4 @@
-"""Questions about bodies: mass, flotation and natural periods."""
+"""Questions about bodies: mass, flotation, natural periods, hulls, drag and neighbours."""
 
 from __future__ import annotations
 
@@ -276,7 +276,7 @@ def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
     return min(float(range_ends.min()), 0.0), max(float(range_ends.max()), 0.0)
 
 
-# Questions about hulls and tanks beside the centre of gravity, and about drag beside a hull.
+# Hulls and tanks beside the centre of gravity, and drag beside a hull.
 
 # drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
 # little more than friction; a flat plate has about 2, edges and bilge keels more
@@ -353,7 +353,7 @@ def ask_about_drag(about: SceneContext) -> Iterator[Query]:
                 )
 
 
-# Questions about hulls close to each other.
+# Hulls close to each other.
 
 NEIGHBOUR_BREADTHS = 2.0  # times the larger breadth
 DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
