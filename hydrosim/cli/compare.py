@@ -1,4 +1,4 @@
-"""Commands `hydrosim compare`, of a run and a recording or of two results, and `hydrosim export`."""
+"""Commands `hydrosim compare` (a run with a recording, or two results) and `hydrosim export`."""
 
 from __future__ import annotations
 

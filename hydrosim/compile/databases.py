@@ -1,4 +1,4 @@
-"""Databases of a scene: opened or made of numbers, grouped with their bodies, and checked for use."""
+"""Databases of a scene: opened or made of numbers, grouped with their bodies, checked for use."""
 
 from __future__ import annotations
 

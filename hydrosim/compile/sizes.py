@@ -1,4 +1,4 @@
-"""Memory and result size of a scene, estimated before it is computed."""
+"""Estimates before a run: memory, size of its result, and errors of its fits of retardation."""
 
 from __future__ import annotations
 
@@ -182,8 +182,7 @@ def _available() -> float:
         return most
 
 
-# Errors of motions by the fits of retardation functions and by their truncation: estimated before
-# a run, and printed.
+# Errors of motions by fits of retardation functions and by their truncation.
 
 # points for each frequency of the spectra, because resonances are narrower than the spacing
 POINTS_PER_FREQUENCY_STEP = 3

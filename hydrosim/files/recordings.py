@@ -1,5 +1,4 @@
-"""Recordings of other programs and tests: `read_recording` reads all formats; `write_recording`
-writes text.
+"""Recordings of other programs and tests: `read_recording` reads all, `write_recording` a text.
 
 `write_recording`: channels of a run as a text table for other programs.
 

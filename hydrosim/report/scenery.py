@@ -1,4 +1,4 @@
-"""Scenery of a replay, from the case of a run: hulls, contacts, lines, supports, tanks and waves."""
+"""Scenery of a replay, from the case of a run: hulls, contacts, lines, supports, tanks, waves."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""Checkpoints of unfinished runs, digests and origin of their numbers, and the case that repeats one.
+"""Checkpoints of unfinished runs, digests, origin of their numbers, the case that repeats a run.
 
-A killed run continues from its checkpoint to the same numbers, to the bit. All data that change in a run are in its arrays; a checkpoint is a copy of them. It is valid only
-for one model, start and program, which it identifies by digests.
+A killed run continues from its checkpoint to the same numbers, to the bit. All data that change in
+a run are in its arrays; a checkpoint is a copy of them. It is valid only for one model, start and
+program, which it identifies by digests.
 """
 
 from __future__ import annotations

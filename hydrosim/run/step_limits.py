@@ -1,4 +1,4 @@
-"""Stability of the step of a scene, and alternatives to an unstable step."""
+"""Stability and accuracy of the step of a scene, and alternatives to an unstable step."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.integrate.state import Record
 
-# Accuracy of the step of a scene: modes that a run excites and that its method does not
-# resolve.
+# Accuracy of the step: modes that a run excites and that its method does not resolve.
 
 MAX_MOTION_ERROR = 1e-3  # of the range of a motion: an error that is worth a warning
 MAX_FADING, FADING_ERROR_RATIO = 0.1, 8.0

@@ -1,4 +1,4 @@
-"""Wave loads at a time: the arrays that `build` fills and the kernel that reads them.
+"""Wave loads and elevations over time: tables, the kernel that reads them, and sums by FFT.
 
 Waves on a grid are a table on the solver's stage grid. A read at a node is exact. Between the nodes
 it is a 6-point Lagrange interpolation. Its error for a component of frequency w on a table of step

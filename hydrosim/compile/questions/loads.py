@@ -1,4 +1,4 @@
-"""Questions about allowable loads: beside the loads at the start, and beside weights."""
+"""Questions about allowable loads, beside loads at the start and weights, and about streams."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def _set_tension(line: Winch) -> float:
     return float(getattr(line.control, "tension", np.inf))
 
 
-# Questions about loads of wind and current: their size beside the hull, and their sign.
+# Coefficients of wind and current: size beside the hull, and sign.
 
 AIR = 1.225  # kg/m^3
 # drag coefficients: of the current on length times draught; of the wind on length times breadth,

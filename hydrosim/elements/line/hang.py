@@ -1,4 +1,4 @@
-"""A line under a given pull: the part that hangs, down to where it lies, and the part that lies.
+"""A line under a given pull: its stretches, the part that hangs, and the part that lies.
 
 V falls along the line by the weight of its pieces and of what hangs between them. The line lies
 from the last place at which V comes down to zero. That is inside a piece, tangent to the bed, or at

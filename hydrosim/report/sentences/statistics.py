@@ -1,4 +1,4 @@
-"""Sentences and tables of statistics: moments, extremes, contacts, crawl; first results of a report."""
+"""Tables of statistics: moments, extremes, contacts, crawl by phase; first results of a report."""
 
 from __future__ import annotations
 
