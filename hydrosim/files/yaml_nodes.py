@@ -250,7 +250,7 @@ COMMAND_LINE_PREFIX = "--given "
 def compose_nodes(text: str, name: str) -> Node | None:
     """Nodes of a YAML text that messages call ``name``; None if it is empty.
 
-    Raises InputError with the line of text that is not YAML, exceeds a limit (`limits`), or repeats
+    Raises InputError with the line of text that is not YAML, exceeds a limit, or repeats
     a key.
     """
     if excess := too_long(text):

@@ -56,7 +56,7 @@ class StepNeed(NamedTuple):
 def scene_combinations(
     compiled: Compiled, each_alone: bool = False, watch: Watch = without_progress
 ) -> list[Combination]:
-    """Combinations of contacts for which a scene is linearised, see `stability`."""
+    """Combinations of contacts for which a scene is linearised, see `linear.stability`."""
     return combinations(compiled.scene, compiled.model, compiled.state, each_alone, watch)
 
 
@@ -65,7 +65,7 @@ def scene_vibrations(
     compiled: Compiled, mode_combinations: Sequence[Combination], error: float = MAX_MOTION_ERROR
 ) -> tuple[Vibration, ...]:
     """Vibrations in the ``mode_combinations`` with an error of more than ``error`` of
-    their amplitude at the step of the scene, see `accuracy`."""
+    their amplitude at the step of the scene, see `linear.stability`."""
     scene = compiled.scene
     of = (scene.duration, scene.solver.step, error)
     return tuple(

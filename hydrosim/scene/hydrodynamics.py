@@ -1,4 +1,4 @@
-"""Hydrodynamics of a body: models of memory, databases, given data, coefficients, hulls, families."""
+"""Hydrodynamics of a body: memory, databases, given data, coefficients, hulls, families."""
 
 from __future__ import annotations
 

@@ -252,7 +252,7 @@ def locked_folder(result: Output) -> Iterator[Path]:
 
 @contextmanager
 def locked_journal(result: Output, resume: bool, identity: Mapping[str, str]) -> Iterator[Journal]:
-    """The journal of the set with this ``identity``, of this process alone, see `begun`. Nothing
+    """The journal of the set with this ``identity``, of this process alone. Nothing
     stays of a set without a run. Raises WritingError where it cannot be written."""
     with locked_folder(result):
         try:

@@ -9,7 +9,7 @@ psi = 0 if its heading does not. Heave, roll and pitch have no influence.
 
 At the momentary position (`following_loads`) every wave is summed at every stage, which costs much
 more than the tables of `loads`. Wave-frequency motions count like slow ones, which is a
-second-order load of its own. For the slowly drifting position see `slow`.
+second-order load of its own. For the slowly drifting position see `slow_path_loads`.
 
 X is interpolated in frequency as in `transfer`. In heading, 6-point Lagrange polynomials pass
 through six nodes per heading of the database. Their error is below 1e-4 of the highest harmonic.

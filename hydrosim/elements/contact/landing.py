@@ -2,8 +2,8 @@
 
 A landing is a contact point whose plane passes through its seat, normal to the ``axis`` along which
 the seat carries. It only pushes. It may carry along a loop (`NormalLoop`), be guided
-sideways, and has the friction of any contact. Legs of a topside on its substructure, leg mating units and
-deck support units are landings.
+sideways, and has the friction of any contact. Legs of a topside on its substructure, leg mating
+units and deck support units are landings.
 
 Guide: the wall around a seat, a cone or a cylinder, that holds a landing's pin sideways.
 
