@@ -145,9 +145,7 @@ def schema_of(kind: FileKind) -> dict[str, Any]:
             return either_schema("Recipe of a database of hydrosim", "bodies", several, single)
 
 
-# `hydrosim new`: a commented case from main particulars, to begin with.
-
-# `hydrosim example`: write a case that comes with the program.
+# `hydrosim example`, a case that comes with the program; `hydrosim new`, one from particulars.
 
 FILE_NAME_PATTERN = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl|obj)\b")
 

@@ -189,9 +189,7 @@ def _attributes(column: ExportColumn) -> dict[str, object]:
     return {**attributes, "units": column.unit} if column.unit else attributes
 
 
-# MATLAB, version 5: columns ``time`` and one variable for each channel. The rows of ``channels``
-# give the name of the variable, the name of the channel, the unit, a description, and the meanings
-# of mode numbers.
+# MATLAB, version 5: a variable for each channel, which the rows of ``channels`` describe.
 
 MAX_MATLAB_NAME_LETTERS = 63  # valid name of a variable
 
@@ -214,9 +212,7 @@ def write_matlab(table: ExportTable, path: Path, mark: str) -> None:
     savemat(path, variables, appendmat=False, long_field_names=True, oned_as="column")
 
 
-# Parquet: ``time`` and a column for each channel under its own name. The metadata of the file has,
-# under ``channels`` as JSON, the unit, the description and the meanings of mode numbers of each
-# column. Every reader of Parquet gives these metadata, not only Arrow.
+# Parquet: a column for each channel, which the metadata ``channels`` of the file describe as JSON.
 
 
 def write_parquet(table: ExportTable, path: Path, mark: str) -> None:

@@ -184,7 +184,7 @@ def _available() -> float:
 
 # Errors of motions by fits of retardation functions and by their truncation.
 
-# points for each frequency of the spectra, because resonances are narrower than the spacing
+# Points for each frequency of the spectra, because resonances are narrower than the spacing
 POINTS_PER_FREQUENCY_STEP = 3
 FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning
 COMPLETE_MEMORY_FRACTION = 0.98  # of the resolved length: a memory this long counts as complete

@@ -137,7 +137,7 @@ def read_text(source: Source) -> Recording:
 
 # Recordings in MATLAB files up to version 7 (7.3 is HDF5).
 
-# exceptions of scipy about damaged files
+# Exceptions of scipy about damaged files
 _DAMAGE = (
     ArithmeticError,
     EOFError,

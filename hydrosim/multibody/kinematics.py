@@ -51,7 +51,7 @@ BODY = np.dtype(
 """Constants of a body: mass, and inertia about the centre of gravity in the body frame. Position of
 the centre of gravity at rest in the earth frame, and heading at rest, from which yaw counts.
 Density times the second moments of the free surfaces of its contents. Values are those at the start
-if contents change (`rigid.contents`)."""
+if contents change (`multibody.mass`)."""
 
 
 class Bodies(NamedTuple):

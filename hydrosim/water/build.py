@@ -83,7 +83,7 @@ def wave_loads_model(
 
 def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLines:
     """First-order loads X a exp(i e) of each wave on all DOFs of the bodies. They are zero for
-    locked DOFs, where none are asked for, and where the waves follow the body (`FollowingLoads`)."""
+    locked DOFs, where none are asked for, and where waves follow the body (`FollowingLoads`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
         if body.database is not None and body.wave_forces.first_order and not waves_follow(body):

@@ -381,7 +381,7 @@ class TurnedQtf(NamedTuple):
 def turned_qtf(
     database: QuadraticFunctions, omega: np.ndarray, heading: np.ndarray, name: str
 ) -> Iterator[TurnedQtf]:
-    """The forms of waves (nw,) of one sea. Raises InputError in the cases of `qtf_table`."""
+    """Filters and core of the waves (nw,) of one sea. Raises InputError as `qtf_table` does."""
     table = qtf_table(database, name)
     hermitian = name == "qtf_difference"
     pairs = pairs_of(database)

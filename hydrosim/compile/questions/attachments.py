@@ -146,9 +146,8 @@ def ask_about_axes(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.axis", found_text, usual, "It hardly acts.")
 
 
-# Catenaries through the seabed, under a hull, or too soft.
+# Catenaries through the seabed, under a hull, or too soft; lengths in m.
 
-# m
 BURIED = 1.0
 HOVERING = 0.25  # of the water depth, for lines that know no seabed
 ABOVE_BED = 0.03  # of the water depth, for lines that do

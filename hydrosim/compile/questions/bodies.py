@@ -278,7 +278,7 @@ def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
 
 # Hulls and tanks beside the centre of gravity, and drag beside a hull.
 
-# drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
+# Drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
 # little more than friction; a flat plate has about 2, edges and bilge keels more
 # in yaw, of cross flow over the length: T L^4 / 32 in place of the area
 LEAST_DRAG = {"surge": 0.001, "sway": 0.02, "heave": 0.02, "yaw": 0.005}

@@ -27,7 +27,7 @@ from hydrosim.scene import Body, Weight
 from hydrosim.scene.force import strongest_breaking_load
 from hydrosim.scene.scene import joined_with
 
-# of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
+# Share of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
 MOST_OF_BREAKING = 2.0
 LEAST_OF_BREAKING = 0.02
 MOST_EXTENSION = 10.0  # of a spring, over its length

@@ -207,7 +207,7 @@ def ask_about_step(about: SceneContext) -> Iterator[Query]:
 
 # Waves outside the frequencies of a database.
 
-# fraction of the energy of the loads, or of the waves if the loads are unknown
+# Fraction of the energy of the loads, or of the waves if the loads are unknown
 OUTSIDE_REFUSED = 0.01
 
 
@@ -250,7 +250,7 @@ MIN_LEVEL_FRACTION = 0.01  # of the height: an empty or full tank does not slosh
 LEVELS = 41  # between the lowest and the highest level of the run
 
 
-# motions that excite sloshing along x, y
+# Motions that excite sloshing along x, y
 SLOSHING_DOFS = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))
 
 

@@ -249,7 +249,7 @@ def _size_text(size: float, errors: RelativeErrors, dofs: list[int]) -> str:
 
 # Scales of a body; from the added mass if there is no volume.
 
-# a DOF with less than this fraction of its body's scale counts as having no added mass or damping
+# A DOF with less than this fraction of its body's scale counts as having no added mass or damping
 MASS_NOISE_FRACTION = 1e-4
 LONG_WAVE = 0.3  # k V^(1/3) below which the limits of long waves must hold
 GYRATION = 2.5  # half a length over its radius of gyration: 1.7 for a box, 2.2 for an ellipsoid

@@ -22,8 +22,8 @@ and q = w L / S,
 loses no digits for straight, steep, weightless or buoyant stretches.
 
 The place of an end is known to 1e-16 of the length, which is much of the strain of a stiff line.
-Hence a stretch tells how far it falls short of its length along a unit vector e (`StretchSpan.along`), and
-how far it leads across e. With Tm = (H, M)
+Hence a stretch tells how far it falls short of its length along a unit vector e
+(`StretchSpan.along`), and how far it leads across e. With Tm = (H, M)
 
     L - (x, z) e = 2 L/S [(S/2 - |Tm|) + (|Tm| - Tm e) - H ex (atanh(q)/q - 1)] - L (Tm e)/EA
 """
