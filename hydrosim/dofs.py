@@ -29,7 +29,7 @@ def loads_about_z(loads: np.ndarray, heading: float) -> np.ndarray:
     return np.asarray((vectors @ about_z(heading).T).reshape(loads.shape))
 
 
-# Functions with which elements describe their mirror images in a vertical plane along x.
+# Mirror images of elements in a vertical plane along x.
 
 LATERAL = tuple(dof for dof, sign in zip(DOFS, MIRROR_SIGN, strict=True) if sign < 0.0)
 

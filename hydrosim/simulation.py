@@ -1,4 +1,4 @@
-"""`simulate`: runs a case or a scene, and returns its dataset.
+"""`simulate` runs a case or a scene, with its earlier stages; `open_run` reads a run from its file.
 
 Runs in stages: cases that use the results of other cases.
 
@@ -46,8 +46,7 @@ if TYPE_CHECKING:
     from hydrosim.case.load import Case, Stage
     from hydrosim.results.ledger import ErrorEstimate
 
-# Whether a run will have the channels and contacts that the criteria of its case name, from the
-# names in its records, before it is computed.
+# Criteria before a run: whether it will have the channels and contacts that they name.
 
 
 class NotAskable(InputError):

@@ -1,10 +1,10 @@
-"""Bodies with tanks: loading conditions, and pump plans.
+"""Bodies with tanks: loading conditions, stability with free surfaces, and pump plans.
 
 Loading conditions of bodies with tanks: weight, flotation and stability.
 
 At rest without waves, weight and buoyancy balance all other loads that hold the bodies. Metacentric
 heights are those of weight and buoyancy alone, K / (m g), with the stiffness K in heel or trim at
-constant displacement. They include the loss J / m by free surfaces (`hydrostatics`), with the
+constant displacement. They include the loss J / m by free surfaces (`FreeSurfaces`), with the
 second moments J of the surfaces at rest. These values are slopes at rest, even if a surface soon
 meets bottom or top. Beyond that angle less is lost: at a heel phi, the loss is the moment over m g
 sin(phi), a secant. With the stiffness of lines and contacts, the heights describe the stability of
@@ -326,7 +326,7 @@ def _tank_state(tank: Tank, volume: float) -> TankState:
     return TankState(tank, float(level), tank.density * volume, volume / whole, reach)
 
 
-# rad; m: the plan is met
+# Tilt [rad] and rise [m] below which a plan is met.
 MAX_TILT_RAD = 1e-8
 MAX_RISE_ERROR_M = 1e-7
 MAX_CORRECTIONS = 20

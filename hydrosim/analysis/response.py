@@ -1,4 +1,4 @@
-"""Responses of a scene to waves in the frequency domain: RAOs, spectra, short-term extremes.
+"""Responses of a scene to waves and gusts in the frequency domain, about its place at rest.
 
 Near a position at rest, with contacts held as they are there, motions q of amplitude per wave
 amplitude are
@@ -374,7 +374,7 @@ def rolling_remarks(compiled: Compiled, rates: np.ndarray | None) -> Iterator[st
         )
 
 
-# Contacts that are pressed at rest in a linear analysis: how long their state lasts.
+# Contacts that are pressed at rest: how long their state lasts in waves.
 
 LARGEST_OVER_STD = 3.7  # standard deviations: most probable largest value of a thousand waves
 

@@ -1,4 +1,4 @@
-"""From a validated case to the scene's dataclasses."""
+"""From a validated case to the scene's dataclasses, or to a text with every key."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ from hydrosim.scene.joint import arrange_joints
 if TYPE_CHECKING:
     from hydrosim.case.schema import CaseFile
 
-# A validated case written out: every key that it has or could have left out, so that the text says
-# all that a run depends on, whatever later versions take for granted.
+# A case written out with every key, so that later versions with other defaults run the same.
 
 
 def resolved_case_text(data: CaseFile, folder: Path) -> str:

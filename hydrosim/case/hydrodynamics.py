@@ -1,4 +1,4 @@
-"""`hydrodynamics` of a body in a case file: a database and what is done to it, or coefficients."""
+"""`hydrodynamics` (a database with changes, or coefficients) and `hydrostatics` in a case file."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def build_hydrodynamics(value: Any, place: Place) -> Any:
     return place(value) if isinstance(value, str) else value.build(place)
 
 
-# `hydrostatics` of a body in a case file: the matrix of its database, or a closed hull.
+# `hydrostatics` of a body: the matrix of its database, or a closed hull.
 
 MATRIX = "matrix"
 Depth = Annotated[float, Quantity("depth", "m", "15 m", above=0)]

@@ -1,4 +1,4 @@
-"""`load_case`: from a case file to a validated case.
+"""Case files: `load_case` to a validated case, and estimates from main particulars for a new one.
 
 Estimates for a barge from its main particulars, to begin a case with.
 

@@ -1,4 +1,4 @@
-"""From the waves of a validated case to the scene's wave trains."""
+"""From the waves of a validated case, and files of components or spectra, to wave trains."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from hydrosim.scene import DirectionalTable
 if TYPE_CHECKING:
     import xarray as xr
 
-# Given components of a sea from a text file, a line for each.
+# Components of a sea from a text file, a line for each.
 
 COLUMN_UNITS = {
     "frequency": "rad/s",

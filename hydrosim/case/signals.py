@@ -1,4 +1,4 @@
-"""Forces over time in a case file: a table, a recorded series, or a sine."""
+"""Signals over time in a case file: a table, a recorded series, or a sine."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ Forces = of.PerDof[ForceOverTime, MomentOverTime]
 """Of an applied force: per DOF a number, a list over the element's own times, or any of these."""
 
 
-# Recorded series of a case, in the unit that is wanted.
+# Recorded series, in the unit that is wanted.
 
 MOTION_UNITS = ("m", "rad")
 """Units of motions. A column without a unit may be of any quantity that a factor makes a force of,

@@ -1,4 +1,4 @@
-"""`hydrosim linear`: equilibrium, natural modes, RAOs and the response in the sea of a case."""
+"""Commands of analyses: `hydrosim linear`, `line`, `ballast`, `converge` and `calibrate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hydrosim case`: print the case that repeats a run."""
+"""Commands about case files: `hydrosim case`, `check`, `schema`, `new` and `example`."""
 
 from __future__ import annotations
 
@@ -145,9 +145,7 @@ def schema_of(kind: FileKind) -> dict[str, Any]:
             return either_schema("Recipe of a database of hydrosim", "bodies", several, single)
 
 
-# `hydrosim new`: a commented case from main particulars, to begin with.
-
-# `hydrosim example`: write a case that comes with the program.
+# `hydrosim example`, a case that comes with the program; `hydrosim new`, one from particulars.
 
 FILE_NAME_PATTERN = re.compile(r"[\w./]*\.(?:nc|yaml|txt|stl|obj)\b")
 

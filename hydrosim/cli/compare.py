@@ -1,4 +1,4 @@
-"""`hydrosim compare`: compare a run with a recording, or two results with each other."""
+"""Commands `hydrosim compare` (a run with a recording, or two results) and `hydrosim export`."""
 
 from __future__ import annotations
 

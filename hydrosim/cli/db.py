@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.scene.hydrodynamics import Given
 
-# The command `hydrosim db build`.
+# `hydrosim db build`.
 
 Progress = Callable[[int, int], None]
 REQUIRED_MODULES = ("capytaine", "joblib")

@@ -1,4 +1,4 @@
-"""`hydrosim report`: write one HTML file that shows a result."""
+"""Commands that show results: `hydrosim report`, `plot`, `replay`, `statistics` and `explain`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hydrosim sweep`: run a case over parameters and seeds, on all cores."""
+"""Commands of many runs: `hydrosim sweep` over parameters and seeds, and `hydrosim operability`."""
 
 from __future__ import annotations
 

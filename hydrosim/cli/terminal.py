@@ -1,4 +1,4 @@
-"""Printing of documents and of plain lines of text."""
+"""What commands share: printing, options and their checks, progress, runs with earlier stages."""
 
 from __future__ import annotations
 
@@ -293,7 +293,7 @@ def given_database(file: Path, given: Sequence[str]) -> ChangedDatabase:
     return validate_document(document, DatabaseFile).build(lambda _: file)
 
 
-# Commands that show results, which are files that people pass on and change.
+# Results that a command shows: people may have changed such files.
 
 MISSING_VARIABLE = re.compile(
     r"No variable named '(\w+)'|'Dataset' object has no attribute '(\w+)'"
@@ -321,9 +321,7 @@ def tells_absent_variables(command: Callable[..., Any]) -> Callable[..., Any]:
     return show
 
 
-# How far a command is: a bar on a terminal, elsewhere a line now and then.
-
-# Message that kernels are being compiled, which makes a first run longer.
+# Progress of a command: a bar on a terminal, elsewhere a line now and then.
 
 
 @contextmanager
@@ -455,7 +453,7 @@ def pauses() -> Iterator[float]:
         pause = min(2.0 * pause, MAX_PAUSE_S)
 
 
-# Functions of all commands that run a case: earlier stages and progress.
+# Runs of a case by a command: earlier stages and progress.
 
 err = progress_console()
 

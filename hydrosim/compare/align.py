@@ -1,4 +1,4 @@
-"""A run and a recording at the same times, in the same units, for the same point.
+"""A run and a recording at the same times, in one unit, for one point; channels of its columns.
 
 Both are compared where they overlap, at the times of the series with the larger steps. The other
 series is interpolated by a cubic spline. Normal forces of fenders use a monotone spline, which does

@@ -1,4 +1,4 @@
-"""`compare`: a run and a recording, channel by channel.
+"""Comparison of a run and a recording, channel by channel: fits, figures, and causes in words.
 
 Text on the difference between a recording and ours.
 
@@ -34,10 +34,7 @@ from hydrosim.files.recordings import Recording
 from hydrosim.files.units import factor
 from hydrosim.results.channels import match_channels, recorded_channels
 
-# Figures of the difference between a recorded channel and ours, which is ours minus recorded.
-
-# Two series over the same times: correlation at lags, frequency bands, and the gain, lag and
-# offset between them.
+# Two series over the same times: correlation, bands; gain, lag and offset between them.
 
 STEP_TOLERANCE = 1e-6  # of a step
 EQUAL_CORRELATIONS = 0.002  # correlations that differ by less: the smaller lag is chosen

@@ -1,5 +1,9 @@
-"""Comparisons as datasets. For two runs: both series, their difference, and figures. For two sets
-of runs: the figures of each channel, and its values in all runs."""
+"""Comparisons as datasets, and the exact comparison of two results.
+
+For two runs: both series, their difference, and figures. For two sets of runs: the figures of each
+channel, and its values in all runs. Results are identical if every variable, coordinate and
+attribute is equal to the bit, except those that tell when and where a result was made. This holds
+on one type of processor and one set of versions. NaN equals itself."""
 
 from __future__ import annotations
 
@@ -158,9 +162,7 @@ def _of_contact(result: ChannelResult, name: str) -> float:
     return float("nan") if result.contact is None else float(getattr(result.contact, name))
 
 
-# Exact comparison of two results. They are identical if every variable, coordinate and attribute is
-# equal to the bit, except those that tell when and where a result was made. This holds on one type
-# of processor and one set of versions. NaN equals itself.
+# Exact comparison of two results.
 
 OF_MAKING = frozenset({"wall_time", "history", "settings", "date_created", "host"})
 """Variables and attributes that differ between two makings of one result."""

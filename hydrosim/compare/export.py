@@ -1,4 +1,4 @@
-"""Export of channels to files of other programs: one module per format.
+"""Export of channels to files of other programs: text, netCDF, MATLAB and Parquet.
 
 Comma-separated values: a comment on the origin, names, units, and numbers with enough digits to
 read them back to the bit.
@@ -28,7 +28,7 @@ from hydrosim.files.series import columns_of, select
 from hydrosim.files.text import Source, escape_unprintable, require_finite, require_rising
 from hydrosim.results.channels import RUN, channel_names, channel_series, match_channels
 
-# Channels of a run as columns over one time, each with one unit: the content of every format.
+# Columns over one time, each with one unit: the content of every format.
 
 EXPORTED_ATTRIBUTES = (
     "title",
@@ -151,10 +151,7 @@ def escape_formula(text: str) -> str:
     return escape_unprintable(FORMULA.sub(r"\1'", text))
 
 
-# netCDF by the conventions CF 1.11, with one variable per channel, so that each has one unit.
-#
-# ``time`` is in seconds since a date. A run has no date: without a given one it is `DATE`, and the
-# file states that. ``elapsed_time`` is in seconds since the start of the run.
+# netCDF by the conventions CF 1.11: one variable per channel, ``time`` since a date or `DATE`.
 
 MAX_CF_NAME_LETTERS = 250  # valid name of a variable
 DATE = datetime(2000, 1, 1, tzinfo=UTC)
@@ -192,9 +189,7 @@ def _attributes(column: ExportColumn) -> dict[str, object]:
     return {**attributes, "units": column.unit} if column.unit else attributes
 
 
-# MATLAB, version 5: columns ``time`` and one variable for each channel. The rows of ``channels``
-# give the name of the variable, the name of the channel, the unit, a description, and the meanings
-# of mode numbers.
+# MATLAB, version 5: a variable for each channel, which the rows of ``channels`` describe.
 
 MAX_MATLAB_NAME_LETTERS = 63  # valid name of a variable
 
@@ -217,9 +212,7 @@ def write_matlab(table: ExportTable, path: Path, mark: str) -> None:
     savemat(path, variables, appendmat=False, long_field_names=True, oned_as="column")
 
 
-# Parquet: ``time`` and a column for each channel under its own name. The metadata of the file has,
-# under ``channels`` as JSON, the unit, the description and the meanings of mode numbers of each
-# column. Every reader of Parquet gives these metadata, not only Arrow.
+# Parquet: a column for each channel, which the metadata ``channels`` of the file describe as JSON.
 
 
 def write_parquet(table: ExportTable, path: Path, mark: str) -> None:

@@ -24,8 +24,7 @@ from hydrosim.results.ledger import RELATIVE
 from hydrosim.results.runs_file import RUN, with_keys
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
-# Differences between two sets of runs that are not numbers to test: durations, and codes such as
-# the basis of extremes.
+# Differences that are not tested: durations, and codes such as the basis of extremes.
 
 CASE = "case_resolved"
 DURATION = re.compile(r"^duration: (\S+)$", re.MULTILINE)

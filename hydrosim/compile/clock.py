@@ -1,4 +1,4 @@
-"""Step grid of a run, times that no step may cross, and tolerances.
+"""Clock of a run: step grid, times that no step may cross, longest steps, tolerances, `automatic`.
 
 Longest steps at which the limits of what holds still are compared with its loads.
 
@@ -33,7 +33,7 @@ esdirk4 is below 10 r. Therefore
 
 because a coarser step misses whether a point sticks. Contacts that rattle and motions that nothing
 damps make larger errors than this rule says. Each run measures its error, and is made again with
-smaller tolerances if it is too large (`run.error_estimate`).
+smaller tolerances if it is too large (`hydrosim.run.error_estimate`).
 
 g = 1 if all motions are restored, because errors then decay. Errors of a motion that nothing
 restores, such as the yaw of a moored sphere, grow with the time T of the run: as T^1.5 to T^1.7 of
@@ -235,7 +235,7 @@ def _tolerate_drums(absolute: np.ndarray, model: Model, length: float) -> None:
             late[1::2] = length / (2.0 * a)
 
 
-# upper bound of the error of motions over the tolerance of each step [1/s]
+# Upper bound of the error of motions over the tolerance of each step [1/s].
 OF_DOPRI5 = 1.0
 OF_ESDIRK4 = 10.0
 # largest tolerances of each step [1/s]: for smooth motions, and for either method if contacts

@@ -1,4 +1,4 @@
-"""`compile_scene`: from a scene to arrays."""
+"""Compilation of a scene to arrays: constants of its equation of motion, with or without waves."""
 
 from __future__ import annotations
 
@@ -282,7 +282,7 @@ def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
     }
 
 
-# Scenes in calm water, and their waves. Scenes that differ in their waves only share the rest.
+# Scenes in calm water, to which waves are added; scenes that differ in waves share the rest.
 
 MEAN: dict[str, Any] = {"headings": Place.MEAN, "position": Place.MEAN}
 

@@ -1,4 +1,4 @@
-"""`Compiled`: a scene as arrays."""
+"""`Compiled`: a scene as arrays, with notes and derived data."""
 
 from __future__ import annotations
 

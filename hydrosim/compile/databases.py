@@ -1,4 +1,4 @@
-"""Databases of a scene: opened, and grouped with their bodies."""
+"""Databases of a scene: opened or made of numbers, grouped with their bodies, checked for use."""
 
 from __future__ import annotations
 
@@ -202,7 +202,7 @@ def _check_unloaded(db: HydroDatabase, body: Body) -> None:
         )
 
 
-# Check that a database has the data that a scene uses. All faults are reported at once.
+# Check that a database has the data that a scene uses; all faults are reported at once.
 
 HARDLY = 0.01  # also the fraction of a sea's energy that a database may lack
 UNKNOWN_NAME = "?"

@@ -35,7 +35,7 @@ from hydrosim.tanks.surface import LIQUID, PIECE_DTYPE, Liquids
 
 # Closed meshes as `Solids`: groups of neighbouring triangles.
 
-# projected horizontal area over area of a triangle, below which it counts as upright
+# Ratio of a triangle's horizontal projection to its area, below which it counts as upright.
 MIN_WATERPLANE_FRACTION = 1e-12
 PARCEL = 16  # triangles of a group at most
 HEIGHT_WEIGHT = (

@@ -1,4 +1,4 @@
-"""Joints of a scene as constants, and their start."""
+"""Bodies and joints of a scene as constants: trees of joints, and their start."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from hydrosim.scene import Body, Joint, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import JointMotion, MotionKind, TreeJoint
 from hydrosim.scene.scene import arrangement, tree_joints
 
-# Joints of a scene as arrays: the trees whose motions are coordinates.
+# Trees of joints as arrays: their motions are coordinates.
 
 SWIVEL = MotionKind.SWIVEL
 TREE_JOINT_CODES = {MotionKind.SLIDE: SLIDE, MotionKind.TURN: TURN, SWIVEL: BALL}
@@ -209,7 +209,7 @@ def _slopes_at_rest(tree: Tree, own_dofs: np.ndarray, origins: np.ndarray) -> np
     return np.ascontiguousarray(S.reshape(6 * len(origins), n))
 
 
-# Constants of bodies and of the joints between them, from a scene.
+# Bodies as arrays, with the joints between them.
 
 DISPLACEMENT_RTOL = 1e-9  # of a displacement per coordinate: smaller ones are rounding
 SAMPLED_CONFIGURATIONS = 3  # at which joints are looked at, besides rest

@@ -1,4 +1,4 @@
-"""Messages on the positions where waves and current act on the bodies of a scene."""
+"""Messages on a scene in its sea: where waves and current act, streams, warnings, skipped loads."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def _munk(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:
     return text
 
 
-# Messages on the wind and the current that a scene has: figures that its keys do not show.
+# Messages on wind and current: figures that the keys of a scene do not show.
 
 GUSTS = {3.0: "3 s", 60.0: "1 min"}
 """Averaging times [s] of gusts that are told."""
@@ -240,7 +240,7 @@ def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
     )
 
 
-# Messages on a scene in its sea: skipped parts and warnings.
+# Messages on waves: skipped loads and warnings.
 
 Seas = Sequence[WaveComponents]
 # fraction of a sea's energy, or of its loads, outside a database's frequencies

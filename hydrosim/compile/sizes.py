@@ -1,4 +1,4 @@
-"""Memory and result size of a scene, estimated before it is computed."""
+"""Estimates before a run: memory, size of its result, and errors of its fits of retardation."""
 
 from __future__ import annotations
 
@@ -182,10 +182,9 @@ def _available() -> float:
         return most
 
 
-# Errors of motions by the fits of retardation functions and by their truncation: estimated before
-# a run, and printed.
+# Errors of motions by fits of retardation functions and by their truncation.
 
-# points for each frequency of the spectra, because resonances are narrower than the spacing
+# Points for each frequency of the spectra, because resonances are narrower than the spacing
 POINTS_PER_FREQUENCY_STEP = 3
 FIT_WARNED, CUT_WARNED = 0.01, 0.05  # changes of motion that are worth a warning
 COMPLETE_MEMORY_FRACTION = 0.98  # of the resolved length: a memory this long counts as complete

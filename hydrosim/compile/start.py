@@ -31,10 +31,7 @@ from hydrosim.water.slow_path_loads import first_states
 if TYPE_CHECKING:
     from hydrosim.scene import Scene, WaveForces
 
-# A start at rest under the loads at the start: contacts, lines and buoyancy carry all loads.
-#
-# `hydrosim.linear.equilibrium` finds the position, without waves and without friction, near the
-# initial position of the scene. Contacts begin there with unstretched springs.
+# Start at rest by `hydrosim.linear.equilibrium`; contacts begin with unstretched springs.
 
 PROMISE = "found at_rest"
 AT_REST_ATOL_M = 1e-6  # m

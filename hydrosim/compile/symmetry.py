@@ -1,4 +1,4 @@
-"""Scenes that are their own mirror image move in surge, heave and pitch only.
+"""Symmetric scenes: what is not its own mirror image, and motions in surge, heave and pitch only.
 
 A scene is symmetric if hulls, masses, force elements, waves, streams and the state at the start are
 symmetric about the vertical plane y = const through its bodies. Then no load leads out of that

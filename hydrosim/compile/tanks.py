@@ -1,4 +1,4 @@
-"""Checks of tanks and pumps before a run."""
+"""Tanks and pumps of a scene: checks, constants for kernels, and bodies that carry their weight."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
             )
 
 
-# Constants of tanks and pumps. Tanks whose contents stay are part of their bodies.
+# Constants of tanks and pumps; tanks whose contents stay are part of their bodies.
 
 
 def tanks_of(scene: Scene) -> Tanks:

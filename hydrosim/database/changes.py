@@ -1,4 +1,4 @@
-"""Changes of a database after reading: fewer frequencies, symmetry, accepted findings.
+"""Changes of a database after reading: other centres, fewer frequencies, symmetry, findings.
 
 The attribute ``changed`` describes each change, so that results and written files state it.
 """
@@ -18,7 +18,7 @@ from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
 
-# Change of a database to other centres of gravity; extraction of one body of several.
+# Other centres of gravity, and one body of several.
 
 MATRIX_VARIABLES = (
     "added_mass",

@@ -21,7 +21,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.quantities import MeshKeys
 from hydrosim.scene import Hull
 
-# `Hydrostatics`: integrals over the submerged hull, and its stiffness.
+# `Hydrostatics`: integrals over the submerged hull, and stiffness.
 
 
 @dataclass(frozen=True)

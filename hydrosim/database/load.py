@@ -1,4 +1,4 @@
-"""`load`: reads and checks a database file."""
+"""Database files: `load` reads and checks one, `write` writes one."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _head(file: Path) -> bytes:
         raise InputError(f"{file}: cannot be read ({error.strerror}).") from None
 
 
-# Write a database; the suffix of the file selects the format.
+# `write`: the suffix of the file selects the format.
 
 WRITERS: dict[str, Callable[[HydroDatabase, Path], None]] = {
     ".nc": netcdf.write,

@@ -1,4 +1,4 @@
-"""Damping of a body beyond radiation: linear, with the squared velocity, and of roll.
+"""Damping of a body beyond radiation: linear, and with the squared velocity.
 
 Linear damping of a body, in its own axes: damping beyond radiation, in a linear form.
 
@@ -15,7 +15,7 @@ other elements do not count.
 
 Booked as dissipation, v^T C u in sum; negative while a current drives the body. Limits: damping in
 proportion to the velocity is a fit to one amplitude (Himeno 1981, for roll); see
-`quadratic_damping`.
+`QuadraticDamping`.
 
 Quadratic damping of a body, in its own axes: drag and eddies, where flow separates.
 

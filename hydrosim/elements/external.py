@@ -1,6 +1,4 @@
-"""Forces that other programs and functions of the user give.
-
-External force: a function of the user gives the wrench on a body, or on several.
+"""External forces: wrenches that functions of the user or other programs give on bodies.
 
     F = f(t, motion of all bodies)
 
@@ -49,7 +47,7 @@ from hydrosim.jit.outside import call_python, register
 from hydrosim.multibody.tree import record_angles
 from hydrosim.scene import ForceElement, Scene
 
-# What a function of the user sees of the bodies.
+# State of the bodies that a function of the user sees.
 
 ORIGIN = (0.0, 0.0, 0.0)
 
@@ -123,7 +121,7 @@ def body_states(
     }
 
 
-# Call of a function of the user, for the kernels: what it is given, and what it may return.
+# Call of a function of the user from kernels, with checks of what it returns.
 
 Function = Callable[[float, Mapping[str, BodyState]], ArrayLike]
 """f(t, state): wrench (6,) [N, N m], or (k, 6) for k bodies, at the time t [s]."""

@@ -1,4 +1,6 @@
-"""Hydrostatic restoring force, linear about the position at rest.
+"""Hydrostatics of bodies: linear restoring force, buoyancy of closed hulls, and weight.
+
+Hydrostatic restoring force, linear about the position at rest.
 
     Q = -C q,   F = S^-T Q
 
@@ -22,8 +24,8 @@ becomes wet.
 
 If weight is balanced at rest, U includes the weight of the water displaced there, rho g V_0 (z + n
 . p). Point p is above the centre of buoyancy at the height of the centre of gravity. A body that
-carries its weight has m g in a row of its own (`weight`). Limits: a heel of less than 85 deg; the
-pressure is that of still water.
+carries its weight has m g in a row of its own (`add_weight`). Limits: a heel of less than 85 deg;
+the pressure is that of still water.
 
 Weight: m g at the centre of gravity, for bodies that carry it themselves.
 

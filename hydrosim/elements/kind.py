@@ -1,11 +1,11 @@
-"""Kinds of units (contact points, springs, pins, flows, ...) for set-up and output.
+"""Kinds of units (contact points, springs, flows, ...): layout of arrays, mode sets, output.
 
 All code outside `hydrosim.elements` loops over kinds and names none. Kernels do not use kinds: they
 are plain functions of the compiled constants, called one by one in `hydrosim.elements` and
 `hydrosim.elements.events`. A kind has no state and returns data alone.
 
 Properties of few kinds have small protocols of their own: `ResetsOnRestart`, `HasMirrorSymmetry`,
-`HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`; `hydrosim.elements.kind`.
+`HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hydrosim.water.current import TabulatedCurrent
     from hydrosim.water.wind import MeanWind
 
-# Data for every force element when a scene is compiled: indices into the arrays.
+# Layout: indices into the arrays, for every element when a scene is compiled.
 
 HYDROSTATIC, RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER = range(4)
 BODY_ROWS = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order")
@@ -430,10 +430,7 @@ class CanFail(Protocol):
         """The units whose force is not defined in these ``modes`` (n, 3), each with the reason."""
 
 
-# Modes of units in which a scene is linearised to find its largest stiffness.
-#
-# `hydrosim.linear.stability` analyses all units of each kind in one mode, for each of its modes,
-# and single units in a mode while the other units rest.
+# Sets of modes in which `hydrosim.linear.stability` linearises a scene.
 
 LINEARISATION_DEPTH = (
     0.01  # m: the compression beyond the start of a piece at which units are linearised

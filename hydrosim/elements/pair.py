@@ -1,4 +1,4 @@
-"""A body and another body, or the earth: the line between two points, and the relative rotation."""
+"""A body relative to another, the earth or a stream: lines between points, rotation, velocity."""
 
 from __future__ import annotations
 
@@ -116,10 +116,7 @@ def apply_tension(line, s, T, wrench):
         add_wrench(line.anchor_body, reaction, cross(s.anchor_arm, reaction), wrench)
 
 
-# Velocity of a body through a stream, in the body's axes, and a wrench given in these axes.
-#
-# A stream is the flow of water (current) or air (wind) along the horizontal. The current on a body
-# is the mean over its draught.
+# Velocity of a body through a stream of water or air, and a wrench, both in the body's axes.
 
 
 def current_on(body: str, layout: Layout) -> tuple[float, float]:

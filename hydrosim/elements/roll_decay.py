@@ -2,9 +2,9 @@
 
 Damping of a decaying roll, fitted to whole records, with 90 % intervals.
 
-Least squares of the recorded roll about the solution of `equation`, all records together: p1, p2,
-p3, the natural frequency and a cubic restoring are common; each record has its own start, mean and
-noise (`problem`). Intervals have quantiles of Student's t.
+Least squares of the recorded roll about the solution of `solve`, all records together: p1, p2, p3,
+the natural frequency and a cubic restoring are common; each record has its own start, mean and
+noise (`DecayProblem`). Intervals have quantiles of Student's t.
 
 A record may not tell p1, p2 and p3 apart: an interval holds zero, or a value is negative. Terms for
 use are those of the smallest squares with none below zero.

@@ -1,8 +1,8 @@
-"""Triggers: start and end of the action of elements, pumps and joints.
+"""Triggers: start and end of the action of elements, pumps and joints, and channels they watch.
 
 A trigger waits for its ``start``, acts, waits for its ``end`` and acts no more. Each is a time, or
-a condition that a channel has been above or below a value for a duration
-(`hydrosim.elements.trigger`). Both are events. A start or an end does not occur twice.
+a condition that a channel has been above or below a value for a duration. Both are events. A start
+or an end does not occur twice.
 
 When a contact becomes active, it is in contact at once if it is pressed, with its friction
 unloaded. A line becomes as taut as its length gives. Their stored energy then comes from outside,

@@ -1,4 +1,6 @@
-"""Roll damping of a barge with sharp corners, after Ikeda.
+"""Viscous roll damping of bodies: from decay tests, or of sharp barges after Ikeda.
+
+Roll damping of a barge with sharp corners, after Ikeda.
 
 Eddies at the corners (Ikeda, Fujiwara and Katayama 1993, ISOPE; in ITTC 7.5-02-07-04.5) take, at a
 roll amplitude R0 and frequency w, the equivalent linear damping

@@ -1,4 +1,4 @@
-"""Versions of packages and digests of sources: which program computed a result.
+"""Cache of the program on disk, versions of packages and digests of sources.
 
 Folder for everything that hydrosim can compute again.
 

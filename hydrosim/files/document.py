@@ -1,5 +1,6 @@
-"""A document: what a result says, as a list of nodes. Renderers add no words of their own.
+"""Documents, what results say as lists of nodes, and how terminals and notebooks show them.
 
+Renderers add no words of their own.
 Its `Units` say in which unit a value is read. So one document gives the same figures on the
 terminal, on a page and in a notebook.
 """
@@ -38,7 +39,7 @@ from hydrosim.files.document_nodes import (
     warnings,
 )
 
-# A document in a notebook: a fragment of HTML, in which every text is shown as it is.
+# Notebooks: a fragment of HTML, in which every text is shown as it is.
 
 
 def html_of(document: DocumentContents) -> str:
@@ -91,7 +92,7 @@ def _table(node: Table, units: Units) -> str:
     return f"<table>{caption}<thead><tr>{top}</tr></thead><tbody>{''.join(body)}</tbody></table>"
 
 
-# A document on a terminal: tables by rich, lines of text as they are, no figures.
+# Terminals: tables by rich, lines of text as they are, no figures.
 
 OUTCOME_MARKS = {Outcome.GOOD: "ok", Outcome.WARNING: "warning", Outcome.BAD: "failed"}
 MARK_WIDTH = len("warning") + 2  # of a mark with the room after it

@@ -11,8 +11,6 @@ from typing import NamedTuple
 from hydrosim.files.display_units import Units
 from hydrosim.files.document_nodes import Between, Cell, Sentence, Table, Value
 
-# Numbers in readable form.
-
 
 def digits_of(value: float, digits: int = 4) -> str:
     """A number with this many significant digits, without powers of ten where it is readable
@@ -22,7 +20,7 @@ def digits_of(value: float, digits: int = 4) -> str:
     return f"{value:.{digits}g}"
 
 
-# Values of a study in words, and letters for those that are long.
+# Values of a study in words; long ones get letters.
 
 
 def value_text(value: object) -> str:

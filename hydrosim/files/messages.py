@@ -1,4 +1,4 @@
-"""Messages that a person can act on, from pydantic's errors: "found X; expected Y; remedy".
+"""Validation of files with messages to act on: "found X; expected Y; remedy", and suggestions.
 
 One mistake gives one message. An unknown key is matched with the missing key beside it. A mapping
 with many unknown keys gives one message.
@@ -19,7 +19,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.units import Quantity, value_text
 from hydrosim.files.yaml_nodes import empty_keys, locate_value, place_text, plain_values, with_hint
 
-# Suggestions for an unknown word: a synonym, other capitals, a typing error.
+# Suggestions for an unknown word: synonyms, capitals, typing errors.
 
 MIN_SIMILARITY = 0.7  # similarity of words, 0 to 1: below it no word is suggested
 SYNONYMS = {
@@ -354,8 +354,7 @@ def _value_at(data: Any, keys: Keys) -> Any:
     return data
 
 
-# `validate_document` reads a YAML file as a pydantic model, or raises an error about every mistake
-# in it.
+# `validate_document`: a YAML file as a pydantic model, or an error about every mistake.
 
 M = TypeVar("M", bound=BaseModel)
 Further = Callable[[M], Iterable[Problem]]

@@ -358,10 +358,7 @@ def _to_disk(path: Path) -> None:
         os.fsync(file.fileno())
 
 
-# Files beside an unfinished result. Files of others among them are never touched.
-#
-# A folder of such files is continued or removed only if each file in it has a name and a mark that
-# this program writes. Links are not followed.
+# Folders beside an unfinished result: removed only if each file has a name and mark of ours.
 
 IsOwn = Callable[[Path], bool]
 """Test whether this program made a path in a folder."""

@@ -1,4 +1,4 @@
-"""Types of the case file's models: quantities, and their vectors and matrices."""
+"""Types of models of files: quantities, vectors and matrices of them, and keys of meshes."""
 
 from __future__ import annotations
 
@@ -380,7 +380,7 @@ Angles = Annotated[tuple[Angle, ...], RISING]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(from_zero)]
 
 
-# Keys of a mesh file: the transformation of its coordinates to the database's frame.
+# Keys of a mesh file: transformation of its coordinates to the database's frame.
 
 Scale = Annotated[float, Quantity("scale", "", "0.001", above=0)]
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]

@@ -1,5 +1,4 @@
-"""Recordings of other programs and tests: `read_recording` reads all formats; `write_recording`
-writes text.
+"""Recordings of other programs and tests: `read_recording` reads all, `write_recording` a text.
 
 `write_recording`: channels of a run as a text table for other programs.
 
@@ -138,7 +137,7 @@ def read_text(source: Source) -> Recording:
 
 # Recordings in MATLAB files up to version 7 (7.3 is HDF5).
 
-# exceptions of scipy about damaged files
+# Exceptions of scipy about damaged files
 _DAMAGE = (
     ArithmeticError,
     EOFError,

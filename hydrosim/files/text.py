@@ -1,4 +1,4 @@
-"""Tables of numbers in text files, and checks of numbers over time.
+"""Files of other programs: tables of numbers in texts, checks of numbers, damaged HDF5, directions.
 
 A text file has one line per time, with numbers separated by commas, semicolons, tabs or blanks.
 Lines before the first that begins with a number are a heading. Lines that begin with #, % or ! are
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     import h5py
     import xarray as xr
 
-# Files to read. Opening a pipe or a device would wait without end, so only plain files are
-# accepted.
+# Files to read: plain ones alone, as a pipe or a device would wait without end.
 
 
 def no_file(path: Path) -> str:
@@ -52,9 +51,7 @@ def no_file(path: Path) -> str:
     return "" if os.access(path, os.R_OK) else "may not be read"
 
 
-# Test whether an HDF5 file is complete. netCDF's library keeps a file open that it fails to read.
-# It may crash the whole process at the next attempt; h5py detects the damage first. A file must be
-# complete by itself: links to other files are refused.
+# Damage of HDF5 files and links out of them, found by h5py: netCDF's library may crash on them.
 
 MAGIC = b"\x89HDF"
 # ns: the times of a file that has just changed may not show the next change
@@ -343,8 +340,7 @@ def _fields(line: str, separator: str | None, count: int) -> list[str]:
     return fields if len(fields) == count else []
 
 
-# Directions in files of other programs: whether waves come from them or go to them, and spectra
-# over directions all around.
+# Directional spectra in files of other programs.
 
 GOING_WORDS = re.compile("to direction|going to|go to|towards?|to which|propagation|oceanographic")
 COMING_WORDS = re.compile("from direction|coming from|come from|from which|meteorological|nautical")

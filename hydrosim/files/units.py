@@ -25,8 +25,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from hydrosim.files.cache import digest_of_sources, store, stored, version_of
 
-# Factors between units, stored on disk: pint and its units take half a second to load, and people
-# write few different units.
+# Factors between units, stored on disk because pint takes half a second to load.
 
 MAX_FACTORS = 1000  # factors in the file
 

@@ -1,4 +1,4 @@
-"""Messages about a text that is not YAML, in plain words, with its line and a remedy.
+"""YAML texts: nodes that know their line, limits on size, places of keys, messages about mistakes.
 
 YAML as nodes that know their line, and their values.
 
@@ -151,8 +151,7 @@ def _of_colon(lines: list[str], at: yaml.Mark) -> tuple[yaml.Mark, str]:
     return _of_column(lines, at)
 
 
-# Limits on the size of a YAML text and on its characters. Nobody writes more by hand, but a
-# program or an attacker may.
+# Limits on the size of a YAML text and on its characters: more is not written by hand.
 
 MOST_TEXT = 250_000  # characters: read in a few seconds
 MOST_VALUES = 100_000  # values, with aliases expanded
@@ -251,7 +250,7 @@ COMMAND_LINE_PREFIX = "--given "
 def compose_nodes(text: str, name: str) -> Node | None:
     """Nodes of a YAML text that messages call ``name``; None if it is empty.
 
-    Raises InputError with the line of text that is not YAML, exceeds a limit (`limits`), or repeats
+    Raises InputError with the line of text that is not YAML, exceeds a limit, or repeats
     a key.
     """
     if excess := too_long(text):
@@ -410,10 +409,7 @@ def _merge_entries(key: ScalarNode, value: Node) -> Iterator[tuple[ScalarNode, N
         yield from node.value
 
 
-# File and line of the keys of a YAML file, for messages that name a key after the file was read.
-#
-# Messages name a key such as "bodies.barge.mass". Code that computes knows keys, not files. The
-# code that read the file adds the place once, where a message leaves the program.
+# File and line of the keys of a YAML file, added once where a message leaves the program.
 
 Places = Mapping[str, str]
 """``file:line`` by dotted key, "environment.waves.0.seed"."""

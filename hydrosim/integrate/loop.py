@@ -2,7 +2,7 @@
 
 A step from t to t + h is one step of the method unless a contact mode ends inside it or a table has
 a corner there. Then the step is cut at the located end of the mode. The method itself computes the
-state there, the mode switches, and the rest of the step follows (see `crossing`).
+state there, the mode switches, and the rest of the step follows (see `event_location`).
 """
 
 from __future__ import annotations

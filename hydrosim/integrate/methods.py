@@ -1,11 +1,11 @@
-"""Runge-Kutta steps and the cubic interpolant of a step.
+"""Time stepping without physics: Runge-Kutta methods, error control, event location, Newton stages.
 
 A method is a `Tableau`; a step of length h from (t, y) is
 
     Y_i = y + h sum_{j<i} a_ij k_j,   k_i = f(t + c_i h, Y_i + h a_ii k_i)
     y_new = y + h sum_i b_i k_i
 
-where a_ii = 0 for explicit methods; otherwise `implicit` finds k_i.
+where a_ii = 0 for explicit methods; otherwise `newton_iteration` finds k_i.
 
 The caller evaluates f, because kernels that take functions cannot be cached on disk. So the loop
 over the stages stands beside the equation that it integrates (`hydrosim.integrate.step`, or a
@@ -146,10 +146,7 @@ def hermite(theta, h, y0, f0, y1, f1, out):
         out[m] = y0[m] + a * (y1[m] - y0[m]) + b0 * f0[m] + b1 * f1[m]
 
 
-# A method of time integration and its properties.
-#
-# Kernels receive its `Tableau`, arrays and numbers; all other code asks a `IntegrationMethod`. A
-# method that needs more than a tableau, such as an exponential one, is a subclass.
+# Methods and their properties: kernels receive the `Tableau`, other code an `IntegrationMethod`.
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,9 +247,8 @@ DOPRI5 = method_of(
 )
 
 
-# ARK4(3)6L[2]SA, the implicit part (Kennedy & Carpenter 2003, appendix C). It has order 4, is
-# L-stable and stiffly accurate, and has stages of order 2, the first explicit. For stiff friction
-# and stiff steel.
+# Implicit part of ARK4(3)6L[2]SA (Kennedy & Carpenter 2003, appendix C): order 4, L-stable, stages
+# of order 2. For stiff friction and stiff steel.
 
 GAMMA = 1 / 4
 ESDIRK4_WEIGHTS = [82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, GAMMA]
@@ -281,7 +277,7 @@ ESDIRK4 = method_of(
 )
 
 
-# Time stepping without physics: methods as tableaux, stages, error control, event location.
+# Methods by name.
 
 METHODS = {method.name: method for method in (RK2, HEUN, RK4, DOPRI5, ESDIRK4)}
 

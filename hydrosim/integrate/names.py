@@ -1,4 +1,4 @@
-"""Names of array entries: rows of forces, coordinates, contact points, springs, pins.
+"""Names of array entries (forces, coordinates, contact points, ...), and layout of the state y.
 
 Layout of the state y: the meaning of every entry, in one table.
 

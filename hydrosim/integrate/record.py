@@ -1,4 +1,4 @@
-"""The values of a run that are recorded at every output time.
+"""The values of a run that are recorded at every output time, and loads in joints of trees.
 
 Loads in the joints of trees, from Newton's law for what each of them carries.
 

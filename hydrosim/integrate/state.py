@@ -1,4 +1,4 @@
-"""Data of a run: its constants, its state, its record and the scratch of its steps.
+"""Data of a run: its constants, clock, state, record and the scratch of its steps.
 
 A `Run` holds all of them, and every kernel of this folder takes it.
 

@@ -1,4 +1,4 @@
-"""The equilibrium of a scene, without stepping to it.
+"""The equilibrium of a scene, without stepping to it, and linear models of contacts pressed there.
 
 It has zero velocities, no first-order waves and no friction. With friction there is a continuum of
 equilibria, and a run's history determines which one it ends in. In the free coordinates q the

@@ -1,10 +1,10 @@
-"""The linearisation of a scene: responses to harmonic loads, and the basis of its modes.
+"""The linearisation of a scene: free coordinates, constraints, components, and a test of linearity.
 
 About a state y0 with fixed contact modes, the mechanical, radiation and stretch states z obey z' =
 J z + G F. J is the derivative of the right hand side by central differences (exact except for
 rounding where the scene is linear). G is the inverse inertia in the rows of the velocities.
 
-With constraints J includes the reactions, and only allowed motions count: see `freedom`. D(w) is
+With constraints J includes the reactions, and only allowed motions count: see `Freedom`. D(w) is
 the stiffness without changes of these reactions; reactions at rest turn with the bodies: D q = F +
 J^T lambda.
 
@@ -201,10 +201,7 @@ def find_constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.n
     return work.constraints.J[: work.constraints.number[0]].copy()
 
 
-# Connected components of a linear system: parts without coupling, each solved by itself.
-#
-# Work on a whole system grows with the cube of its size, work on its parts with their number. Only
-# an exact zero counts as no coupling, so that no weak line is left out.
+# Components of a linear system without coupling: only an exact zero counts as none.
 
 
 def find_components(coupled: np.ndarray) -> list[np.ndarray]:

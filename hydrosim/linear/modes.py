@@ -1,5 +1,4 @@
-"""Natural modes of a linearised scene: periods, damping, shapes, and the body and coordinate that
-move.
+"""Natural modes of a linearised scene, and the effect of a change of a radiation force on motions.
 
 A natural mode is a motion in which stiffness balances inertia: det(K - w^2 (M + A(w))) = 0. Its
 free decay is the eigenvalue of J in which it has the largest participation factor, in the
@@ -9,7 +8,7 @@ confused.
 A mode without stiffness is free: it has no period, and drifts. With constraints, K, M and shapes
 belong to the allowed motions.
 
-Effect of a change of a radiation force on motions, without a run: Z v = F for harmonic motions.
+Effect of a change of a radiation force, without a run: Z v = F for harmonic motions.
 
 Z(s) = s (M + A_inf) + D + C / s + K^(s), s = i w, all other forces linearised at the start. An
 additional force dZ v changes v by -Z^-1 dZ v. Coordinates are scaled by the roots of their

@@ -1,4 +1,6 @@
-"""The largest stable step of a scene, before it is run.
+"""The largest stable and the largest accurate step of a scene, before it is run.
+
+The largest stable step.
 
 A method with stability function R damps a mode of eigenvalue lambda only while |R(h lambda)| <= 1
 (Hairer & Wanner 1996, IV.2). The scene is linearised in several postures: all contact points open,
@@ -11,7 +13,7 @@ each of them will oscillate or diverge. Growth by less than a thousandth per per
 counts as an error, not as an instability. Otherwise no second-order method could integrate an
 undamped mode.
 
-The largest accurate step, in addition to the largest stable one.
+The largest accurate step.
 
 A method with stability function R solves, instead of y' = lambda y, in steps of h exactly
 

@@ -1,5 +1,7 @@
-"""The heading axes of a body: through its centre of gravity, z up, turned from the earth's axes by
-psi. This is its heading at rest plus its yaw.
+"""The heading axes of bodies, and added mass that turns with them.
+
+Heading axes go through the centre of gravity, z up, turned from the earth's axes by psi. This is
+the heading at rest plus the yaw.
 
     x_heading = P^T x_earth,   P = Rz(psi),   P' = psi' J P,   J = e_z x
 
@@ -18,7 +20,7 @@ The water that a body sets in motion has the kinetic energy
 
     T = w^T A(psi) w / 2,   A(psi) = P A P^T,   w = v - U
 
-P: from the heading axes of each body to the earth's (`heading`); U: the current on each body.
+P: from the heading axes of each body to the earth's; U: the current on each body.
 Lagrange's equations in w give the force on the bodies: force p', moment G' - omega x G, and
 -dT/dpsi on psi. (Lamb 1932, art. 124 has them for axes fixed in a body.) With the momentum
 (p, G) = A(psi) w,

@@ -51,7 +51,7 @@ BODY = np.dtype(
 """Constants of a body: mass, and inertia about the centre of gravity in the body frame. Position of
 the centre of gravity at rest in the earth frame, and heading at rest, from which yaw counts.
 Density times the second moments of the free surfaces of its contents. Values are those at the start
-if contents change (`rigid.contents`)."""
+if contents change (`multibody.mass`)."""
 
 
 class Bodies(NamedTuple):
@@ -325,9 +325,7 @@ def acceleration_map(bodies, motion, M, H):
             H[i, j] = M[active[i], active[j]]
 
 
-# Free coordinates of bodies and joints: what each is, and how bodies move with them.
-#
-# The coordinates of bodies come first, then those of joints (`Bodies.active`).
+# Free coordinates: those of bodies come first, then those of joints (`Bodies.active`).
 
 
 def own_coordinates(bodies: Bodies) -> np.ndarray:

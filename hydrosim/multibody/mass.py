@@ -1,4 +1,4 @@
-"""Mass: the matrix in the earth frame, its Cholesky factor, and the kinetic energy.
+"""Mass: contents of bodies, matrix in the earth frame, kinetic energy, accelerations from forces.
 
 Accelerations from forces without constraints: (M + A) v' = F in two small steps.
 
@@ -14,7 +14,7 @@ and added mass:
 (the Schur complement of M_tt). a: angles, omega' = E a'' + b, see `kinematics`. With small angles
 rotations have constant inertia like translations: all coordinates are t, and y is the answer.
 Locked coordinates have no rows here. If rigid friction holds points, the whole of S^T (M + A) S is
-factored instead (`mass`).
+factored instead (`mass_matrix`).
 """
 
 from __future__ import annotations
@@ -31,9 +31,7 @@ from hydrosim.multibody.vectors import add, cross, dot, matvec, product, sub, ve
 if TYPE_CHECKING:
     from hydrosim.multibody.kinematics import Bodies
 
-# Contents of the bodies at a time: mass and its first and second moments about the body's origin.
-#
-# Fluids move rigidly with the body, except that their free surfaces may stay level.
+# Contents of bodies at a time: mass and moments; fluids move rigidly, but surfaces may be level.
 
 
 class Contents(NamedTuple):

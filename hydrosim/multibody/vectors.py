@@ -1,5 +1,6 @@
-"""Vectors of two, three and six, and quaternions, as tuples: no allocation, and formulas that read
-like formulas.
+"""Vectors of two, three and six, quaternions, and differences of attitudes.
+
+Vectors are tuples: no allocation, and formulas that read like formulas.
 
 Unit quaternions (q0, q1, q2, q3), scalar first, are rotations R(q), with R(a b) = R(a) R(b).
 """
@@ -168,7 +169,7 @@ def _third_coefficient(vector):
     return (1.0 - half / tan(half)) / square
 
 
-# Differences of attitudes that are given as roll, pitch and yaw, for many times at once.
+# Differences of attitudes (roll, pitch, yaw) at many times.
 
 
 def rotation_vectors(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""`report_of`: document of a result of any kind."""
+"""Reports and replays of results: `report_of` gives the document of a result of any kind."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
 from hydrosim.results.validation import check_result
 from hydrosim.scene import Scene
 
-# Section of a report: the lines of evidence about what the scene of a run uses.
+# Evidence about what the scene of a run uses.
 
 EVIDENCE_COLUMNS = ("claim", "against", "kind", "error", "limit")
 EVIDENCE_NOTE = (
@@ -94,7 +94,7 @@ def _row(line: EvidenceLine) -> list[Cell]:
     return [line.claim, line.against, line.kind.value, *figures]
 
 
-# Report of a run: events, figures, series, energy, assumptions, and evidence.
+# Report of a run: events, figures, series, energy, assumptions, evidence.
 
 REQUIRED_COORDINATES = ("time", "body", "dof")
 

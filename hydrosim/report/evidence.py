@@ -50,7 +50,7 @@ from hydrosim.scene import (
     Weight,
 )
 
-# Features of scenes that evidence is about, and the features that a scene uses.
+# Features of scenes that evidence is about.
 
 
 class Feature(StrEnum):
@@ -226,8 +226,7 @@ OF_RUNS: Mapping[Feature, Callable[[Mapping[str, object]], bool]] = {
 """Features of solutions, and whether the attributes of a run tell them."""
 
 
-# Lines of evidence that come with the program. ``python -m benchmarks --keep evidence`` writes
-# them from what tests measure.
+# Lines of evidence, which ``python -m benchmarks --keep evidence`` writes from tests.
 
 FILE = Path(__file__).with_name("evidence.json")
 

@@ -1,4 +1,4 @@
-"""Scenery of a replay, from the case of a run: hulls, contacts, planes, lines, waves."""
+"""Scenery of a replay, from the case of a run: hulls, contacts, lines, supports, tanks, waves."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def _select_components(waves: WaveComponents, these: np.ndarray) -> WaveComponen
     return replace(waves, **{name: getattr(waves, name)[these] for name in names})
 
 
-# Catenaries of a scene in pictures: their shapes at rest, and at the moments of a run.
+# Catenaries: shapes at rest, and at the moments of a run.
 
 POINTS_PER_LINE = 41  # of a line at rest
 POINTS_PER_REPLAY_LINE = 13  # of a line in a replay
@@ -277,10 +277,7 @@ def _pieces(line: Catenary, t: float) -> np.ndarray:
     return pieces
 
 
-# Supports of landings in a replay: arms from its points to their body, columns under its seats.
-#
-# Both are for illustration: a case has positions, not shapes. They have the colour of the contact's
-# mode, more intense with a larger force.
+# Supports of landings, for illustration: arms to their body, columns under their seats.
 
 ARM_HALF_SIDE = 0.008  # of the size of the scene: half the side of an arm or a column
 COLUMN_DEPTH = 0.15
@@ -359,7 +356,7 @@ def _nearest_in_bounding_box(triangles: np.ndarray, point: np.ndarray) -> np.nda
     return np.clip(point, corners.min(axis=0), corners.max(axis=0))
 
 
-# Tanks in a replay: boxes on their bodies, filled to their level at each moment.
+# Tanks: boxes on their bodies, filled to their level at each moment.
 
 TANKS_NOTE = (
     "Tanks are drawn as boxes, filled to their levels; hulls are translucent. A mesh tank is the"

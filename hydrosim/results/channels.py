@@ -1,4 +1,4 @@
-"""Channels of a run, ``VARIABLE.SELECTION.SELECTION``, and their selection by name.
+"""Channels of a run by name, ``VARIABLE.SELECTION.SELECTION``, reduced or grouped for pictures.
 
 Every variable recorded over time gives channels (`hydrosim.files.series`):
 "position.barge.surge", "fender_normal_force.interface 1", "clearance.to_leg", "wave_elevation".
@@ -347,7 +347,7 @@ NEEDS = {
 """Remedy: keys of a case that give a run the channels of a kind."""
 
 
-# Smallest and largest values of intervals of a series, for pictures of long series.
+# Envelopes of long series, for pictures.
 
 
 def interval_envelope(x: np.ndarray, size: int) -> np.ndarray:

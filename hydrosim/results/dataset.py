@@ -1,4 +1,4 @@
-"""Datasets that share coordinates with earlier datasets, and their comparison.
+"""Datasets that share coordinates with earlier ones, and the netCDF files of runs.
 
 xarray takes longer to index names or times than to build the rest of a small dataset. Runs of one
 study have the same coordinates, so indexes are kept and used again.
@@ -68,7 +68,7 @@ def _cached_coordinates(indexes: bytes) -> xr.Coordinates:
     return xr.Dataset(coords=pickle.loads(indexes)).coords
 
 
-# netCDF file of a run: written completely, and read only if it is the result of a run.
+# netCDF files of runs: written completely, and read only if they are results of runs.
 
 RUN_VARIABLES = ("position", "wave_elevation", "energy_kinetic", "energy_residual")
 FORMAT, LATEST = "hydrosim run", 2

@@ -1,4 +1,4 @@
-"""Journal of the complete runs of a study on the disk, so that a killed study can continue.
+"""Journal of a study's complete runs on disk, to continue a killed study or read an unfinished one.
 
 A journal has three files in a folder beside the unfinished `result.nc`. `known.nc` has the data of
 all runs that are known before the first run. `first.nc` is the first complete run; it defines the

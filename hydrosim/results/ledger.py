@@ -1,4 +1,4 @@
-"""Check of the energy balance: the residual of a run, and whether it is too large.
+"""Errors of a run in its dataset: the residual of its energy balance, and its measured error.
 
     residual(t) = kinetic + stored - work + dissipated,   since the start
 

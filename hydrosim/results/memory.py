@@ -1,6 +1,6 @@
-"""Velocity history of a convolution in the dataset of a run, see
-`hydrosim.water.radiation.history`.
+"""Named points and the velocity history of a convolution, in the dataset of a run.
 
+For the history see `hydrosim.water.radiation.history`.
 The stored history ends at the last step but one. A continued run computes the node at its start
 anew.
 """

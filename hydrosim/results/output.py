@@ -1,4 +1,4 @@
-"""Dataset of a run, from its record.
+"""Dataset of a run, from its record, with impulses and works of forces.
 
 Dimensions: time, body, dof, fender (contact points), spring, probe, axis. Wrenches are (force,
 moment about the centre of gravity) in the earth frame. Energies are relative to the start:

@@ -1,4 +1,6 @@
-"""Phases of an operation that begins free and ends held by friction, from the contact history.
+"""Phases and stages of groups of contacts, from the contact history.
+
+Phases of an operation that begins free and ends held by friction.
 
 Contacts of one element form a group. Each group has its own phases, so a fender that is always in
 contact hides no operation at another element.

@@ -1,8 +1,8 @@
-"""Checkpoints: the state of an unfinished run on the disk. A killed run continues from there to the
-same numbers, to the bit.
+"""Checkpoints of unfinished runs, digests, origin of their numbers, the case that repeats a run.
 
-All data that change in a run are in its arrays; a checkpoint is a copy of them. It is valid only
-for one model, start and program, which it identifies by digests.
+A killed run continues from its checkpoint to the same numbers, to the bit. All data that change in
+a run are in its arrays; a checkpoint is a copy of them. It is valid only for one model, start and
+program, which it identifies by digests.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.scene import Scene
 
-# `digest`: a checksum of all data in a model or a scene, which changes with any bit.
+# `digest`: a checksum of all data in a model or a scene.
 
 IGNORED_FIELDS = {"title", "source", "places"}  # of a scene: they change no number
 
@@ -277,7 +277,7 @@ def _changes(before: str, now: str) -> str:
     return f" Differences of the case: {told}." if told else ""
 
 
-# Attributes of a run on the origin of its numbers.
+# Origin of the numbers of a run, as attributes.
 
 
 def _longest_ramp(scene: Scene) -> float:

@@ -1,4 +1,4 @@
-"""Error of a run, measured by a companion run (`hydrosim.run.error_estimate`).
+"""Error of a run, measured by a companion run; runs are repeated until they are accurate enough.
 
 For a method of order p and a companion whose steps are r times as long, the error of the run is
 d / |r^p - 1|, with the distance d of the two (Richardson 1911). With an adaptive method r^p is the

@@ -1,4 +1,4 @@
-"""Message of a run that cannot continue: time, reason, element and remedy.
+"""Runs that cannot continue: message with reason and remedy, and a test for energy from nowhere.
 
 Test whether the motions of a run hold more energy than any source can have given.
 

@@ -1,4 +1,4 @@
-"""Stability of the step of a scene, and alternatives to an unstable step."""
+"""Stability and accuracy of the step of a scene, and alternatives to an unstable step."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.integrate.state import Record
 
-# Accuracy of the step of a scene: modes that a run excites and that its method does not
-# resolve.
+# Accuracy of the step: modes that a run excites and that its method does not resolve.
 
 MAX_MOTION_ERROR = 1e-3  # of the range of a motion: an error that is worth a warning
 MAX_FADING, FADING_ERROR_RATIO = 0.1, 8.0
@@ -57,7 +56,7 @@ class StepNeed(NamedTuple):
 def scene_combinations(
     compiled: Compiled, each_alone: bool = False, watch: Watch = without_progress
 ) -> list[Combination]:
-    """Combinations of contacts for which a scene is linearised, see `stability`."""
+    """Combinations of contacts for which a scene is linearised, see `linear.stability`."""
     return combinations(compiled.scene, compiled.model, compiled.state, each_alone, watch)
 
 
@@ -66,7 +65,7 @@ def scene_vibrations(
     compiled: Compiled, mode_combinations: Sequence[Combination], error: float = MAX_MOTION_ERROR
 ) -> tuple[Vibration, ...]:
     """Vibrations in the ``mode_combinations`` with an error of more than ``error`` of
-    their amplitude at the step of the scene, see `accuracy`."""
+    their amplitude at the step of the scene, see `linear.stability`."""
     scene = compiled.scene
     of = (scene.duration, scene.solver.step, error)
     return tuple(

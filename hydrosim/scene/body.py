@@ -1,4 +1,4 @@
-"""A rigid body and its wave loads."""
+"""A rigid body, its wave loads, and its tanks and pumps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Waves, current, wind and water."""
+"""Environment of a scene: spectra and seas, current, wind, gusts and water."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hydrodynamics of a body: databases, coefficients, hulls, families over the draught."""
+"""Hydrodynamics of a body: memory, databases, given data, coefficients, hulls, families."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ BY_NAME: Mapping[RadiationModel, Radiation | None] = {
 }
 
 
-# Data that a file does not hold and its user knows.
+# Data of a user that a file lacks.
 
 # In a database's attribute ``assumed``: reference points at the program's default, or unknown.
 ORIGIN_ASSUMED = "reference points at the origin"

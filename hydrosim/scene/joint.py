@@ -1,4 +1,4 @@
-"""Joints between bodies, or of a body to the earth.
+"""Joints between bodies, or of a body to the earth, and their arrangement in trees.
 
 A joint leaves some relative motions free. `MOTIONS` lists them for each type: this table is all
 that a new type needs here.

@@ -1,4 +1,4 @@
-"""The whole scene, its start, and the questions that its user has answered."""
+"""The whole scene: solver, start, answered questions, and its trees of joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hydrosim.scene.joint import Arrangement, Joint, arrange_joints
 if TYPE_CHECKING:
     import xarray as xr
 
-# Integration: method, step, tolerance, and simplifications of a scene.
+# Solver: method, step, tolerance, and simplifications of a scene.
 
 
 class Method(StrEnum):
@@ -226,7 +226,7 @@ class Scene:
         return arrange_joints(self.joints, [body.name for body in self.bodies])
 
 
-# Questions about the trees of joints of a scene, see `hydrosim.scene.joint`.
+# Trees of joints, see `hydrosim.scene.joint`.
 
 
 def arrangement(scene: Scene) -> Arrangement:

@@ -1,4 +1,6 @@
-"""Figures of a run: one number each, a statistic of a channel over the whole run or in one phase.
+"""Figures of a run, one number each, mean forces from impulses, and criteria for figures.
+
+A figure is a statistic of a channel over the whole run or in one phase:
 
     end, change             the last value; the last minus the first
     end_absolute            magnitude of the last value, of a position from the place at rest
@@ -231,10 +233,7 @@ def _times(run: xr.Dataset, figure: ScalarResult) -> np.ndarray:
     return np.asarray(late & np.any(phases == PHASES_BY_NAME[figure.phase], axis=1))
 
 
-# Criteria of runs: the value that is held against each limit, in one run or over a study.
-#
-# A value that a run never comes to, such as that of a phase that is not reached, keeps its limit. A
-# stage that a run does not reach is later than any limit.
+# Criteria: a phase that is not reached keeps its limit; such a stage is later than any limit.
 
 NO_COMPLETE_RUN = "no run is complete"
 

@@ -1,9 +1,11 @@
-"""A record as a Gaussian process m + s z(t), clipped at its smallest value if it often stays there.
+"""Gaussian processes: fit to a record, crossings of levels, impacts, probability to stay in limits.
+
+A record is m + s z(t), clipped at its smallest value if it often stays there.
 
 m and s maximise the likelihood of the values; clipped values count with the probability of being
 below (Tobin 1958, Econometrica 26). Without clipping they are mean and standard deviation. The
-value that is exceeded once on average is m + s u. The level u comes from
-`hydrosim.statistics.gaussian`, which uses the largest values of many windows.
+value that is exceeded once on average is m + s u. The level u comes from the largest values of many
+windows (`crossings`).
 
 Scores are derivatives of the log likelihood by m, s and the third and fourth Hermite moments. A
 value contributes He_k(z), a clipped value -phi(z0) He_(k-1)(z0) / Phi(z0). The errors of the
@@ -51,9 +53,9 @@ motion stays within its limits with the probability
     p = b exp(-g / b),     g = c (1 - exp(-e / c)),     b = 1 - exp(-u^2 / 2),
 
 c is the mean number of crossings of any limit. e is the mean number of upcrossings of the nearest
-limit u by the envelope. Statistics of runs count groups in the same way
-(`hydrosim.statistics.gaussian`), from the record instead of the spectrum. Levels are at most 0.5 %
-low, and 3.5 % high for a narrow band such as a roll of 1 % damping.
+limit u by the envelope. Statistics of runs count groups in the same way (`crossings`), from the
+record instead of the spectrum. Levels are at most 0.5 % low, and 3.5 % high for a narrow band such
+as a roll of 1 % damping.
 """
 
 from __future__ import annotations

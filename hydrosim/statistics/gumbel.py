@@ -1,4 +1,6 @@
-"""Gumbel's law of the largest value, fitted to maxima by maximum likelihood, with intervals.
+"""Laws of largest values: Gumbel's, fitted with intervals, and order statistics without a law.
+
+Gumbel's law is fitted to maxima by maximum likelihood:
 
     P(largest <= x) = exp(-exp(-(x - a) / b))
 
@@ -173,7 +175,7 @@ def _reduced_variate(probability: np.ndarray) -> np.ndarray:
     return np.asarray(-np.log(-np.log(probability)))
 
 
-# values whose smallest and largest contain another one with `INTERVAL_PROBABILITY`
+# Count of values whose smallest and largest contain another one with `INTERVAL_PROBABILITY`.
 VALUES_FOR_INTERVAL = 19
 COUNT_ROUNDING = 1e-9
 

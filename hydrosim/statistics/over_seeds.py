@@ -1,4 +1,4 @@
-"""Extremes over seeds: the most probable extreme of a run, and P90, with their intervals.
+"""Extremes over seeds with intervals (most probable, P90), ends of channels, and tables of studies.
 
 Maxima that follow Gumbel's law are told by it. Others are told by their order: maxima of several
 kinds (with and without an impact), or that something holds, follow no law of extremes.
@@ -38,7 +38,7 @@ from hydrosim.statistics.gumbel import (
 from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
 from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, NAMED_CHANNELS
 
-# The smallest and the largest value of each run of a study, of every channel in its file.
+# Ends: smallest and largest value of every channel in each run of a study.
 
 UNIT_DIMS = ("fender", "spring", "line", "winch", "compensator")
 """Dimensions of what pushes or pulls, whose forces have statistics."""

@@ -1,5 +1,6 @@
-"""Results of a run that are no channel over time: of the stages of its contacts, and of why it
-moved. A study may ask for any of them by name, as a figure or as a criterion.
+"""Results of a run that are no channel over time: contact statistics, stages, causes of motion.
+
+A study may ask for results by name, as a figure or as a criterion.
 
     {result: recontact_force, group: legs}
     {result: time, stage: separated, group: legs}
@@ -29,7 +30,7 @@ from hydrosim.statistics.explain import (
     explain_run,
 )
 
-# Statistics of contact and friction in a run: time in each mode, slip, crawl by phase.
+# Contact and friction in a run: time in each mode, slip, crawl by phase.
 
 AVERAGING_TIME = 60.0  # s: the position is averaged over this time at both ends of a phase
 

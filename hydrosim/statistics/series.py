@@ -1,4 +1,4 @@
-"""Properties of an evenly spaced series: waves, memory, slow parts, scatter of its mean.
+"""Properties of an evenly spaced series: waves, peaks, memory, slow parts, stationarity.
 
 Peaks of a record (the largest value of each wave above the mean), and their Weibull law.
 

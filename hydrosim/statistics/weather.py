@@ -1,4 +1,4 @@
-"""Operational limits in weather: workability, alpha factors.
+"""Operational limits in weather: workability, alpha factors, waiting time, mirrored headings.
 
 Limits are significant wave heights over peak periods, or over headings and peak periods. They are
 interpolated linearly; nothing is workable outside their range. An open limit is one at the largest
@@ -254,7 +254,7 @@ def _quantile(at_once: float, waits: np.ndarray, wanted: float) -> float:
     return float(np.interp(wanted, below, times))
 
 
-# Headings of limits, and those to the other side of a scene that is its own mirror image.
+# Headings of limits, and their mirror images.
 
 MIRRORED_ATTRIBUTE = "mirrored"
 """Attribute: the headings [rad] whose limits are those to the other side."""

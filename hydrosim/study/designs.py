@@ -1,4 +1,4 @@
-"""Designs: which values of the parameters of a plan are taken together.
+"""Designs of studies: values of a case by their keys, and which of them are taken together.
 
 grid             all combinations
 one_at_a_time    the case itself, then each value of each parameter, all others as in the case

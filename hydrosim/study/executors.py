@@ -1,4 +1,4 @@
-"""Who collects garbage while many runs are made."""
+"""Executors of many runs: outcome of one run, and pools of threads or of processes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.study.run_layout import RunLayout
 
-# One run of many: how it ended, and what is kept of it.
+# Outcome of one run of many: its end, and the data that are kept.
 
 COUNT_ATTRIBUTES = {
     "solver_steps": "steps of the solver",
@@ -192,8 +192,7 @@ def collected_here() -> Iterator[None]:
             gc.enable()
 
 
-# Where the runs of a set are made: by threads of this process, as time loops do without Python's
-# lock; or elsewhere, see `hydrosim.study.cluster`.
+# Pools: threads of this process suffice, as time loops do without Python's lock.
 
 QUEUE_FACTOR = (
     2  # runs for each worker that may be done or wait while an earlier one is not finished
@@ -296,10 +295,7 @@ class Threads:
         self._pool.shutdown()
 
 
-# Runs by processes of this machine, one run at a time each.
-#
-# They talk to this process through pipes, which nobody else can open. A run whose process dies is
-# made again by a new process. If that one dies too, the run has failed, and the others go on.
+# Processes of this machine, one run at a time each, through pipes that nobody else can open.
 
 SPAWN = get_context("spawn")  # a forked process would keep locks that other threads hold
 MAX_PROCESSES_PER_RUN = 2  # processes that a run may bring down

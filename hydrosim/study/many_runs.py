@@ -1,4 +1,4 @@
-"""`simulate_many`: many runs at once, on all cores, into one file.
+"""Many runs at once into one file: of cases, of a study, or until a mean is known well enough.
 
 What the runs have in common is made once: databases are opened once, and a run that differs from
 the one before it in its waves alone takes over its compiled model, its state at the start and its
@@ -474,7 +474,7 @@ def _named_as(place: str) -> Iterator[None]:
         raise InputError(str(error).replace("simulate_many:", place)) from None
 
 
-# More and more seeds, until the mean of a figure is known as narrowly as is asked for.
+# `run_until`: more seeds, until the interval of a mean is as narrow as is asked for.
 
 ROUND_NAME_PATTERN = r"\d+-[0-9a-f]{16}\.nc"
 """Names of rounds: the number, and what the round is of."""

@@ -1,4 +1,4 @@
-"""Limiting significant heights of a scene over peak periods, headings and swells.
+"""Limiting significant heights over peak periods, headings and swells, by bisection on seeds.
 
 The largest height at which enough seeds hold their criteria, by bisection on common seeds.
 
@@ -178,7 +178,7 @@ class LimitSearch:
             self.known |= dict(zip(runs, self.outcomes(runs), strict=True))
 
 
-# Runs of which figures are all that is wanted, on all cores.
+# Trials: runs on all cores, of which only figures are kept.
 
 
 class Trials:
@@ -297,7 +297,7 @@ class Limits:
 
     @property
     def identity(self) -> dict[str, str]:
-        """What must be the same for the search to go on, see `shared.identity`."""
+        """What must be the same for the search to go on, see `hydrosim.study.shared.identity`."""
         heights = self.wanted.heights.values()
         varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}

@@ -1,5 +1,4 @@
-"""The seas of a study of limits: a scene in waves of another height, period and heading, and with
-a swell beside them."""
+"""The seas of a study of limits: a scene in other waves and swells; limits by mirror images."""
 
 from __future__ import annotations
 
@@ -74,10 +73,7 @@ def in_sea(scene: Scene, sea: Sea, height: float, seed: int) -> Scene:
     return replace(scene, environment=replace(water, waves=tuple(trains)))
 
 
-# Limits to the other side of a scene that is its own mirror image about y = 0.
-#
-# Waves to -b move such a scene as waves to b do, with sway, roll and yaw reversed. Its limits are
-# the same if its criteria do not tell the sides apart and its swells run along the x axis.
+# Limits by mirror images: waves to -b move a symmetric scene as waves to b, sides reversed.
 
 EVEN_STATISTICS = ("end_absolute", "change_absolute", "std", "largest_absolute")
 """Statistics that do not know the sign of what they are of."""

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from hydrosim.compile.compiled import Compiled
     from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
 
-# `RunTask`: what it takes to make one run of many, here or in another process.
+# `RunTask`: data to make one run of many, here or in another process.
 
 
 class RunTask(NamedTuple):
@@ -171,7 +171,7 @@ class SceneCache:
         return self._databases[source]
 
 
-# What of the seas of many runs is outside the frequencies of a database, said once for all.
+# Energy of seas outside the frequencies of a database, told once for all runs.
 
 MIN_REPORTED_SHARE = 1e-3  # share of the energy of the loads that is worth a word
 
@@ -232,7 +232,7 @@ def _outside_ranges(scene: Scene, shared: SceneCache) -> list[tuple[str, float]]
     return texts
 
 
-# Sets of runs on their way: what is complete of them is in the folder `RUNS.nc.partial`.
+# Unfinished sets of runs: complete runs are in the folder `RUNS.nc.partial`.
 
 
 def folder_of(result: Output) -> Path:
@@ -252,7 +252,7 @@ def locked_folder(result: Output) -> Iterator[Path]:
 
 @contextmanager
 def locked_journal(result: Output, resume: bool, identity: Mapping[str, str]) -> Iterator[Journal]:
-    """The journal of the set with this ``identity``, of this process alone, see `begun`. Nothing
+    """The journal of the set with this ``identity``, of this process alone. Nothing
     stays of a set without a run. Raises WritingError where it cannot be written."""
     with locked_folder(result):
         try:

@@ -1,4 +1,4 @@
-"""What a study file may say, as pydantic models."""
+"""Pydantic models of study files: parameters, designs, seeds, criteria and limits of operation."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from hydrosim.statistics.results import (
     StageResult,
 )
 
-# What a study file may say of limits of operation, as pydantic models.
+# Limits of operation.
 
 MAX_HEIGHTS = 1000
 FULL_TURN_RAD = 6.2832  # rad

@@ -1,4 +1,4 @@
-"""Studies: a case over parameters and seeds, as a file says.
+"""Studies of a case over parameters and seeds, read from a file, and a trial before the runs.
 
 case: base.yaml
 parameters:
@@ -51,7 +51,7 @@ from hydrosim.study.study_file import (
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
 
-# coordinates of runs: the plan, and what of it is varied
+# Coordinates of runs: the plan, and the parameter that it varies.
 STUDY_LABEL = "study"
 VARIED_LABEL = "varied"
 MAX_RUNS = 1_000_000
@@ -405,7 +405,7 @@ def _attributes(of: CaseValue) -> dict[str, Any]:
     return {"units": of.unit or "1", **({CYCLIC: 1} if of.cyclic else {})}
 
 
-# A few steps of a scene, to see before many runs whether it has what is asked of them.
+# Trial: a few steps of a scene, to check before many runs that it has the figures asked for.
 
 TRIAL_STEPS = 4  # of output
 

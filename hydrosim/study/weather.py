@@ -1,4 +1,4 @@
-"""The weather that a study of limits names, and what the limits are worth in it.
+"""Weather of a study of limits, read from files, and the share of time that limits allow in it.
 
 Scatter diagrams and hindcasts from files.
 

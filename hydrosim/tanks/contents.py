@@ -1,7 +1,7 @@
-"""Tanks whose contents change: mass, centre of gravity and inertia of their bodies over time.
+"""Tanks whose contents change: mass and inertia of their bodies over time, pumps with triggers.
 
-The states are the volumes of fluid V. With S, P, J of `pieces`, density d, and index 0 for the body
-without these contents,
+The states are the volumes of fluid V. With S, P, J of `hydrosim.tanks.surface`, density d, and
+index 0 for the body without these contents,
 
     m = m_0 + sum d V,   m c = (m c)_0 + sum d S,   I = I_0 + sum d (tr P - P),   J = J_0 + sum d J
 
@@ -218,7 +218,7 @@ def is_mirrored(p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
     return bool(held.all() and same.all())
 
 
-# Pumps that begin or end by events, whose times are known only during the run.
+# Pumps that begin or end by events, at times that only the run shows.
 
 
 class TriggeredPump(NamedTuple):

@@ -13,7 +13,7 @@ relative to the body
 
     p = q (r_2 - r_1),   l = q r_1 x r_2   (about the origin),
 
-q: mass per time; r: centroids of the surfaces, S'(V) of `pieces`. So the force of the flow is
+q: mass per time; r: centroids of the surfaces, S'(V) of `surface`. So the force of the flow is
 
     F = -M'_in (v - u) - M'_between v - p' - (0, v x p),
 

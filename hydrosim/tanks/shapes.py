@@ -1,4 +1,4 @@
-"""Shapes of tanks: boxes, tables and meshes, and their contents as `pieces`.
+"""Shapes of tanks: boxes, tables and meshes, and their contents as cubic pieces.
 
 A tank between plane triangles: its contents up to each height, from level sections.
 
@@ -184,10 +184,8 @@ def capacity_of_mesh(shape: TankMesh) -> float:
     return float(shape.permeability * np.sum(a * np.cross(b, c)) / 6.0)
 
 
-# A tank given by a table: smooth curves through its rows.
-#
-# S is a cubic spline through V times the centroids. Level and J are monotone between the rows
-# (Fritsch & Carlson 1980). P follows by quadrature of S' S'^T + J / (dV/dh).
+# Tank given by a table: S is a cubic spline; level and J are monotone (Fritsch & Carlson 1980).
+# P follows by quadrature of S' S'^T + J / (dV/dh).
 
 PIECES_PER_ROW = 8  # pieces between two rows of a table
 TABLE_GAUSS_POINTS, TABLE_GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)

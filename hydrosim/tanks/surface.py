@@ -1,4 +1,4 @@
-"""Free surfaces that stay level: the contents of a tank below a plane, at any heel and trim.
+"""Contents of tanks over their volume, and below surfaces that stay level at any heel and trim.
 
     V = int_{n.r < s} dV,   S(V, n) = int_{n.r < s} r dV,   U / (rho g) = n . S
 
@@ -21,8 +21,7 @@ Contents of a tank over the volume V of its fluid.
 in the body frame, as cubics in V on pieces. Added or removed fluid lies at the surface, about its
 centroid S'(V). So P' = S' S'^T + J / (dV/dh) for a surface that is level in the body. An empty tank
 and a full one have no free surface: J vanishes smoothly over the last `SHALLOW` of the volume. J
-counts where the tilted surface is not computed (`hydrosim.tanks.surface`): in tables, and in linear
-kinematics.
+counts where the tilted surface is not computed: in tables, and in linear kinematics.
 """
 
 from __future__ import annotations

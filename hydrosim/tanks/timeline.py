@@ -1,4 +1,4 @@
-"""Contents of the tanks over time without any motion, by flows that depend on time and levels.
+"""Contents of tanks over time without motion, and bodies together with these contents.
 
 Flows with triggers depend on the motion. They are zero here, and tanks that they fill or empty
 raise no problem.
@@ -155,8 +155,7 @@ def _flow_problem(
     return None
 
 
-# A body and the contents of its tanks together: mass, centre of gravity, inertia, free
-# surfaces.
+# A body with its contents: mass, centre of gravity, inertia, free surfaces.
 
 
 class Loading(NamedTuple):

@@ -1,4 +1,4 @@
-"""Properties of a body that wave loads depend on.
+"""Properties of a body that wave loads depend on, and wave moments on a body that yaws.
 
 Roll and pitch moments of first-order waves on a body that yaws.
 

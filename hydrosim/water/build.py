@@ -83,7 +83,7 @@ def wave_loads_model(
 
 def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLines:
     """First-order loads X a exp(i e) of each wave on all DOFs of the bodies. They are zero for
-    locked DOFs, where none are asked for, and where the waves follow the body (`following`)."""
+    locked DOFs, where none are asked for, and where waves follow the body (`FollowingLoads`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
         if body.database is not None and body.wave_forces.first_order and not waves_follow(body):
@@ -95,7 +95,7 @@ def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLi
 
 def second_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> list[SpectralLines]:
     """Second-order loads of each body on its own DOFs. They are zero for locked DOFs; there are
-    none where none are asked for, and where the waves follow the body (`forms`)."""
+    none where none are asked for, and where the waves follow the body (`quadratic_loads`)."""
     lines = []
     for body in bodies:
         if body.database is not None and not (waves_follow(body) and moves_second_order(body)):

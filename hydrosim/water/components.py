@@ -1,4 +1,4 @@
-"""Seas as sums of Airy waves.
+"""Seas as sums of Airy waves: random draws, components, and figures of wave trains.
 
 Wave trains in four figures: height, peak period, mean direction and spreading.
 
@@ -38,8 +38,7 @@ from hydrosim.water.spectra import (
     wavenumber,
 )
 
-# Random draws for a wave train or for gusts: phases, amplitudes and directions. Each has a stream
-# of its own, so that none changes another.
+# Random draws for waves or gusts, each of a stream of its own, so that none changes another.
 
 GUSTS = 2**31
 """Stream of gusts: no wave train has this number."""

@@ -1,4 +1,4 @@
-"""Current over the depth: a table of velocities, linear between its depths.
+"""Current over the depth: a table of velocities, linear between its depths; its mean on bodies.
 
     U(d) = U_k + (d - d_k) / (d_k+1 - d_k) (U_k+1 - U_k),   d_k <= d <= d_k+1
 
@@ -126,7 +126,7 @@ def current_velocity(depth, p):
     )
 
 
-# The current that each body feels: the mean over its draught at rest.
+# Current on each body: the mean over its draught at rest.
 
 
 def draught_of(body: Body) -> float | None:

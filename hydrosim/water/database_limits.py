@@ -1,4 +1,6 @@
-"""Estimate of the part of a hull's loads that is lost between the headings of its database.
+"""Estimates of loads that a database lacks: between its headings, and outside its frequencies.
+
+Between headings.
 
 N headings evenly round the circle resolve the harmonics of the heading up to N / 2. Higher
 harmonics are lost, and appear as lower ones (aliasing). Their size is estimated from the decay of

@@ -1,4 +1,4 @@
-"""First-order wave loads on a body at its displaced position, not at its position at rest.
+"""First-order wave loads on displaced bodies, and the choice of the position where waves act.
 
     F = R(psi) Re sum_i X_i(b_i - psi) a_i exp(i (w_i t - k_i . (r + d) + e_i))
 
@@ -9,7 +9,7 @@ psi = 0 if its heading does not. Heave, roll and pitch have no influence.
 
 At the momentary position (`following_loads`) every wave is summed at every stage, which costs much
 more than the tables of `loads`. Wave-frequency motions count like slow ones, which is a
-second-order load of its own. For the slowly drifting position see `slow`.
+second-order load of its own. For the slowly drifting position see `slow_path_loads`.
 
 X is interpolated in frequency as in `transfer`. In heading, 6-point Lagrange polynomials pass
 through six nodes per heading of the database. Their error is below 1e-4 of the highest harmonic.

@@ -1,4 +1,4 @@
-"""Wave loads at a time: the arrays that `build` fills and the kernel that reads them.
+"""Wave loads and elevations over time: tables, the kernel that reads them, and sums by FFT.
 
 Waves on a grid are a table on the solver's stage grid. A read at a node is exact. Between the nodes
 it is a 6-point Lagrange interpolation. Its error for a component of frequency w on a table of step
@@ -40,7 +40,7 @@ class WaveLoads(NamedTuple):
     step[k], ... [s]. Its amplitude grows from zero over ``ramp[k]`` [s]. Single wave l is Re(a
     exp(i omega[l] t)), omega in rad/s. The real and imaginary parts of its rows a are ``lines[l]``
     of ``lines`` (nl, 2, 1 + n1 + n2); it grows over ``line_ramp[l]`` [s].
-    The first-order moments of the bodies ``turned`` (nm,) turn with their yaw, see `moments`.
+    The first-order moments of the bodies ``turned`` (nm,) turn with their yaw, see `water.body`.
     """
 
     start: np.ndarray
@@ -128,7 +128,7 @@ _PHASE_STEP = 0.25
 """Largest omega * step [rad] of a grid; it bounds the interpolation error."""
 
 _FINE = 0.125
-"""omega * step [rad] of a grid that is fine enough for stages between its points, see `loads`."""
+"""omega * step [rad] of a grid that is fine enough for stages between its points."""
 
 MISSED = 1e-6
 """Largest interpolation error between rows, relative to the standard deviation. Adaptive methods
@@ -210,7 +210,7 @@ def row_step(
 ) -> float:
     """Step of rows for non-repeating waves of frequency (nw,) [rad/s] and amplitude (nw,). It is
     the longest fraction of a ``block`` [s] at which the error of interpolation between rows
-    (`loads`) is within ``missed`` of a sea's standard deviation."""
+    is within ``missed`` of a sea's standard deviation."""
     whole = max((_interpolation_error(omega, size, block) for omega, size in seas), default=0.0)
     return block / max(int(np.ceil((whole / missed) ** (1.0 / 6.0))), 1)
 

@@ -13,7 +13,7 @@ on the yaw. F2 is Newman's approximation; for the mean load, sum_i H_f |a_i|^2 r
 A band is one E_f or S_f. It is narrow. So its envelope E_f(t) exp(-i w_b t), about a frequency w_b
 in its middle, is stored at few times of the repeat period. It is interpolated by 6-point Lagrange
 polynomials, whose error is below 3e-9 for each wave. The envelopes are made by FFT. Where a body
-drifts they change with its place, and `fill_envelopes` makes them along each block of its path.
+drifts they change with its place, and `FrequencyNodes` makes them along each block of its path.
 
 The loads of a table at its nodes of heading are kept for each band in the order in which sums read
 them: a body that hardly yaws needs the same few nodes at all times.

@@ -1,4 +1,4 @@
-"""Second-order loads: double sums over the waves of a sea, as lines of other frequencies.
+"""Second-order loads: sums over pairs of waves, interpolated QTFs, and QTFs of turning bodies.
 
 Two waves of complex elevations a_i, a_j load a body at the difference of their frequencies, and at
 the sum:
@@ -14,7 +14,7 @@ a grid:
     z_r(t) = sum_i W_ri a_i exp(i w_i t)
 
 The factors of Newman's approximation are drift coefficients. The factors of a quadratic transfer
-function are the splines that interpolate it (`quadratic`).
+function are the splines that interpolate it (`difference_factors`, `sum_factors`).
 
 Quadratic transfer functions of a database at the frequencies and headings of a sea.
 
@@ -26,12 +26,12 @@ Headings are interpolated like those of first-order loads if the database has al
 headings. If it has pairs of one heading only, waves of different headings cause no second-order
 load together.
 
-Quadratic transfer functions of a body that turns, as filters and a core (see `forms`).
+Quadratic transfer functions of a body that turns, as filters and a core (`TurnedQtf`).
 
     T-_ij(psi) = sum_rs C_rs(psi) V_ri conj(V_sj),   V_ri = W_ri exp(-i h_r psi),
 
 and T+ without the conjugate. In frequency W are B-splines; C includes the coefficients that combine
-them to the splines of `quadratic`. In heading:
+them to the splines of `difference_factors`. In heading:
 
 * Each heading of the sea has filters of its own. C(psi) is a trigonometric polynomial, of degree N
   for N headings of the database. If the database has pairs of one heading only, each heading is a
@@ -39,7 +39,7 @@ them to the splines of `quadratic`. In heading:
 * In seas of many headings that would need more filters. W_ri then contain exp(i h b_i) of all
   harmonics h, and C is constant.
 
-Polynomials are found by sampling `quadratic`. This is exact for evenly spaced headings; splines
+Polynomials are found by sampling `qtf_table`. This is exact for evenly spaced headings; splines
 over uneven headings are sampled at a sixteenth of their spacing.
 """
 
@@ -381,7 +381,7 @@ class TurnedQtf(NamedTuple):
 def turned_qtf(
     database: QuadraticFunctions, omega: np.ndarray, heading: np.ndarray, name: str
 ) -> Iterator[TurnedQtf]:
-    """The forms of waves (nw,) of one sea. Raises InputError in the cases of `quadratic`."""
+    """Filters and core of the waves (nw,) of one sea. Raises InputError as `qtf_table` does."""
     table = qtf_table(database, name)
     hermitian = name == "qtf_difference"
     pairs = pairs_of(database)
@@ -509,7 +509,7 @@ def _samples(nodes: np.ndarray, degree: int) -> np.ndarray:
 
 def _weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray:
     weights = heading_weights(nodes, heading)
-    assert weights is not None  # `quadratic.qtf_all_round`
+    assert weights is not None  # `qtf_all_round`
     return weights
 
 

@@ -1,5 +1,4 @@
-"""Wave spectra: one-sided densities of the elevation over angular frequency, one file per
-family.
+"""Wave spectra: one-sided densities of the elevation over angular frequency; dispersion of waves.
 
 Spectra that are sums of peaks, each u^-n exp(-n/4 u^-4) gamma^p(u) over u = omega / peak.
 
@@ -128,7 +127,7 @@ def _curve(spectrum: scene.Density) -> _Curve:
 
 _ENHANCED = (0.3, 2.0)  # in peak frequencies: outside, the enhancement is below 1e-22
 
-# Gauss and Legendre's rule: exact to rounding for both sides of the enhancement
+# Gauss and Legendre's rule: exact to rounding for both sides of the enhancement.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(100)
 
 

@@ -1,4 +1,4 @@
-"""Transfer functions of a database at the frequencies and headings of a sea.
+"""Transfer functions of a database in a sea: splines, headings, envelopes of drifting bodies.
 
 In frequency, cubic splines interpolate real and imaginary parts, exactly at the nodes. With nodes
 0.02 rad/s apart, the error on a 260 m barge is below 0.02 % of the largest load up to 1 rad/s.
@@ -289,10 +289,7 @@ def _find_samples(z, turn, sample):
         z *= turn
 
 
-# The cubic spline with two continuous derivatives through given points, not-a-knot at its ends (de
-# Boor 1978, chapter 4).
-#
-# Equals scipy's ``CubicSpline``, which takes as long to load as half of a short run.
+# Cubic spline, not-a-knot at its ends (de Boor 1978, chapter 4); scipy's is slow to load.
 
 
 def interpolate_spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:

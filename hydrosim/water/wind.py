@@ -1,4 +1,6 @@
-"""Mean wind over the height and over averaging times.
+"""Wind: its mean over height and averaging times, spectra of gusts, and gusts over time.
+
+Mean wind.
 
 NPD (NORSOK N-003; the same in ISO 19901-1:2005, A.7.3, and API RP 2A-WSD 21st edition, 2.3.2), with
 the mean U0 of one hour at 10 m:

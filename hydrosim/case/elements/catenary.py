@@ -1,4 +1,4 @@
-"""`catenary` in a case file."""
+"""Mooring lines of a case file: `catenary`, and `lines` from a file of another program."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ class Catenary(Breaking):
         )
 
 
-# `lines` in a case file: a mooring system in a file of MoorDyn or MoorPy, as catenaries.
+# `lines`: a mooring system in a file of MoorDyn or MoorPy, as catenaries.
 
 NEARLY = 1e-6  # m: depths that are the same
 

@@ -1,4 +1,4 @@
-"""Friction laws of fenders in a case file, one class each."""
+"""Contacts of a case file: `fender` with its friction laws, and `landing`."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ class Frictionless(Exemplary):
 Friction = Annotated[StickSlip | Coulomb | FrictionSlope | Frictionless, Discriminator("law")]
 
 
-# `fender` in a case file; its friction laws are in `friction`.
+# `fender` in a case file.
 
 
 class Plane(SchemaModel):

@@ -1,4 +1,4 @@
-"""`linear_damping` in a case file."""
+"""Damping in a case file: `linear_damping`, `quadratic_damping` and `viscous_roll`."""
 
 from __future__ import annotations
 

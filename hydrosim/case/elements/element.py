@@ -1,4 +1,4 @@
-"""What every force element of a case file has."""
+"""Keys that force elements of a case file share: `active`, `breaks_at`, lengths over time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hydrosim.elements.signal import Signal
     from hydrosim.scene import ForceElement
 
-# `active` of force elements in a case file: from when and until when they act.
+# `active`: from when and until when an element acts.
 
 CHANNEL_UNITS = {
     "fender_normal_force": "N",
@@ -227,7 +227,7 @@ class Element(Exemplary):
         yield from ()
 
 
-# `breaks_at` of lines in a case file: the tension or the time at which a line parts.
+# `breaks_at`: the tension or the time at which a line parts.
 
 
 class Break(SchemaModel):
@@ -283,7 +283,7 @@ class Breaking(Element):
         return replace(active or scene.Active(), until=parts)
 
 
-# Lengths over time in a case file: a table, a recorded series, or a sine.
+# Lengths over time: a table, a recorded series, or a sine.
 
 
 class LengthTable(SchemaModel):

@@ -1,4 +1,4 @@
-"""`applied_force` in a case file."""
+"""Loads in a case file: `applied_force`, `current_load`, `wind_load` and `linear_mooring`."""
 
 from __future__ import annotations
 

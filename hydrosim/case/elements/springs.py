@@ -1,4 +1,4 @@
-"""`spring` in a case file."""
+"""Springs of a case file: `spring`, `bushing`, `strut`, `torsion_spring` and `compensator`."""
 
 from __future__ import annotations
 

@@ -294,7 +294,7 @@ class Winch(Breaking):
 
 
 def speed_signal(form: Any, key: str, path: Path) -> Signal:
-    """The signal of a speed [m/s]. Raises as `signals.signal_of` does."""
+    """The signal of a speed [m/s]. Raises as `hydrosim.case.signals.signal_of`."""
     from hydrosim.elements import signal
 
     if isinstance(form, float):

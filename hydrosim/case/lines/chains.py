@@ -1,5 +1,6 @@
-"""From a mooring system to single lines: lines in series through free points become segments.
+"""From a mooring system to single lines of segments, also as keys of a case.
 
+Lines in series through free points become the segments of one line.
 A free point between two lines is the lower end of a segment; its mass and volume are a clump or a
 buoy there. Three lines at a free point are a bridle, which is refused.
 """

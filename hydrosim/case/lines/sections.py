@@ -1,4 +1,4 @@
-"""Text of MoorDyn's input files: sections, their tables, and numbers within bounds.
+"""Text of MoorDyn's input files: sections, their tables, options, and numbers within bounds.
 
 A section begins with a line of dashes that names it. A table has two lines of heading: names of its
 columns and their units. Files of version 1 for FAST 8 have the count of rows above them. Remarks
@@ -19,7 +19,7 @@ from hydrosim.files.units import Quantity, value_text
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene import OmittedEntry, Question
 
-# Quantities in mooring files of other programs, with their bounds.
+# Bounds of quantities in mooring files.
 
 DIAMETER = Quantity("diameter", "m", "0.1", at_least=0)
 MASS_PER_LENGTH = Quantity("mass per length", "kg/m", "150", at_least=0)
@@ -261,10 +261,7 @@ def _refuse_text(source: Source, line: int | None, word: str, what: str) -> NoRe
     source.wrong(f"found {value_text(word)}; expected a number for {what}; {remedy}", line)
 
 
-# Options of MoorDyn's input files: a value, then its name; or a name, then its value.
-#
-# Options of the solution by time steps, of the search for a start and of outputs are no concern of
-# a line in static balance. All others that are not read are told.
+# Options: value and name, in either order; those that matter to statics but are not read are told.
 
 NUMBER_OPTIONS: dict[str, tuple[tuple[str, ...], Quantity]] = {
     "density": (("wtrdnsty", "rho", "rhow"), DENSITY),

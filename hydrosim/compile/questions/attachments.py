@@ -1,4 +1,4 @@
-"""Questions about where lines, joints and named points are on their bodies.
+"""Questions about where lines, joints and named points are on bodies, and where catenaries run.
 
 The reach of a body bounds the distance of its points from its centre of gravity. A hull with a
 database has the half diagonal of its water plane; cranes and booms reach over it. Another body has
@@ -146,9 +146,8 @@ def ask_about_axes(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.axis", found_text, usual, "It hardly acts.")
 
 
-# Questions about where catenaries run: through the seabed, under a hull, and how soft they are.
+# Catenaries through the seabed, under a hull, or too soft; lengths in m.
 
-# m
 BURIED = 1.0
 HOVERING = 0.25  # of the water depth, for lines that know no seabed
 ABOVE_BED = 0.03  # of the water depth, for lines that do

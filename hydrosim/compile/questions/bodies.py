@@ -1,4 +1,4 @@
-"""Questions about bodies: mass, flotation and natural periods."""
+"""Questions about bodies: mass, flotation, natural periods, hulls, drag and neighbours."""
 
 from __future__ import annotations
 
@@ -276,9 +276,9 @@ def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
     return min(float(range_ends.min()), 0.0), max(float(range_ends.max()), 0.0)
 
 
-# Questions about hulls and tanks beside the centre of gravity, and about drag beside a hull.
+# Hulls and tanks beside the centre of gravity, and drag beside a hull.
 
-# drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
+# Drag over 0.5 rho times the projected area under water: surge, sway, heave. A ship in surge has
 # little more than friction; a flat plate has about 2, edges and bilge keels more
 # in yaw, of cross flow over the length: T L^4 / 32 in place of the area
 LEAST_DRAG = {"surge": 0.001, "sway": 0.02, "heave": 0.02, "yaw": 0.005}
@@ -353,7 +353,7 @@ def ask_about_drag(about: SceneContext) -> Iterator[Query]:
                 )
 
 
-# Questions about hulls close to each other.
+# Hulls close to each other.
 
 NEIGHBOUR_BREADTHS = 2.0  # times the larger breadth
 DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)

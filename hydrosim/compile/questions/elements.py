@@ -1,4 +1,4 @@
-"""Questions about force elements: stiffness of fenders, friction and damping."""
+"""Questions about force elements: stiffness and places of fenders, friction and damping."""
 
 from __future__ import annotations
 
@@ -332,7 +332,7 @@ def _roll_damping(about: SceneContext) -> Iterator[Query]:
             )
 
 
-# Questions about the positions of fenders on a hull.
+# Positions of fenders on a hull.
 
 INNER = 0.8  # of length and breadth, for hulls without sides
 FREEBOARD_FRACTION = 0.25  # of the draught: height above the water to which hulls have sides

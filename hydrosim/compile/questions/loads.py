@@ -1,4 +1,4 @@
-"""Questions about allowable loads: beside the loads at the start, and beside weights."""
+"""Questions about allowable loads, beside loads at the start and weights, and about streams."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from hydrosim.scene import Body, Weight
 from hydrosim.scene.force import strongest_breaking_load
 from hydrosim.scene.scene import joined_with
 
-# of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
+# Share of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
 MOST_OF_BREAKING = 2.0
 LEAST_OF_BREAKING = 0.02
 MOST_EXTENSION = 10.0  # of a spring, over its length
@@ -178,7 +178,7 @@ def _set_tension(line: Winch) -> float:
     return float(getattr(line.control, "tension", np.inf))
 
 
-# Questions about loads of wind and current: their size beside the hull, and their sign.
+# Coefficients of wind and current: size beside the hull, and sign.
 
 AIR = 1.225  # kg/m^3
 # drag coefficients: of the current on length times draught; of the wind on length times breadth,

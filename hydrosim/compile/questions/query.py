@@ -1,4 +1,4 @@
-"""Subject and answer of questions about a scene.
+"""Questions about a scene: their context, answers, and sizes, periods, seas and chains to judge by.
 
 Size of a hull, from its water plane and its volume.
 

@@ -1,4 +1,4 @@
-"""Questions about the environment, and about steps for its waves.
+"""Questions about waves, streams, steps for them, and sloshing in tanks.
 
 Steepness: 2 pi Hs / (g Tz^2) of random seas is at most 1/10 (DNV-RP-C205, 3.5.4), with the mean
 zero-crossing period Tz of the drawn sea. A regular wave breaks at a height of 0.142 tanh(k d)
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
     from hydrosim.water.components import WaveComponents
 
-# kg/m^3, m/s^2
+# Usual densities [kg/m^3] and gravity [m/s^2].
 DENSITIES = (990.0, 1035.0)
 GRAVITIES = (9.75, 9.85)
 # m/s
@@ -205,9 +205,9 @@ def ask_about_step(about: SceneContext) -> Iterator[Query]:
             yield Query("solver.step", f"{solver.step:g} s", usual)
 
 
-# Questions about waves outside the frequencies of a database.
+# Waves outside the frequencies of a database.
 
-# fraction of the energy of the loads, or of the waves if the loads are unknown
+# Fraction of the energy of the loads, or of the waves if the loads are unknown
 OUTSIDE_REFUSED = 0.01
 
 
@@ -250,7 +250,7 @@ MIN_LEVEL_FRACTION = 0.01  # of the height: an empty or full tank does not slosh
 LEVELS = 41  # between the lowest and the highest level of the run
 
 
-# motions that excite sloshing along x, y
+# Motions that excite sloshing along x, y
 SLOSHING_DOFS = (("surge", "pitch", "yaw"), ("sway", "roll", "yaw"))
 
 

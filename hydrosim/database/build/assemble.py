@@ -1,5 +1,4 @@
-"""From a solver's results to a `HydroDatabase`: exact symmetries, mean drift of the floating
-body.
+"""From a solver's results to a `HydroDatabase`: symmetries, drift, far field, extrapolation.
 
 Loads and damping from the waves that motions radiate into the far field.
 

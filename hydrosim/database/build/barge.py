@@ -1,4 +1,6 @@
-"""A parametric launch barge: plane faces, vertical sides, raked ends; its hydrostatics and panels.
+"""Parametric hulls, a launch barge and a sphere: hydrostatics and panels.
+
+A launch barge: plane faces, vertical sides, raked ends.
 
 Frame: x forward from the stern, y to port, z up from the waterline. The hull is symmetric about y =
 0. Half-breadth and bottom are piecewise linear in x, so every face is plane and the hydrostatic

@@ -1,4 +1,4 @@
-"""Linear potential flow around one or several bodies, by Capytaine.
+"""Linear potential flow around bodies, by Capytaine; its results on disk; its worker processes.
 
 Capytaine's time factor is exp(-i w t). Only this module conjugates loads, to exp(+i w t). The
 Kochin functions are unchanged, for `drift`.
@@ -37,7 +37,7 @@ from hydrosim.database.build.drift import DIRECTIONS, Complex, Real, Water
 from hydrosim.dofs import DOFS
 from hydrosim.files.cache import digest_of_sources, store, stored
 
-# Results of long computations, stored on the disk under a hash of all their inputs.
+# Results of long computations, stored under a hash of all their inputs.
 
 
 def key_of(*parts: str | bytes | float | np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""`build`: computes a database from a recipe.
+"""`build` computes a database from a recipe, and tells the time that it takes.
 
 How long a database takes, from samples of its panels.
 

@@ -1,4 +1,4 @@
-"""Mean drift of a floating body from its radiated and diffracted waves.
+"""Mean drift of a floating body from its waves, and the water that a hull is computed in.
 
 The Kochin function H(t) describes a body's outgoing waves in the direction t, in Capytaine's
 normalisation and time factor exp(-i w t). H is the sum for the diffracted waves of unit amplitude

@@ -1,4 +1,4 @@
-"""Recipes of databases: YAML files with units that give the hull, the water and the method."""
+"""Recipes of databases: YAML files with units that give hulls, water and method; their hulls."""
 
 from __future__ import annotations
 
@@ -512,7 +512,7 @@ def _without_file(folder: Path, data: OneBody | SeveralBodies) -> Iterator[Probl
             yield Problem((*above, "hull", "file"), text)
 
 
-# Closed hull of a recipe: the hull of its database, with a deck.
+# Hulls of a recipe, closed by a deck.
 
 
 def hull_of_recipe(path: Path, body: int = 1, depth: float | None = None) -> Hull:

@@ -1,4 +1,4 @@
-"""Difference-frequency quadratic transfer functions by integration of the pressure on the hull.
+"""Second-order loads by pressures on the hull: difference-frequency QTFs, mean drift of each body.
 
 Time factor exp(+i w t), convention of `HydroDatabase`. For two first-order quantities u and v,
 u_1 per unit wave amplitude at w_1, the product u v varies slowly as
@@ -10,7 +10,7 @@ so that its transfer function is the Hermitian part of u_1 conj(v_2) / 2.
 Mean drift of each of several bodies, in the waves of all of them.
 
 The far field gives the drift of all bodies together. The pressure on each hull gives the drift of
-that hull: the diagonal of `qtf.quadratic`, which converges slowly with the panels. So the forces
+that hull: the diagonal of `quadratic`, which converges slowly with the panels. So the forces
 come from the pressures. Their difference from the far field in surge and sway is shared among the
 bodies in proportion to their forces. Heave and moments come from the pressures.
 """

@@ -1,4 +1,4 @@
-"""One check of a database and what it found."""
+"""Checks of a database and their findings, its parts in use, and scales of its bodies."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hydrosim.database.database import HydroDatabase, Real
 from hydrosim.dofs import DOFS
 from hydrosim.water.spectra import wavenumber
 
-# Parts of a database that a scene uses: only these are checked.
+# Parts of a database that a scene uses; only these are checked.
 
 AXES_OF_DOFS = ("dof", "motion")
 
@@ -247,9 +247,9 @@ def _size_text(size: float, errors: RelativeErrors, dofs: list[int]) -> str:
     return f" (an error of {size:.3g} {before}{metres}{after})"
 
 
-# Sizes of a body, by which figures are scaled; from the added mass if there is no volume.
+# Scales of a body; from the added mass if there is no volume.
 
-# a DOF with less than this fraction of its body's scale counts as having no added mass or damping
+# A DOF with less than this fraction of its body's scale counts as having no added mass or damping
 MASS_NOISE_FRACTION = 1e-4
 LONG_WAVE = 0.3  # k V^(1/3) below which the limits of long waves must hold
 GYRATION = 2.5  # half a length over its radius of gyration: 1.7 for a box, 2.2 for an ellipsoid

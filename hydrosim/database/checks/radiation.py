@@ -1,4 +1,4 @@
-"""Checks of added mass and radiation damping against symmetry, energy and causality.
+"""Checks of added mass and damping against symmetry, energy, causality and wave loads.
 
 Check of the damping against the wave loads.
 

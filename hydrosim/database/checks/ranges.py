@@ -1,4 +1,4 @@
-"""Checks of the frequencies and headings: order, range, spacing, outliers."""
+"""Checks of frequencies and headings (order, range, spacing, outliers) and of hydrostatics."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ RANGES = (
 )
 
 
-# Checks of stiffness, volume and mass against each other.
+# Hydrostatics: stiffness, volume and mass against each other.
 
 
 def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> RelativeErrors:

@@ -1,4 +1,4 @@
-"""AQWA hydrodynamic databases in text form (.AH1), as AQWA-LINE writes them.
+"""AQWA's databases in text form (.AH1) and its quadratic transfer functions (.QTF), by AQWA-LINE.
 
 Verified with real files of versions before 2020 and of 2020 R1. The former have one head for all
 structures, GENERAL without a structure number, and neither COB nor DISPLACEMENT. The latter has a

@@ -1,4 +1,4 @@
-"""From the tables of another program's file to a `HydroDatabase`: functions for several readers."""
+"""From tables of another program's file to a `HydroDatabase`, with QTFs: for several readers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.errors import InputError
 
-# Functions for several readers: exact inverse conversion, symmetry, choice of the mean drift.
+# Exact inverse conversion, symmetry, choice of the mean drift.
 
 _ODD = 1e-2  # coupling relative to the diagonals by panels that are not exactly symmetric
 _MOMENTUM = [0, 1, 5]  # surge, sway, yaw

@@ -1,4 +1,4 @@
-"""BEMIO's HDF5 file, the input of WEC-Sim and HydroChrono.
+"""Reader and writer of BEMIO's HDF5 file, the input of WEC-Sim and HydroChrono.
 
 Groups ``simulation_parameters`` and ``body1``, ``body2``, ... have the rows of the body's six DOFs.
 If ``scaled`` is 1, numbers are in SI units. Otherwise the file has A/rho, B/(rho w), X/(rho g),
@@ -41,7 +41,7 @@ from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 if TYPE_CHECKING:
     import h5py
 
-# A database as BEMIO's HDF5 file.
+# Writer: a database as BEMIO's HDF5 file.
 
 
 def write(db: HydroDatabase, path: Path) -> None:

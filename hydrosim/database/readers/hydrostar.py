@@ -1,9 +1,11 @@
 """HydroStar's folders of text tables: first order, mean drift, quadratic transfer functions.
 
-All files of the folder are read. First-order data come from the tables of `hydrostar_linear` or
-from the single WAMIT set (name.1, ...) in the folder. The set is assumed to have the frame of the
-tables, and the attribute ``assumed`` says so. Second-order data have one file for each load. After
-a head of lines with #, each heading has rows of a frequency w_1. Each row has, for every difference
+All files of the folder are read. First-order data come from the tables
+(`read_linear`) or from the single WAMIT set (name.1, ...) in the folder. The set is assumed to have
+the frame of the tables, and the attribute ``assumed`` says so.
+
+Second-order data have one file for each load. After a head of lines with #, each heading has rows
+of a frequency w_1. Each row has, for every difference
 in #DIFF, the real and imaginary part of the load in waves of w_1 and w_2 = w_1 + difference. Units
 are N/m^2 and N m/m^2 about #COORD. A table with only the difference zero is a mean drift. It comes
 from pressures on the hull, or from the far or middle field if its name ends in FF or MF. Between

@@ -1,4 +1,4 @@
-"""Text files of other programs: lines and numbers, and messages with the line number."""
+"""Text files of other programs: lines, numbers, tables, and messages with the line number."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hydrosim.database.database import Real
 from hydrosim.errors import InputError
 
-# Tables of numbers in text files: rows with their line numbers, placed in arrays.
+# Tables of numbers: rows with their line numbers, placed in arrays.
 
 Index = NDArray[np.intp]
 

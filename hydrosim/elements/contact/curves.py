@@ -1,4 +1,6 @@
-"""Piecewise straight curves of force over compression or extension, whose corners are events.
+"""Curves of force over compression, straight between corners, and normal forces of contact points.
+
+Corners of curves are events.
 
 A curve consists of rows of `SEGMENT`. On each the force is smooth; the owner of a curve stores the
 present segment in a column of its modes. The last slope continues beyond the last point.

@@ -5,8 +5,8 @@
 N: normal force along the plane's normal n (`normal`); f: friction in the plane (`laws`); both
 depend on compression, velocity and stretch (`geometry`). Every point has a mode (open, stick, slip)
 and a segment of its curve. Load-dependent stick-slip also knows whether the load rises. They change
-only at events (`transitions`). A fender has points against one plane, which may end at `edges`. A
-`landing` has a seat for each point and a memory of its loading (`loop`).
+only at events (`transitions`). A fender has points against one plane, which may end at edges. A
+`landing` has a seat for each point and a memory of its loading (`NormalLoop`).
 
 States per point: stretch s (2,), or heading for slip without a node; slip distance. Further the
 energy lost in friction, including stored energy that is lost when contact ends. Its parts lost in

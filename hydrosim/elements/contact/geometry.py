@@ -1,4 +1,4 @@
-"""Geometry of contact: a point r of one body against a plane on the earth or on another body.
+"""Geometry of contact: a point r of one body against a plane with edges, on the earth or a body.
 
 c: a point of the plane; n: its unit normal (towards the side where the body is free); p: the
 contact point; d = p - c. The compression is delta = -n d, positive in contact. w: velocity of p

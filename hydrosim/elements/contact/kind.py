@@ -1,4 +1,4 @@
-"""Contact points as a kind: states, modes, variables, and states that a restart initialises.
+"""Contact points as a kind: states, modes, postures, variables, and integrals by mode.
 
 Impulses, works and displacements of contact points by mode: integrals in y, if asked for.
 
@@ -136,10 +136,7 @@ def _earth_vector(u, c):
     return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))
 
 
-# Postures of contact points: open, sticking, slipping; see `hydrosim.elements.kind`.
-#
-# Points are linearised on the steepest piece of their curve, or under the largest prescribed force,
-# and in steady slip.
+# Postures of contact points for a linearisation: open, sticking, in steady slip.
 
 CLOSED_MODES = {STICK: "sticking", SLIP: "slipping"}
 SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins at a higher one

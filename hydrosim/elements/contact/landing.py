@@ -1,9 +1,9 @@
-"""Landing: points of a body that come down on seats, on the earth or on another body.
+"""Landings, points of a body that come down on seats, and guides, the walls around seats.
 
 A landing is a contact point whose plane passes through its seat, normal to the ``axis`` along which
-the seat carries. It only pushes. It may carry along a loop (`loop`), be guided sideways,
-and has the friction of any contact. Legs of a topside on its substructure, leg mating units and
-deck support units are landings.
+the seat carries. It only pushes. It may carry along a loop (`NormalLoop`), be guided
+sideways, and has the friction of any contact. Legs of a topside on its substructure, leg mating
+units and deck support units are landings.
 
 Guide: the wall around a seat, a cone or a cylinder, that holds a landing's pin sideways.
 

@@ -12,7 +12,7 @@ A mode holds while its margins are positive:
               or delta' where the curve has a loop         and on the branches of a loop
 
 Where a plane ends, the distance inside its nearest edge belongs to the margin of contact. The curve
-(`loop`) and the friction law (`laws`) determine the mode that follows.
+(`curves`) and the friction law (`laws`) determine the mode that follows.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Joints that are constraints: open, closed, and what changes between.
+"""Joints that are constraints, as kinds of units: their modes, states and forces.
 
     open      before and after its `active` time         no force
     waiting   active, outside its `Window`               until gap and speed are small enough
@@ -496,7 +496,7 @@ def write_outputs(p, holds, out):
             out[6 * p.each[i].joint + a] = holds.joint[i, a]
 
 
-# Joints as kinds of units: locks, which have modes and states, and the forces of all joints.
+# Joints as kinds of units: locks, and the forces of all joints.
 
 LOCK_STATE_NAMES = (
     *(f"reference {k + 1}" for k in range(REFERENCE_SIZE)),

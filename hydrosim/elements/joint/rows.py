@@ -253,7 +253,7 @@ def advance_reference(lock, turns, pitch, bodies, reference):
             reference[TURN_ENTRY + 3 * i + j] = c * row[j] + s * across[j] + along * a[j]
 
 
-# Scratch for constraints that hold bodies: which unit owns a row, and the reactions.
+# Scratch of constraints that hold bodies: owners of rows, and reactions.
 
 
 class Holds(NamedTuple):

@@ -1,4 +1,4 @@
-"""The drum of a winch: how fast it pays out, whatever line it pulls.
+"""The drum of a winch: its controls, how fast it pays out, and the delay of its signal.
 
     l0' = s        l0: length of the line off the drum without load, s: speed of pay-out
 
@@ -47,7 +47,7 @@ import numpy as np
 from hydrosim.elements.signal import Signal
 from hydrosim.jit.kernels import kernel
 
-# What drives the drum of a winch (`hydrosim.elements.line.drum`), as data.
+# Controls of a drum, as data.
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A line under a given pull: the part that hangs, down to where it lies, and the part that lies.
+"""A line under a given pull: its stretches, the part that hangs, and the part that lies.
 
 V falls along the line by the weight of its pieces and of what hangs between them. The line lies
 from the last place at which V comes down to zero. That is inside a piece, tangent to the bed, or at
@@ -22,8 +22,8 @@ and q = w L / S,
 loses no digits for straight, steep, weightless or buoyant stretches.
 
 The place of an end is known to 1e-16 of the length, which is much of the strain of a stiff line.
-Hence a stretch tells how far it falls short of its length along a unit vector e (`Span.along`), and
-how far it leads across e. With Tm = (H, M)
+Hence a stretch tells how far it falls short of its length along a unit vector e
+(`StretchSpan.along`), and how far it leads across e. With Tm = (H, M)
 
     L - (x, z) e = 2 L/S [(S/2 - |Tm|) + (|Tm| - Tm e) - H ex (atanh(q)/q - 1)] - L (Tm e)/EA
 """

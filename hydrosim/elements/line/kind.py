@@ -1,4 +1,4 @@
-"""Catenaries as a kind: their states, modes, postures and records.
+"""Catenaries as a kind: states, modes, postures and records; and their drag, linearised.
 
 Drag of a line, linearised along it and gathered at its fairlead.
 

@@ -1,4 +1,4 @@
-"""Points of a line in its plane, for pictures."""
+"""Points of a line in its plane, and lines at one state of a scene, for pictures and messages."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _mean_inverse(H: float, Va: np.ndarray, Vb: np.ndarray) -> np.ndarray:
     return np.where(even, 2.0 / S, fall / np.where(even, 1.0, Va - Vb))
 
 
-# Lines at one state of a scene, for messages and pictures: ends, pulls, strains, points.
+# Lines at one state of a scene: ends, pulls, strains, points.
 
 LINE_POINTS = 41  # of a line in pictures
 

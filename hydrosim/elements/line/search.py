@@ -1,4 +1,6 @@
-"""Search for the pull of a line from nothing: bracketed, so that it always ends.
+"""Pull of a line by a bracketed search, and its stiffness, length rates and stored energy.
+
+The search starts from nothing, and always ends.
 
 For a given H the depth that a line reaches rises with V, and with V found, the distance rises with
 H, if nothing floats where the line lies. So V is found inside (`newton_step`), H outside

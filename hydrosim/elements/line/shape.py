@@ -1,7 +1,7 @@
-"""The elastic line in its vertical plane: pull, stiffness, energy, and the kinks between profiles.
+"""The elastic line in its vertical plane: profiles, the room to kinks between them, and its pull.
 
-Equations in `hydrosim.elements.line.hang` and `hydrosim.elements.line.hang` (Jonkman 2007, with
-several segments). Profiles of a line:
+Equations in `hydrosim.elements.line.hang` (Jonkman 2007, with several segments). Profiles of a
+line:
 
 * it hangs all along, also below its anchor, as a U;
 * it comes to lie on the bed and its anchor is on the bed too, with friction along the bed;

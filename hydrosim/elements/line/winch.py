@@ -1,4 +1,4 @@
-"""Winch: a wire from a point of a body to an anchor, the length of which a drum changes.
+"""Winches: wires from a point of a body to an anchor, whose length a drum changes, as a kind.
 
     e = l / l0 - 1,   T = max(0, EA (e + c e')),   e' = l'/l0 - l l0'/l0^2,   F = T (a - p) / l
 
@@ -561,7 +561,7 @@ def deactivate(i, y, modes, p):
     y[p.state + WINCH_STATES * i + DRUM_SPEED] = 0.0
 
 
-# Winches for set-up and output; their kernels are in `hydrosim.elements.line.winch`.
+# Winches as a kind of units, for set-up and output.
 
 DELAY = tuple(f"delay {k + 1}" for k in range(drum.DELAY_STATES))
 

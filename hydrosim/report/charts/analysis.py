@@ -1,4 +1,6 @@
-"""Picture of a linear analysis: RAOs over frequency, with a line for each heading."""
+"""Pictures of analyses: RAOs, mooring lines, loading conditions, decay tests, work and precision.
+
+A picture of RAOs is over frequency, with a line for each heading."""
 
 from __future__ import annotations
 
@@ -72,7 +74,7 @@ def _label_rao(units: Units, size: Axes, phase: Axes) -> None:
         axis.spines[["top", "right"]].set_visible(False)
 
 
-# Picture of one mooring line: its profile at several offsets, and its pull over the offset.
+# Mooring line: its profile at several offsets, and its pull over the offset.
 
 PROFILES = 5
 BED = "#8a7a5c"
@@ -163,7 +165,7 @@ def _plot(
     axis.grid(alpha=0.3)
 
 
-# Picture of a loading condition: tanks from the side and from above, and their filling.
+# Loading condition: tanks from the side and from above, and their filling.
 
 FLUID, WALL = "#4c8fbd", "#444444"
 PALE = "#b7d2e5"  # opacity of the fluid, reduced where triangles overlap
@@ -244,7 +246,7 @@ def _label(state: TankState, x: float, y: float, j: int, axis: Axes) -> None:
         axis.annotate(text, (x, y), ha="center", va="center", fontsize=7)
 
 
-# Picture of a fit of decay tests: records, residuals, and damping against amplitude.
+# Fit of decay tests: records, residuals, and damping against amplitude.
 
 CURVE_POINTS = 60
 DEGREES = 180.0 / np.pi
@@ -291,7 +293,7 @@ def _clear_spines(axis: Axes) -> None:
     axis.spines[["top", "right"]].set_visible(False)
 
 
-# Work-precision picture of a convergence study.
+# Convergence study: work and precision.
 
 
 def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:

@@ -1,5 +1,6 @@
-"""Picture of a database: one column for the translations and one for the rotations of every
-body."""
+"""Pictures of a database and of its retardation functions.
+
+The former has one column for the translations and one for the rotations of every body."""
 
 from __future__ import annotations
 
@@ -198,7 +199,7 @@ def _finish(axis: Axes) -> None:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), frameon=False, fontsize="small")
 
 
-# Picture of retardation functions: one of each degree of freedom by itself, and couplings.
+# Retardation functions: each degree of freedom by itself, and couplings.
 
 PANELS_PER_ROW, KERNEL_PANEL_WIDTH_INCH, KERNEL_PANEL_HEIGHT_INCH = (
     3,

@@ -1,5 +1,6 @@
-"""Picture of `hydrosim explain`: forces on a body and its displacement, by contact mode. For many
-runs it shows means over the stages, with intervals."""
+"""Pictures of `hydrosim explain` (forces and displacement by contact mode) and of a comparison.
+
+For many runs the former shows means over the stages, with intervals."""
 
 from __future__ import annotations
 
@@ -162,8 +163,7 @@ def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")
 
 
-# Picture of a comparison: run and recording together, their difference, and a close-up at the
-# largest difference.
+# Comparison: run and recording together, their difference, a close-up at the largest one.
 
 CHANNELS = 8  # in a picture
 COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH = (

@@ -1,4 +1,4 @@
-"""Panels of a picture: lines over time, and bands of modes over time.
+"""Pictures over time: styles of lines, panels of lines or bands of modes, and their layout.
 
 A series with many more records than a panel can show is drawn as a band from the smallest to the
 largest value of each interval, with its mean. A series with slightly more is a line through these
@@ -23,7 +23,7 @@ from matplotlib.transforms import ScaledTranslation
 from hydrosim.files.display_units import DisplayUnit
 from hydrosim.results.channels import MIN_SHARE_OF_AXIS, interval_envelope, interval_means
 
-# Colours and dashes of lines: the same in all pictures, and distinct without colours.
+# Styles of lines: the same in all pictures, and distinct without colours.
 
 # Okabe & Ito (2008): colours that the colour-blind can distinguish. The first three are also
 # distinct in grey. Later lines are dashed, and dotted in the next round.

@@ -1,4 +1,4 @@
-"""Pictures of a run: an overview, and one each of motions, contacts, lines, tanks and energies.
+"""Pictures of a run (overview, motions, contacts, lines, tanks, energies), drawn to files.
 
 Absent parts of a scene (fenders, waves, a degree of freedom that moves) have no panel. A picture
 without panels is not drawn.

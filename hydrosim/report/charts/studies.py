@@ -1,10 +1,8 @@
-"""Short names of values in pictures of studies: lists and long texts become letters with a key.
-
-Pictures of a study: a figure over its parameters, with its scatter over seeds.
+"""Pictures of studies: figures over parameters with scatter over seeds, and limits of operation.
 
 A plan of one parameter is a line with bands, of two parameters a heat map, of one parameter at a
 time a tornado chart. Values without an order are points with bars. Samples are points, and Sobol's
-indices are bars.
+indices are bars. Values that are lists or long texts become letters with a key.
 """
 
 from __future__ import annotations
@@ -365,7 +363,7 @@ def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
     axis.set_xlabel(f"share of the variance of {_words(figure)}")
 
 
-# Picture of limits: significant height over peak period, with the governing criterion.
+# Limits: significant height over peak period, with the governing criterion.
 
 MARKS = "osD^vP*X"
 STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (6, 2, 1, 2)))

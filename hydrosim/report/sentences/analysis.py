@@ -1,4 +1,4 @@
-"""A linear analysis: place at rest, motions in the sea, natural modes, RAOs."""
+"""Sentences and tables of analyses: linear response, mooring lines, ballast and decay tests."""
 
 from __future__ import annotations
 

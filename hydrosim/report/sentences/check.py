@@ -1,4 +1,4 @@
-"""What there is to say of a scene before it is run: `hydrosim check`, or `hydrosim.check`."""
+"""Sentences and tables of a scene before it is run, for `hydrosim check` and `hydrosim.check`."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ from hydrosim.scene.scene import arrangement, floating_roots
 from hydrosim.simulation import check_criteria
 from hydrosim.water.components import sea_state
 
-# The joints of a scene, and its prescribed motions, in words.
+# Joints and prescribed motions of a scene.
 
 
 def describe_joints(scene: Scene) -> Iterator[str]:
@@ -117,7 +117,7 @@ def _form(drive: Drive) -> str:
     return f"{what} of {np.size(signal.value)} values"
 
 
-# What roll dampings of a scene amount to.
+# Roll damping of a scene.
 
 AMPLITUDE_DEG = 5.0  # deg
 
@@ -147,10 +147,7 @@ def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
         yield "; ".join(parts)
 
 
-# How bodies float at the start, and where waves, wind and current come from, for `check`.
-#
-# What these figures show, no question can know: a height above the keel in place of z, an angle in
-# the wrong unit, or a heading that waves come from in place of the one that they go to.
+# Flotation at the start, and directions of waves, wind and current: figures that show mistakes.
 
 SIDES = (
     "from astern",

@@ -1,4 +1,4 @@
-"""A comparison of a run with a recording: what differs in words and figures, and both series."""
+"""Reports of comparisons: of a run with a recording, and of two sets of runs."""
 
 from __future__ import annotations
 
@@ -283,7 +283,7 @@ COMPARISON_SECTIONS: Sections[xr.Dataset] = {
 """Sections by name: the heading, and what gives the nodes below it, of a comparison."""
 
 
-# The report of a comparison of two sets of runs: which numbers differ by more than chance.
+# Two sets of runs: numbers that differ by more than chance.
 
 STUDY_COMPARISON_VARIABLES = ("ours", "theirs", "difference", "low", "high", "chance", "differs")
 MAX_PICTURES = 12

@@ -1,4 +1,4 @@
-"""What a run comes down to: how it ended, what to be aware of, motions, contacts and lines."""
+"""Sentences and tables of a run: its end, criteria, stages, motions, contacts, lines and errors."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from hydrosim.statistics.figures import Criterion, criteria_of
 if TYPE_CHECKING:
     from hydrosim.study.converge import ConvergenceStudy, ConvergenceTrial
 
-# Stages of groups of contacts: when they come, and what happens when contacts close.
+# Stages of groups of contacts, and impacts where contacts close.
 
 
 def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
@@ -74,7 +74,7 @@ def _figures(groups: xr.Dataset) -> Iterator[list[Cell]]:
         yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
 
 
-# Criteria of a run: a register of values, limits and margins, and whether all are met.
+# Criteria of a run: values, limits and margins.
 
 
 def criteria_nodes(run: xr.Dataset) -> Iterator[Node]:
@@ -519,7 +519,7 @@ def _radiation(run: xr.Dataset) -> Iterator[str]:
     yield from lines_of(run, "radiation_errors")
 
 
-# What a run itself knows of its errors, and what it does not.
+# Errors of a run, as far as the run knows them.
 
 
 def convergence(run: xr.Dataset) -> Iterator[Node]:

@@ -1,4 +1,4 @@
-"""The sections of a document, each from what a result holds of it."""
+"""Sections of a document from what a result holds, title block, case and assumptions."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _seas(result: xr.Dataset) -> list[str]:
     return seas(data, units_of(result.attrs)) if data else []
 
 
-# What a run rests on: its case, what was assumed, left out or warned of.
+# Basis of a run: its case, what was assumed, left out or warned of.
 
 ATTRIBUTE_LABELS = {
     "skipped": "Left out",

@@ -1,4 +1,4 @@
-"""Charts of a run: its motions, waves, contacts and forces over time, and the energy ledger."""
+"""Series over time in reports: charts of a run, why a body moved, and runs over their seeds."""
 
 from __future__ import annotations
 
@@ -269,8 +269,7 @@ def _over_time(values: xr.DataArray) -> np.ndarray:
     return np.asarray(values.values)
 
 
-# Why a body moved: a column for each span of time, a row for each figure; of many runs means, each
-# with its 90 % interval.
+# Why a body moved: figures by span of time; of many runs means with 90 % intervals.
 
 SLIP_ROWS = {
     "mean N in slip": ("slip_mean_load", "N"),
@@ -423,8 +422,7 @@ def _closing(explanations: xr.Dataset) -> Sentence:
     )
 
 
-# Runs that differ in their seeds alone: where each motion lies, and extremes over seeds of every
-# channel.
+# Runs that differ in their seeds alone: ranges of motions, extremes of channels.
 
 MAX_COMBINATIONS = 5
 """Combinations of parameters that are shown."""

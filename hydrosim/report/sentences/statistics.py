@@ -1,4 +1,4 @@
-"""Statistics of a run: moments and extremes of each channel, what contacts did, crawl by phase."""
+"""Tables of statistics: moments, extremes, contacts, crawl by phase; first results of a report."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import UNIT_DIMS
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
 
-# Channels in statistics: what each is called, and its unit.
+# Channels in statistics: names and units.
 
 
 class StatisticsChannel(NamedTuple):

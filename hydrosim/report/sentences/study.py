@@ -1,4 +1,4 @@
-"""A study: what its parameters do to its figures, and how its runs went."""
+"""Sentences and tables of a study: effects of parameters, criteria, and how its runs went."""
 
 from __future__ import annotations
 
@@ -57,8 +57,7 @@ from hydrosim.statistics import effects
 from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
 from hydrosim.statistics.figures import Criterion, JudgedCriterion, judge_plan, judge_study
 
-# Several figures of all plans of a study in one table: a row for each value, a column for each
-# figure.
+# Figures of all plans of a study in one table: a row for each value.
 
 MIN_FIGURES = 2
 """Figures, from which on there is one table of all."""
@@ -109,8 +108,7 @@ def _mean_cells(row: EffectRow) -> tuple[Cell, Cell]:
     return Value(of.mean, row.unit), Value(half, row.unit, 2) if np.isfinite(half) else ""
 
 
-# Criteria of a study: the worst of its runs held against each limit, and how many runs meet it, in
-# the words of `hydrosim.report.sentences.run`.
+# Criteria of a study: the worst run against each limit, and how many runs meet it.
 
 
 def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
