@@ -26,8 +26,8 @@ spring, S (v1 - v2), is kept instead; the loss is its part that is no longer sto
 Rate-free limit C2 + C3 = 0: at break-away the node jumps to the kinetic cone, |S| = mu_k N, and the
 energy of the jump is lost. In slip the node stays on the cone (`rate_free_stretch`). This needs N',
 and so no normal damping, and constant coefficients. If C2 = 0, or K2 is zero without load, an open
-node coincides with the body's point. After Plasterk (2017), chapters 5 and 6, extended from one axis
-to the plane.
+node coincides with the body's point. After Plasterk (2017), chapters 5 and 6, extended from one
+axis to the plane.
 
 The state is the stretch s: S = K2 s. While N_e rises, and K2 with it, S = K s with K of the
 reference load instead. So s is smooth, also from the first touch on, and the same where K2 is
