@@ -6,6 +6,14 @@ read them back to the bit.
 Names and units come from the run. Spreadsheets run a cell as a formula if it begins with =, +, - or
 @. Such text is preceded by an apostrophe, also after characters that spreadsheets take for the end
 of a cell.
+
+netCDF has one variable per channel, so that each has one unit. ``time`` is in seconds since a date.
+A run has no date: without a given one it is `DATE`, and the file states that. ``elapsed_time`` is
+in seconds since the start of the run.
+
+MATLAB: the rows of ``channels`` give the name of the variable, the name of the channel, the unit, a
+description, and the meanings of mode numbers. Parquet has the last three as JSON in the metadata of
+the file, under ``channels``, which every reader of Parquet gives.
 """
 
 from __future__ import annotations
@@ -151,7 +159,7 @@ def escape_formula(text: str) -> str:
     return escape_unprintable(FORMULA.sub(r"\1'", text))
 
 
-# netCDF by the conventions CF 1.11: one variable per channel, ``time`` since a date or `DATE`.
+# netCDF by the conventions CF 1.11.
 
 MAX_CF_NAME_LETTERS = 250  # valid name of a variable
 DATE = datetime(2000, 1, 1, tzinfo=UTC)
@@ -189,7 +197,7 @@ def _attributes(column: ExportColumn) -> dict[str, object]:
     return {**attributes, "units": column.unit} if column.unit else attributes
 
 
-# MATLAB, version 5: a variable for each channel, which the rows of ``channels`` describe.
+# MATLAB, version 5.
 
 MAX_MATLAB_NAME_LETTERS = 63  # valid name of a variable
 
@@ -212,7 +220,7 @@ def write_matlab(table: ExportTable, path: Path, mark: str) -> None:
     savemat(path, variables, appendmat=False, long_field_names=True, oned_as="column")
 
 
-# Parquet: a column for each channel, which the metadata ``channels`` of the file describe as JSON.
+# Parquet: ``time`` and a column for each channel under its own name.
 
 
 def write_parquet(table: ExportTable, path: Path, mark: str) -> None:

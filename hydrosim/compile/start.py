@@ -1,5 +1,7 @@
-"""State at the start of a run: at rest with the offsets of the scene, or the state of an earlier
-run."""
+"""State at the start of a run: at rest with offsets, under loads, or the state of an earlier run.
+
+At rest under loads, `hydrosim.linear.equilibrium` finds the position near the initial one, without
+waves and without friction. Contacts begin there with unstretched springs."""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ from hydrosim.water.slow_path_loads import first_states
 if TYPE_CHECKING:
     from hydrosim.scene import Scene, WaveForces
 
-# Start at rest by `hydrosim.linear.equilibrium`; contacts begin with unstretched springs.
+# Start at rest under loads: contacts, lines and buoyancy carry all of them.
 
 PROMISE = "found at_rest"
 AT_REST_ATOL_M = 1e-6  # m

@@ -7,6 +7,9 @@ the same kind and origin. All other files are kept, unless the user gives --over
 special files are always kept. netCDF has its settings in the attribute ``settings``. An earlier
 result of other settings is kept under another name, so a case can be edited and run again without a
 loss.
+
+A folder beside an unfinished result is continued or removed only if each file in it has a name and
+a mark that this program writes. Files of others are never touched, and links are not followed.
 """
 
 from __future__ import annotations
@@ -358,7 +361,7 @@ def _to_disk(path: Path) -> None:
         os.fsync(file.fileno())
 
 
-# Folders beside an unfinished result: removed only if each file has a name and mark of ours.
+# Folders beside an unfinished result.
 
 IsOwn = Callable[[Path], bool]
 """Test whether this program made a path in a folder."""

@@ -32,6 +32,9 @@ nor runs have this term.
 
 About a motion instead of a rest, the term with d(J) q' is left out, and N is that of the present
 position.
+
+Work on a whole system grows with the cube of its size, work on its components with their number.
+Only an exact zero counts as no coupling, so that no weak line is left out.
 """
 
 from __future__ import annotations
@@ -201,7 +204,7 @@ def find_constraint_rows(model: Model, y: np.ndarray, modes: np.ndarray) -> np.n
     return work.constraints.J[: work.constraints.number[0]].copy()
 
 
-# Components of a linear system without coupling: only an exact zero counts as none.
+# Components of a linear system: parts without coupling, each solved by itself.
 
 
 def find_components(coupled: np.ndarray) -> list[np.ndarray]:

@@ -12,6 +12,9 @@ A figure is a statistic of a channel over the whole run or in one phase:
 
 `hydrosim.statistics.results` has figures that are no statistic of a channel.
 
+Of criteria, a value that a run never comes to, such as that of a phase that is not reached, keeps
+its limit. A stage that a run does not reach is later than any limit.
+
 Mean forces from impulses, for runs that record them.
 
 A force that chatters, or peaks between two output times, has a different mean in the records than
@@ -233,7 +236,7 @@ def _times(run: xr.Dataset, figure: ScalarResult) -> np.ndarray:
     return np.asarray(late & np.any(phases == PHASES_BY_NAME[figure.phase], axis=1))
 
 
-# Criteria: a phase that is not reached keeps its limit; such a stage is later than any limit.
+# Criteria of runs: the value held against each limit, in one run or over a study.
 
 NO_COMPLETE_RUN = "no run is complete"
 

@@ -1,4 +1,8 @@
-"""Executors of many runs: outcome of one run, and pools of threads or of processes."""
+"""Executors of many runs: outcome of one run, and pools of threads or of processes.
+
+Processes talk to this one through pipes, which nobody else can open. A run whose process dies is
+made again by a new process. If that one dies too, the run has failed, and the others go on. Runs
+elsewhere are in `hydrosim.study.cluster`."""
 
 from __future__ import annotations
 
@@ -295,7 +299,7 @@ class Threads:
         self._pool.shutdown()
 
 
-# Processes of this machine, one run at a time each, through pipes that nobody else can open.
+# Processes of this machine, one run at a time each.
 
 SPAWN = get_context("spawn")  # a forked process would keep locks that other threads hold
 MAX_PROCESSES_PER_RUN = 2  # processes that a run may bring down

@@ -1,4 +1,8 @@
-"""The seas of a study of limits: a scene in other waves and swells; limits by mirror images."""
+"""The seas of a study of limits: a scene in other waves and swells; limits by mirror images.
+
+Waves to -b move a scene that is its own mirror image about y = 0 as waves to b do, with sway, roll
+and yaw reversed. Its limits are the same if its criteria do not tell the sides apart and its swells
+run along the x axis."""
 
 from __future__ import annotations
 
@@ -73,7 +77,7 @@ def in_sea(scene: Scene, sea: Sea, height: float, seed: int) -> Scene:
     return replace(scene, environment=replace(water, waves=tuple(trains)))
 
 
-# Limits by mirror images: waves to -b move a symmetric scene as waves to b, sides reversed.
+# Limits by mirror images.
 
 EVEN_STATISTICS = ("end_absolute", "change_absolute", "std", "largest_absolute")
 """Statistics that do not know the sign of what they are of."""

@@ -1,5 +1,7 @@
-"""What the runs of a set have in common is made once: databases are read once, and a scene that
-differs from the one before it in its waves alone takes over its compiled model."""
+"""Tasks of a set of runs, data that they share, and the journal of an unfinished set.
+
+Databases are read once, and a scene that differs from the one before it in its waves alone takes
+over its compiled model."""
 
 from __future__ import annotations
 

@@ -11,6 +11,9 @@ upright walls.
 Where a section vanishes, at an edge or a corner, slopes over V are infinite: pieces there are
 short, and quadratic. A mesh with more than `MAX_PIECES` heights is cut at the same number of evenly
 spaced ones.
+
+A tank given by a table: S is a cubic spline through V times the centroids. Level and J are monotone
+between the rows (Fritsch & Carlson 1980). P follows by quadrature of S' S'^T + J / (dV/dh).
 """
 
 from __future__ import annotations
@@ -184,8 +187,7 @@ def capacity_of_mesh(shape: TankMesh) -> float:
     return float(shape.permeability * np.sum(a * np.cross(b, c)) / 6.0)
 
 
-# Tank given by a table: S is a cubic spline; level and J are monotone (Fritsch & Carlson 1980).
-# P follows by quadrature of S' S'^T + J / (dV/dh).
+# Tank given by a table: smooth curves through its rows.
 
 PIECES_PER_ROW = 8  # pieces between two rows of a table
 TABLE_GAUSS_POINTS, TABLE_GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)

@@ -136,7 +136,7 @@ def _earth_vector(u, c):
     return add(scale(u[0], c.tangent1), scale(u[1], c.tangent2))
 
 
-# Postures of contact points for a linearisation: open, sticking, in steady slip.
+# Postures of contact points: open, sticking, in steady slip; on the steepest piece of their curve.
 
 CLOSED_MODES = {STICK: "sticking", SLIP: "slipping"}
 SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins at a higher one

@@ -147,7 +147,7 @@ def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
         yield "; ".join(parts)
 
 
-# Flotation at the start, and directions of waves, wind and current: figures that show mistakes.
+# Flotation at the start, and directions that waves, wind and current come from.
 
 SIDES = (
     "from astern",
