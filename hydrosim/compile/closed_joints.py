@@ -38,7 +38,7 @@ TAKING_PART = 0.1  # of a joint's constraints in the combination that vanishes
 
 class Rows(NamedTuple):
     """All constraints of closed joints: J (r, n), the ``residual`` (r,) [m or rad]; the ``lock`` of
-    each, and whether it ``slides``, (r,); the ``size`` (r,) as in `Holds`."""
+    each, and whether it ``slides``, (r,); the ``size`` (r,) as in `elements.joint.rows.Holds`."""
 
     J: np.ndarray
     residual: np.ndarray

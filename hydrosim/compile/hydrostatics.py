@@ -1,4 +1,4 @@
-"""Hulls, weights and changing tanks as constants of a model."""
+"""Hulls, weights and changing tanks as constants of a model, with closed meshes as `Solids`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from hydrosim.tanks.contents import changing_tanks
 from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, PIECE_DTYPE, Liquids
 
-# Closed meshes as `Solids`: groups of neighbouring triangles.
+# Solids: groups of neighbouring triangles of closed meshes.
 
 # Ratio of a triangle's horizontal projection to its area, below which it counts as upright.
 MIN_WATERPLANE_FRACTION = 1e-12

@@ -130,8 +130,8 @@ class MemoryBefore(NamedTuple):
 
 
 def memory_before(scene: Scene) -> MemoryBefore:
-    """Coordinates, as `memories`, of the run that an `opened_start` scene starts from; empty at a
-    start from rest."""
+    """Coordinates with memory of the run that an `opened_start` scene starts from; empty at a start
+    from rest."""
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return MemoryBefore()

@@ -1,4 +1,4 @@
-"""Triggers: start and end of the action of elements, pumps and joints, and channels they watch.
+"""Triggers: start and end of the action of elements, pumps and joints, by channels they watch.
 
 A trigger waits for its ``start``, acts, waits for its ``end`` and acts no more. Each is a time, or
 a condition that a channel has been above or below a value for a duration. Both are events. A start

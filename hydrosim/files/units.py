@@ -1,4 +1,4 @@
-"""Quantities of a case file: numbers in SI, or texts with a unit, checked and converted to SI.
+"""Quantities of a case file, numbers in SI or texts with a unit, and factors between units.
 
     Mass = Annotated[float, Quantity("mass", "kg", "1000 tonne", above=0)]
 

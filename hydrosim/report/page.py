@@ -1,4 +1,4 @@
-"""HTML of a document with its curves: one file without links, in which nothing from a case can run.
+"""HTML of a document with its curves: one file without links, in which no text of a case can run.
 
 The template escapes texts. Data are JSON without characters that could end their element. A content
 security policy allows only the program's own scripts and styles, by their digests.

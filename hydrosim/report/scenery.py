@@ -1,4 +1,7 @@
-"""Scenery of a replay, from the case of a run: hulls, contacts, lines, supports, tanks, waves."""
+"""Scenery of a replay, from the case of a run: hulls, contacts, lines, supports, tanks, waves.
+
+Supports of landings are for illustration: a case has positions, not shapes. They have the colour of
+the contact's mode, more intense with a larger force."""
 
 from __future__ import annotations
 
@@ -277,7 +280,7 @@ def _pieces(line: Catenary, t: float) -> np.ndarray:
     return pieces
 
 
-# Supports of landings, for illustration: arms to their body, columns under their seats.
+# Supports of landings: arms to their body, columns under their seats.
 
 ARM_HALF_SIDE = 0.008  # of the size of the scene: half the side of an arm or a column
 COLUMN_DEPTH = 0.15

@@ -1,4 +1,4 @@
-"""The base of all force elements."""
+"""The base of all force elements, conditions for their action, and properties of chain."""
 
 from __future__ import annotations
 
@@ -129,8 +129,8 @@ class Turns:
     row: int
 
 
-# Chain by its bar diameter d: mass per length and axial stiffness (Orcina, OrcaFlex manual,
-# "Chain: mechanical properties"), and the breaking load of offshore grades (IACS UR W22),
+# Chain by its bar diameter d (Orcina, OrcaFlex manual, "Chain: mechanical properties"), and the
+# breaking load of offshore grades (IACS UR W22),
 #
 #     C d^2 (44 - 0.08 d) kN,   d in mm,   C = 0.0223 (R3), 0.0249 (R3S), 0.0274 (R4), 0.0320 (R5).
 

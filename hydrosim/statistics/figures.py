@@ -1,4 +1,4 @@
-"""Figures of a run, one number each, mean forces from impulses, and criteria for figures.
+"""Figures of a run (one number each), mean forces from impulses, and criteria of runs.
 
 A figure is a statistic of a channel over the whole run or in one phase:
 

@@ -1,4 +1,4 @@
-"""The form of a file of runs that do not all have the same names.
+"""The form of a file of runs that do not all have the same names, and equality of scenes.
 
 One file has one set of dimensions and variables. Runs may have other contact points, elements or
 bodies, and other values beside these, such as the kinetic friction of a point. Scenes that differ

@@ -1,4 +1,4 @@
-"""Pydantic models of study files: parameters, designs, seeds, criteria and limits of operation."""
+"""Models (pydantic) of study files: parameters, designs, seeds, criteria, limits of operation."""
 
 from __future__ import annotations
 
