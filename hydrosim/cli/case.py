@@ -92,7 +92,7 @@ def case(
     can be kept anywhere: hydrosim case RUN.nc > AGAIN.yaml.
     """
     from hydrosim.compare.dataset import read_result
-    from hydrosim.run.checkpoint import case_of
+    from hydrosim.run.provenance import case_of
 
     result = read_result(run_file)
     try:

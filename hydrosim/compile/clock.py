@@ -1,4 +1,4 @@
-"""Clock of a run: step grid, times that no step may cross, longest steps, tolerances, `automatic`.
+"""Clock of a run: step grid, times that no step may cross, longest steps, tolerances.
 
 Longest steps at which the limits of what holds still are compared with its loads.
 
@@ -20,66 +20,29 @@ because the error of a cubic is that of the fourth derivative. Sum-frequency loa
 rate. Signals that limits depend on directly, such as a prescribed normal force or the length of a
 line, hold for all steps. The rate of a function of the user is unknown: it is compared once every
 ``solver.step``.
-
-`solver: {method: automatic, tolerance: E}`: choice of the method and of its tolerance per step.
-
-E is the largest error of a motion, relative to its range. Errors of whole runs were measured
-against the tolerance r [1/s] of each step (benchmarks/answered.md, "automatic"). The error with
-dopri5 is below r in smooth scenes and in scenes whose contacts change now and then. The error with
-esdirk4 is below 10 r. Therefore
-
-    r = E / g for dopri5, E / (10 g) for esdirk4,
-    both at most `ROUGH` where contacts or springs change,
-
-because a coarser step misses whether a point sticks. Contacts that rattle and motions that nothing
-damps make larger errors than this rule says. Each run measures its error, and is made again with
-smaller tolerances if it is too large (`hydrosim.run.error_estimate`).
-
-g = 1 if all motions are restored, because errors then decay. Errors of a motion that nothing
-restores, such as the yaw of a moored sphere, grow with the time T of the run: as T^1.5 to T^1.7 of
-its range, measured beyond `MEASURED`. Then g = (T / `MEASURED`)^1.5, at least 1. Bodies whose
-weight contacts carry count as restored, although they are free if all contacts are open.
-
-An explicit method costs 6 evaluations for each step of the largest stable size h_s, however large E
-is. An implicit method costs 40 evaluations for each step h_i = 4.3 r^(1/4) / w (both measured, w is
-a frequency of the motions). Stiff contacts are closed for a fraction of the time,
-`CONTACT_TIME_FRACTION`. So esdirk4 is chosen if
-
-    6 CONTACT_TIME_FRACTION / h_s > 40 / h_i.
-
-h_s is the smallest value over all combinations of contacts in `linear.stability`. w is the median
-frequency of the vibrations with all contacts open, or 1 rad/s. Computing time, machine and sea do
-not count, so all runs of a study use the same method. Methods of equal steps are never chosen,
-because the accuracy of their step depends on the excitation, which the linearisation does not know.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import ceil, inf, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hydrosim.compile import restart
-from hydrosim.elements import externals_of, new_modes, signals_of
+from hydrosim.elements import externals_of, signals_of
 from hydrosim.elements.contact import fender
-from hydrosim.elements.kind import carried_weights
 from hydrosim.elements.line import drum, winch
 from hydrosim.elements.signal import corners, signal_rate
-from hydrosim.integrate.methods import DOPRI5, Control
+from hydrosim.integrate.methods import Control
 from hydrosim.integrate.state import Clock
-from hydrosim.linear.stability import Combination, all_open, combinations, smallest_step
 from hydrosim.modes import NO_INDEX
-from hydrosim.multibody.kinematics import are_lengths, coordinate_owners
-from hydrosim.scene import Environment, Method, Scene, Tolerance
-from hydrosim.scene.scene import ACCURACY
+from hydrosim.multibody.kinematics import are_lengths
+from hydrosim.scene import Environment, Scene
 from hydrosim.water.displaced_loads import STATES_PER_FOLLOWED_BODY, grid_step, steps_per_block
-from hydrosim.water.radiation.threads import one_thread
 from hydrosim.water.wind import gust_components, mean_wind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from hydrosim.compile.compiled import Compiled
     from hydrosim.integrate.dynamics import Model
@@ -233,115 +196,3 @@ def _tolerate_drums(absolute: np.ndarray, model: Model, length: float) -> None:
             late = absolute[delays + unit["delay"] :][: drum.DELAY_STATES]
             late[0::2] = length / b
             late[1::2] = length / (2.0 * a)
-
-
-# Upper bound of the error of motions over the tolerance of each step [1/s].
-OF_DOPRI5 = 1.0
-OF_ESDIRK4 = 10.0
-# largest tolerances of each step [1/s]: for smooth motions, and for either method if contacts
-# change
-SMOOTH = 1e-3
-ROUGH = 1e-5
-MAX_IMPLICIT_CONTACT_TOLERANCE = 1e-6
-MIN_TOLERANCE = 1e-12  # of a step, per second: rounding is larger than smaller ones
-ARM = 100.0  # m, for angles
-# cost of a step in evaluations, and factor of the length of an implicit step
-EXPLICIT = 6.0
-IMPLICIT = 40.0
-REACH = 4.3
-CONTACT_TIME_FRACTION = 0.5
-DEFAULT_FREQUENCY = 1.0  # rad/s, for motions without a period
-MIN_VIBRATION_FREQUENCY = 1e-3  # rad/s: slower motions are no vibrations
-MEASURED = 600.0  # s: duration of the runs whose errors were measured
-GROWS = 1.5  # power of the duration with which errors grow where nothing restores a motion
-
-
-def with_method(compiled: Compiled) -> Compiled:
-    """Compiled scene with the method chosen if the scene leaves it to the program. Notes give the
-    choice and its reason. A scene that starts from a run of the same accuracy keeps its method.
-    """
-    scene = compiled.scene
-    if scene.solver.method != Method.AUTOMATIC:
-        return compiled
-    accuracy = scene.solver.accuracy or ACCURACY
-    before = restart.method_before(scene, accuracy)
-    if before is not None:
-        chosen = Method(before)
-        why = "as in the run that it starts from"
-    elif compiled.derived.exact:
-        chosen = Method.DOPRI5
-        why = "propagated exactly"
-    else:
-        chosen, why = _chosen(compiled, accuracy)
-    solver = replace(scene.solver, method=chosen, accuracy=accuracy)
-    text = f"{chosen} for an error of {accuracy:g} of the range of motions: {why}"
-    notes = replace(compiled.notes, method=text)
-    return with_tolerance(replace(compiled, scene=replace(scene, solver=solver), notes=notes))
-
-
-def with_tolerance(compiled: Compiled) -> Compiled:
-    """Compiled scene with the tolerances of its accuracy, if it has one. In the plane of a
-    symmetry, where less may drift, they are chosen again; the method stays."""
-    solver = compiled.scene.solver
-    if solver.accuracy is None:
-        return compiled
-    changing = len(new_modes(compiled.model)) > 0
-    rate = _rate(solver.method, solver.accuracy / _growth(compiled), changing)
-    solver = replace(solver, tolerance=Tolerance(rate, rate, rate / ARM))
-    return replace(compiled, scene=replace(compiled.scene, solver=solver))
-
-
-def _ratio(method: Method) -> float:
-    """Error of motions over the tolerance of each step [s]."""
-    return OF_ESDIRK4 if method == Method.ESDIRK4 else OF_DOPRI5
-
-
-def _rate(method: Method, accuracy: float, changing: bool) -> float:
-    """Tolerance of each step [1/s]; ``changing`` says that contacts or springs change."""
-    rough = MAX_IMPLICIT_CONTACT_TOLERANCE if method == Method.ESDIRK4 else ROUGH
-    return max(min(accuracy / _ratio(method), rough if changing else SMOOTH), MIN_TOLERANCE)
-
-
-@one_thread
-def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
-    """Chosen method, and the reason."""
-    looked_at = combinations(compiled.scene, compiled.model, compiled.state)
-    stable = smallest_step(looked_at, DOPRI5)
-    rate = _rate(Method.ESDIRK4, accuracy, changing=True)
-    implicit = REACH * rate**0.25 / _frequency(looked_at)
-    stiff = EXPLICIT * CONTACT_TIME_FRACTION / stable > IMPLICIT / implicit
-    if np.isinf(stable):
-        why = "explicit steps of any length are stable"
-    else:
-        why = f"explicit steps above {stable:.2g} s are unstable,"
-        why += f" implicit steps are {implicit:.2g} s"
-    return (Method.ESDIRK4 if stiff else Method.DOPRI5), why
-
-
-def _frequency(looked_at: Sequence[Combination]) -> float:
-    """Median frequency of the vibrations with all contacts open [rad/s]."""
-    values = looked_at[0].values.imag
-    vibrating = values[values > MIN_VIBRATION_FREQUENCY]
-    return float(np.median(vibrating)) if vibrating.size else DEFAULT_FREQUENCY
-
-
-def _growth(compiled: Compiled) -> float:
-    """Factor on the errors of a run because it is long and nothing restores some motion."""
-    longer = compiled.scene.duration / MEASURED
-    if longer <= 1.0 or compiled.derived.exact or not _drifts(compiled):
-        return 1.0
-    return longer**GROWS
-
-
-@one_thread
-def _drifts(compiled: Compiled) -> bool:
-    """True if nothing restores a motion within the run, except of bodies that contacts carry."""
-    scene = compiled.scene
-    held = carried_weights(scene).keys()
-    for part in all_open(compiled.model, compiled.state).components:
-        here = np.searchsorted(compiled.model.bodies.active, part.linear.active)
-        bodies = {scene.bodies[b].name for b in coordinate_owners(compiled.model.bodies)[here]}
-        slow = np.abs(part.values) * scene.duration < 1.0
-        if slow.any() and not bodies <= held:
-            return True
-    return False

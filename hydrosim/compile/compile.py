@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrosim import elements as forces
 from hydrosim.compile import families, symmetry
-from hydrosim.compile.clock import with_method, with_tolerance
+from hydrosim.compile.automatic import with_method, with_tolerance
 from hydrosim.compile.compiled import Compiled, DerivedData, derive_data
 from hydrosim.compile.drives import check_driven_start
 from hydrosim.compile.families import all_groups, members_of_families

@@ -28,7 +28,7 @@ from hydrosim.errors import InputError
 from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import LINE_PIECE
 from hydrosim.report.page import base64_of_floats
-from hydrosim.run.checkpoint import case_of
+from hydrosim.run.provenance import case_of
 from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
 from hydrosim.scene.body import TankShape
 from hydrosim.water.components import WaveComponents, sea

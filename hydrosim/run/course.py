@@ -34,10 +34,11 @@ from hydrosim.jit.refs import StructReference, clear_references
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.results.ledger import ErrorEstimate, add_error_estimate, append_warnings
 from hydrosim.results.output import to_dataset
-from hydrosim.run.checkpoint import Checkpoint, CheckpointWriter, provenance
+from hydrosim.run.checkpoint import Checkpoint, CheckpointWriter
 from hydrosim.run.failure import failure, find_blow_up
 from hydrosim.run.functions import delay_warnings, function_attributes, repeatability_warnings
 from hydrosim.run.post_run_checks import validity_warnings
+from hydrosim.run.provenance import provenance
 from hydrosim.run.step_limits import unresolved_vibration_warnings
 
 if TYPE_CHECKING:

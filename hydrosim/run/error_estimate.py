@@ -42,7 +42,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compile.clock import MIN_TOLERANCE
+from hydrosim.compile.automatic import MIN_TOLERANCE
 from hydrosim.compile.compile import add_waves, compile_calm, wave_load_error
 from hydrosim.dofs import DOFS
 from hydrosim.elements import modes_of_kind

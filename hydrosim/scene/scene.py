@@ -89,7 +89,7 @@ class Solver:
     An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the error of each step below
     ``tolerance`` times its length. ``unstable`` applies to the other methods. ``automatic`` selects
     an adaptive method and its tolerance such that errors of motions are at most ``accuracy`` of
-    their range, see `hydrosim.compile.clock`. Other methods have no accuracy.
+    their range, see `hydrosim.compile.automatic`. Other methods have no accuracy.
 
     A ``linear`` scene is propagated exactly unless steps are asked for, see
     `hydrosim.linear.propagate`. A scene with mirror symmetry has no sway, roll and yaw unless its

@@ -20,7 +20,7 @@ from hydrosim.elements.external import BodyState
 from hydrosim.files.document_nodes import Table
 from hydrosim.report.sentences.run import summary
 from hydrosim.results.dataset import write_run
-from hydrosim.run.checkpoint import case_of
+from hydrosim.run.provenance import case_of
 from hydrosim.scene import Joint, JointType, Kinematics, Method, Scene, Start
 from hydrosim.scene.joint import Resistance
 

@@ -10,7 +10,7 @@ import yaml
 
 import hydrosim as hs
 from hydrosim.case import joints
-from hydrosim.run.checkpoint import case_of
+from hydrosim.run.provenance import case_of
 
 CASES = Path(__file__).parents[2] / "cases"
 FORMS = [

@@ -17,7 +17,7 @@ from hydrosim.elements import ELEMENT_KINDS
 from hydrosim.results.output import fixed_coordinates
 from hydrosim.results.runs_file import open_runs
 from hydrosim.results.variables import PURPOSE, describe_coordinates
-from hydrosim.run.checkpoint import case_of
+from hydrosim.run.provenance import case_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.explain import explain_run
 from hydrosim.statistics.statistics import statistics

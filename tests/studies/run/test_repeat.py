@@ -13,7 +13,7 @@ from markers import few
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
-from hydrosim.run.checkpoint import case_of
+from hydrosim.run.provenance import case_of
 from hydrosim.study.many_runs import run_study
 from hydrosim.study.sweep import load_study
 
