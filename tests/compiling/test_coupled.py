@@ -71,6 +71,7 @@ def two_barges(database: HydroDatabase, radiation: RadiationModel, duration: flo
 
 
 @pytest.mark.parametrize("radiation", few(reversed(RadiationModel), 2))
+@pytest.mark.usefixtures("fits_made_here")
 @pytest.mark.slow
 def test_bodies_without_coupling_move_as_with_a_database_each(radiation, figure) -> None:
     """Both directions of the change of reference, all loads, all kinds of radiation. The fits are

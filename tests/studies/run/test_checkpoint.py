@@ -134,6 +134,7 @@ def sunk(scene: Scene) -> Scene:
         (sunk, "--resume: the database of barge changed after"),
     ],
 )
+@pytest.mark.usefixtures("fits_made_here")
 @pytest.mark.slow
 def test_another_run_is_refused(
     change: Callable[[Scene], Scene], words: str, tmp_path: Path
