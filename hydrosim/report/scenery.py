@@ -21,6 +21,7 @@ from hydrosim.elements.contact.fender import Contact, Fender
 from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.catenary import Catenary, pull_entries
+from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.shape import LinePull
 from hydrosim.elements.signal import compile_signals, value
@@ -255,10 +256,11 @@ def _points(
     if line.friction is not None:
         bed, friction = min(-scene.environment.water_depth - end[2], 0.0), line.friction
     pieces = _pieces(line, t)
-    pull = LinePull(*pull_entries(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
+    suspended = SuspendedLine(pieces, 0, len(pieces), x, z, bed, friction)
+    pull = LinePull(*pull_entries(suspended, -1.0, 0.0))
     if not pull.converged:
         return np.linspace(start, end, count)
-    line_positions, _ = line_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
+    line_positions, _ = line_points(suspended, pull, count)
     return np.column_stack([start[:2] + line_positions[:, :1] * e, end[2] + line_positions[:, 1]])
 
 

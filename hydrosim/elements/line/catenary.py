@@ -38,6 +38,7 @@ import numpy as np
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
+from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.pair import TwoPointElement
 from hydrosim.elements.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.elements.signal import rate as signal_rate
@@ -253,27 +254,32 @@ def end_kinematics(line, bodies, motion):
     )
 
 
+@kernel
+def suspended_line(line, s, pieces):
+    """The `SuspendedLine` of a line over its `EndKinematics` ``s``."""
+    return SuspendedLine(pieces, line.first, line.last, s.x, s.z, s.bed, line.friction)
+
+
 @root_giving(float, float, float, float, float, float, bool, int)
-def pull_entries(first, last, x, z, bed, friction, H, V, pieces):
-    """The entries of the `shape.LinePull` of a line, with the guess H, V."""
-    a = shape.solve(pieces, first, last, x, z, bed, friction, H, V)
+def pull_entries(line, H, V):
+    """The entries of the `shape.LinePull` of a `SuspendedLine`, with the guess H, V."""
+    a = shape.solve(line, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
 @kernel
 def solve_from_guess(i, s, H, V, pieces, p):
     """The `shape.LinePull` of line ``i`` over its `EndKinematics` ``s``, with the guess H, V."""
-    line = p.lines[i]
     H, V, anchor_V, anchor_H, touch, dead, converged, reason = pull_entries(
-        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
+        suspended_line(p.lines[i], s, pieces), H, V
     )
     return shape.LinePull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
 
 @root_giving(float, float, float, float, float, float, bool, int)
-def rebuild_pull_entries(first, last, x, z, bed, friction, H, V, pieces):
+def rebuild_pull_entries(line, H, V):
     """`pull_entries` where H, V are the solution itself."""
-    a = shape.rebuild_pull(pieces, first, last, x, z, bed, friction, H, V)
+    a = shape.rebuild_pull(line, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
@@ -281,7 +287,7 @@ def rebuild_pull_entries(first, last, x, z, bed, friction, H, V, pieces):
 def rebuild_pull(line, s, H, V, pieces):
     """The `shape.LinePull` of a line whose solution over its `EndKinematics` ``s`` is H, V."""
     H, V, anchor_V, anchor_H, touch, dead, converged, reason = rebuild_pull_entries(
-        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
+        suspended_line(line, s, pieces), H, V
     )
     return shape.LinePull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
@@ -388,9 +394,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
             continue
         s = end_kinematics(line, bodies, motion)
         pull, pieces = solve_line(i, t, y, s, motion, p)
-        a = line.first
-        b = line.last
-        U = search.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+        U = search.stored_energy(suspended_line(line, s, pieces), pull)
         stored[line.row] += U + total_weight(line, pieces) * (s.anchor - line.datum)
 
 
@@ -526,31 +530,21 @@ def is_sharp(guess, s, pull, stiffness):
 
 
 @root_giving(float)
-def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
-    """`shape.kink_room` of a line."""
-    pull = shape.LinePull(H, V, anchor_V, H, touch, dead, True, 0)
-    return shape.kink_room(pieces, first, last, x, z, bed, friction, pull, number)
+def find_room(line, pull, number):
+    """`shape.kink_room` of a `SuspendedLine`."""
+    return shape.kink_room(line, pull, number)
 
 
 @kernel
 def room_of(line, s, pull, number, pieces):
     """Room of a line in the profile of this ``number``."""
-    a = line.first
-    b = line.last
-    friction = line.friction
-    H = pull.H
-    V = pull.V
-    up = pull.anchor_V
-    return find_room(
-        a, b, s.x, s.z, s.bed, friction, H, V, up, pull.touch, pull.dead, number, pieces
-    )
+    return find_room(suspended_line(line, s, pieces), pull, number)
 
 
 @root_giving(float, float, float, float)
-def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, pieces):
-    """`search.stiffness` of a line."""
-    pull = shape.LinePull(H, V, anchor_V, H, touch, 0.0, True, 0)
-    return search.stiffness(pieces, first, last, x, z, bed, friction, pull)
+def find_stiffness(line, pull):
+    """`search.stiffness` of a `SuspendedLine`."""
+    return search.stiffness(line, pull)
 
 
 @root
@@ -582,9 +576,7 @@ def transition(i, t, y, modes, motion, bodies, p):
 @kernel
 def profile_of(line, s, pull, pieces):
     """Number of the profile of a line."""
-    a = line.first
-    b = line.last
-    return shape.find_profile(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+    return shape.find_profile(suspended_line(line, s, pieces), pull)
 
 
 @root
@@ -630,13 +622,7 @@ def write_guess(guess, s, pull, stiffness):
 @kernel
 def stiffness_of(line, s, pull, pieces):
     """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line."""
-    a = line.first
-    b = line.last
-    bed = s.bed
-    up = pull.anchor_V
-    return find_stiffness(
-        a, b, s.x, s.z, bed, line.friction, pull.H, pull.V, up, pull.touch, pieces
-    )
+    return find_stiffness(suspended_line(line, s, pieces), pull)
 
 
 @kernel

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from validation_data import unpacked
 
+from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.search import length_rates, stiffness, stored_energy
 from hydrosim.elements.line.shape import (
@@ -39,14 +40,18 @@ def line(*rows: tuple[float, ...], x: float, z: float, bed: float = 0.0, CB: flo
     return np.array(list(rows), dtype=LINE_PIECE), float(x), float(z), float(bed), float(CB)
 
 
+def suspended(case: Line) -> SuspendedLine:
+    return SuspendedLine(case[0], 0, case[0].size, *case[1:])
+
+
 def pull(case: Line, H: float = nan, V: float = nan) -> LinePull:
     """Its solution from a guess."""
-    return LinePull(*solve(case[0], 0, case[0].size, *case[1:], H, V))
+    return LinePull(*solve(suspended(case), H, V))
 
 
 def of(function: Any, case: Line, *more: object) -> Any:
     """A function of the line and its pull."""
-    return function(case[0], 0, case[0].size, *case[1:], pull(case), *more)
+    return function(suspended(case), pull(case), *more)
 
 
 KINDS = {
@@ -252,7 +257,7 @@ def test_points(name: str) -> None:
     pieces, x, _, bed, _ = case
     p = pull(case)
     n = 42001  # joints of pieces are among the points
-    places, T = line_points(pieces, 0, pieces.size, *case[1:], p, n)
+    places, T = line_points(suspended(case), p, n)
     np.testing.assert_allclose(places[-1], (x, 0.0), atol=1e-9 * x)
     assert places[:, 1].min() >= bed - 1e-9 * x
     assert T[0] == pytest.approx(np.hypot(p.H, p.V))
@@ -329,7 +334,7 @@ def test_floating_pieces() -> None:
         if not p.converged:
             continue
         solved += 1
-        places, _ = line_points(pieces, 0, n, *case[1:], p, 501)
+        places, _ = line_points(suspended(case), p, 501)
         np.testing.assert_allclose(places[-1], (case[1], 0.0), atol=1e-8 * length)
         assert places[:, 1].min() >= -1e-9 * length
         lies = np.cumsum(pieces["length"]) > p.touch * (1 + 1e-12)
