@@ -53,6 +53,7 @@ from hydrosim.elements.joint import locks, motions
 from hydrosim.elements.kind import (
     CanFail,
     ElementKind,
+    ElementLoads,
     HasImpulses,
     HasLinearDamping,
     HasLosses,
@@ -137,41 +138,40 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     """Add the forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the
     elements."""
     e = elements
+    loads = ElementLoads(wrench, rate, dy)
     if e.linear_moorings.size > 0:
-        linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, wrench, rate, dy)
+        linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, loads)
     if e.applied_forces.each.size > 0:
-        applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, wrench, rate, dy)
-    fender.add_force(t, y, modes, motion, bodies, e.fenders, wrench, rate, dy)
+        applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, loads)
+    fender.add_force(t, y, modes, motion, bodies, e.fenders, loads)
     if e.springs.lines.size > 0:  # passing arguments alone would cost a few percent
-        spring.add_force(t, y, modes, motion, bodies, e.springs, wrench, rate, dy)
+        spring.add_force(t, y, modes, motion, bodies, e.springs, loads)
     if e.linear_dampings.size > 0:
-        damping.add_linear_damping(t, y, modes, motion, bodies, e.linear_dampings, wrench, rate, dy)
+        damping.add_linear_damping(t, y, modes, motion, bodies, e.linear_dampings, loads)
     if e.quadratic_dampings.size > 0:
-        damping.add_quadratic_damping(
-            t, y, modes, motion, bodies, e.quadratic_dampings, wrench, rate, dy
-        )
+        damping.add_quadratic_damping(t, y, modes, motion, bodies, e.quadratic_dampings, loads)
     if e.viscous_rolls.size > 0:
-        viscous_roll.add_force(t, y, modes, motion, bodies, e.viscous_rolls, wrench, rate, dy)
+        viscous_roll.add_force(t, y, modes, motion, bodies, e.viscous_rolls, loads)
     if e.stream_loads.each.size > 0:
-        stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
+        stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, loads)
     if e.links.links.size > 0:
-        link.add_force(t, y, modes, motion, bodies, e.links, wrench, rate, dy)
+        link.add_force(t, y, modes, motion, bodies, e.links, loads)
     if e.bushings.each.size > 0:
-        bushing.add_force(t, y, modes, motion, bodies, e.bushings, wrench, rate, dy)
+        bushing.add_force(t, y, modes, motion, bodies, e.bushings, loads)
     if e.catenaries.lines.size > 0:
-        catenary.add_force(t, y, modes, motion, bodies, e.catenaries, wrench, rate, dy)
+        catenary.add_force(t, y, modes, motion, bodies, e.catenaries, loads)
     if e.guides.pins.size > 0:
         landing.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.winches.each.size > 0:
-        winch.add_force(t, y, modes, motion, bodies, e.winches, wrench, rate, dy)
+        winch.add_force(t, y, modes, motion, bodies, e.winches, loads)
     if e.compensators.each.size > 0:
-        compensator.add_force(t, y, modes, motion, bodies, e.compensators, wrench, rate, dy)
+        compensator.add_force(t, y, modes, motion, bodies, e.compensators, loads)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.LOCK_STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
         motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
     if e.externals.each.size > 0:
-        external.add_force(t, y, modes, motion, bodies, e.externals, wrench, rate, dy)
+        external.add_force(t, y, modes, motion, bodies, e.externals, loads)
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -183,7 +183,8 @@ def add_given_forces(t, y, modes, motion, bodies, elements, wrench, work):
     scratch."""
     p = elements.applied_forces
     if p.each.size > 0:
-        applied_force.add_force(t, y, modes, motion, bodies, p, wrench, work.rate, work.total)
+        loads = ElementLoads(wrench, work.rate, work.total)
+        applied_force.add_force(t, y, modes, motion, bodies, p, loads)
 
 
 @kernel

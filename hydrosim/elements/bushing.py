@@ -239,7 +239,7 @@ def load_and_power(bushing, mode, o, bodies):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every bushing to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.each.size):
@@ -249,13 +249,13 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         o = kinematics(bushing, bodies, motion)
         force, moment, lost = load_and_power(bushing, mode, o, bodies)
-        rate[bushing.row] += lost
+        loads.rate[bushing.row] += lost
         F = vector_from_components(o.axes, force)
         M = vector_from_components(o.axes, moment)
-        add_wrench(bushing.body, F, add(M, cross(o.arm, F)), wrench[bushing.row])
+        add_wrench(bushing.body, F, add(M, cross(o.arm, F)), loads.wrench[bushing.row])
         if bushing.other != EARTH:
             M = scale(-1.0, add(M, cross(o.other_arm, F)))
-            add_wrench(bushing.other, scale(-1.0, F), M, wrench[bushing.row])
+            add_wrench(bushing.other, scale(-1.0, F), M, loads.wrench[bushing.row])
 
 
 @root

@@ -135,15 +135,15 @@ def _damping(
 
 
 @root
-def add_linear_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_linear_damping(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for e in p:
         if bodies.exact:
             u = relative_velocity(e.body, e.stream, motion)
-            rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])
+            loads.rate[e.row] += add_resistance(e.body, e.damping, u, motion, loads.wrench[e.row])
         else:
-            rate[e.row] += _add_resistance(e, motion.velocity, wrench[e.row])
+            loads.rate[e.row] += _add_resistance(e, motion.velocity, loads.wrench[e.row])
 
 
 @kernel
@@ -215,7 +215,7 @@ def compile_quadratic_dampings(elements: Mapping[str, ForceElement], layout: Lay
 
 
 @root
-def add_quadratic_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_quadratic_damping(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for e in p:
@@ -228,7 +228,7 @@ def add_quadratic_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
             abs(u[4]) * u[4],
             abs(u[5]) * u[5],
         )
-        rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])
+        loads.rate[e.row] += add_resistance(e.body, e.damping, squares, motion, loads.wrench[e.row])
 
 
 QUADRATIC_DAMPING_KIND = ElementKind(

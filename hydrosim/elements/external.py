@@ -440,21 +440,21 @@ def size_of(bodies: int) -> int:
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Write the wrench [N, N m] of every function to its row of ``wrench``, and its power [W] to
     ``rate``, in place."""
     for e in p.each:
-        wrenches = wrench[e.row]
+        wrenches = loads.wrench[e.row]
         if e.way == STAGE:
             call_user_function(e, t, motion, bodies, wrenches)
         else:
             predict_wrench(e, t, y, p, wrenches)
             first = p.state + e.state
-            clear(dy[first : first + 18 * e.bodies + SCALARS])
+            clear(loads.dy[first : first + 18 * e.bodies + SCALARS])
         power = 0.0
         for i in range(wrenches.size):
             power += wrenches[i] * motion.velocity[i]
-        rate[e.row] += power
+        loads.rate[e.row] += power
 
 
 @kernel

@@ -228,6 +228,15 @@ class KindConstants(Protocol):
         """Constants of tanks that change."""
 
 
+class ElementLoads(NamedTuple):
+    """What elements add to: the ``wrench`` (rows, 6 nb) of every row of forces, its work or
+    dissipation ``rate`` (rows,), and the rates ``dy`` of the states y."""
+
+    wrench: np.ndarray
+    rate: np.ndarray
+    dy: np.ndarray
+
+
 class Variable(NamedTuple):
     """Description of a variable of a result: text, units, frame; for modes their ``flags``."""
 

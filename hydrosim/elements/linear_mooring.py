@@ -133,7 +133,7 @@ def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
 
 
 @kernel
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every mooring to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for mooring in p:
@@ -144,9 +144,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         Q = spring_force(k, motion.coordinates, mooring.stiffness)
         f = product(mooring.damping, u, k)
         for i in range(6):
-            rate[row] += u[k + i] * f[i]
+            loads.rate[row] += u[k + i] * f[i]
         Q = (Q[0] - f[0], Q[1] - f[1], Q[2] - f[2], Q[3] - f[3], Q[4] - f[4], Q[5] - f[5])
-        wrench_of_coordinates(b, Q, bodies, motion, wrench[row])
+        wrench_of_coordinates(b, Q, bodies, motion, loads.wrench[row])
 
 
 @root

@@ -339,7 +339,7 @@ def load_of(link, mode, r, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every link to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.links.size):
@@ -349,10 +349,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         r = kinematics(link, mode, bodies, motion)
         T = load_of(link, mode, r, p)
-        rate[link.row] += resistance(link, r.rate) * r.rate
-        add_wrench(link.body, scale(T, r.force), scale(T, r.moment), wrench[link.row])
+        loads.rate[link.row] += resistance(link, r.rate) * r.rate
+        add_wrench(link.body, scale(T, r.force), scale(T, r.moment), loads.wrench[link.row])
         if link.other != EARTH:
-            add_wrench(link.other, scale(-T, r.force), scale(T, r.counter), wrench[link.row])
+            add_wrench(link.other, scale(-T, r.force), scale(T, r.counter), loads.wrench[link.row])
 
 
 @root

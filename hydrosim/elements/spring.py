@@ -190,7 +190,7 @@ def tension(line, mode, s, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every spring to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.lines.size):
@@ -200,8 +200,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         s = kinematics(line, t, bodies, motion, p)
         T, f = tension(line, mode, s, p)
-        rate[line.row] += (T - f) * s.rate + T * s.speed
-        apply_tension(line, s, T, wrench[line.row])
+        loads.rate[line.row] += (T - f) * s.rate + T * s.speed
+        apply_tension(line, s, T, loads.wrench[line.row])
 
 
 @root

@@ -207,10 +207,9 @@ def _splines(load: StreamLoad) -> np.ndarray:
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force and moment [N, N m] of every wind or current load to its row of ``wrench``,
-    and its power [W] to ``rate``. Both change in place. ``dy``, the derivative of ``y``, is not
-    used: all elements have the same arguments."""
+    and its power [W] to ``rate``."""
     for e in p.each:
         b = e.body
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)
@@ -227,8 +226,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         Y = square * c[1]
         force = (along * X - aside * Y, aside * X + along * Y, 0.0)
         moment = (0.0, 0.0, square * c[2])
-        add_wrench(b, force, add(moment, cross(arm, force)), wrench[e.row])
-        rate[e.row] += dot(force, v) + moment[2] * motion.velocity[6 * b + 5]
+        add_wrench(b, force, add(moment, cross(arm, force)), loads.wrench[e.row])
+        loads.rate[e.row] += dot(force, v) + moment[2] * motion.velocity[6 * b + 5]
 
 
 @kernel

@@ -215,11 +215,11 @@ def linearise_damping(p: np.ndarray, deviation: np.ndarray) -> np.ndarray:
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the moment [N m] of every element to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for e in p:
-        rate[e.row] += _resist_roll(e, motion, bodies, wrench[e.row])
+        loads.rate[e.row] += _resist_roll(e, motion, bodies, loads.wrench[e.row])
 
 
 @kernel

@@ -24,7 +24,7 @@ LINES = {  # of files that are there: before which line stands what
         "    tanks.TANK_FLOW_KIND": "    rope.ROPE_KIND,\n",
         "    if e.guides.pins.size > 0:\n        landing.add_force": (
             "    if e.ropes.lines.size > 0:\n"
-            "        rope.add_force(t, y, modes, motion, bodies, e.ropes, wrench, rate, dy)\n"
+            "        rope.add_force(t, y, modes, motion, bodies, e.ropes, loads)\n"
         ),
         "    if e.guides.pins.size > 0:\n        landing.add_energy": (
             "    if e.ropes.lines.size > 0:\n"

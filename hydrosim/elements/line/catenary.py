@@ -318,13 +318,13 @@ def solve_line(i, t, y, s, motion, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every line to its row of ``wrench``, and the power [W] that it
     loses to ``rate``, in place."""
     for i in range(p.lines.size):
         line = p.lines[i]
         for k in range(CATENARY_STATES):
-            dy[p.state + CATENARY_STATES * i + k] = 0.0
+            loads.dy[p.state + CATENARY_STATES * i + k] = 0.0
         mode = modes[p.mode + i, MODE]
         if mode == INACTIVE:
             continue
@@ -333,10 +333,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         drag = find_drag(line, s, pull)
         if mode == UNDEFINED:  # ends the run
             drag = (nan, nan, nan)
-        rate[line.row] -= dot(drag, s.v)
-        add_ends(line, s, pull, drag, wrench, rate)
+        loads.rate[line.row] -= dot(drag, s.v)
+        add_ends(line, s, pull, drag, loads.wrench, loads.rate)
         if line.potential and line.paying != NO_INDEX:
-            rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
+            loads.rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
                 t, line.paid, p.signals
             )
 

@@ -174,7 +174,7 @@ def cylinder_tension(cylinder, mode, r):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every compensator to its row of ``wrench``, and the power [W] that
     it dissipates to ``rate``, in place."""
     for i in range(p.each.size):
@@ -184,8 +184,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         r = kinematics(cylinder, bodies, motion)
         T, f = cylinder_tension(cylinder, mode, r)
-        rate[cylinder.row] += (T - f) * r.rate
-        apply_tension(cylinder, r, T, wrench[cylinder.row])
+        loads.rate[cylinder.row] += (T - f) * r.rate
+        apply_tension(cylinder, r, T, loads.wrench[cylinder.row])
 
 
 @root

@@ -354,29 +354,29 @@ def _delay_state(winch, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every winch to its row of ``wrench``, and the power [W] that it
     takes to ``rate``; the rates of its states into ``dy``, in place."""
     for i in range(p.each.size):
         winch = p.each[i]
         mode = modes[p.mode + i]
         k = p.state + WINCH_STATES * i
-        clear(dy[k : k + WINCH_STATES])
+        clear(loads.dy[k : k + WINCH_STATES])
         if winch.delay != NO_INDEX:
             rise, _ = _rise_of_point(winch, motion, bodies)
-            drum.add_rates(rise, winch.factors, y, _delay_state(winch, p), dy)
+            drum.add_rates(rise, winch.factors, y, _delay_state(winch, p), loads.dy)
         w = kinematics(i, t, y, modes, motion, bodies, p)
-        dy[k + WIRE_LENGTH] = w.speed
+        loads.dy[k + WIRE_LENGTH] = w.speed
         if mode[MODE] == DRUM_INACTIVE:
             continue
         lost = drum.friction_loss(winch.drum, w.speed)
-        dy[k + DRUM_SPEED] = drum.drum_acceleration(winch.drum, mode[MODE])
-        dy[k + DRIVE_WORK] = w.tension * w.speed - lost
-        dy[k + DRUM_FRICTION] = lost
+        loads.dy[k + DRUM_SPEED] = drum.drum_acceleration(winch.drum, mode[MODE])
+        loads.dy[k + DRIVE_WORK] = w.tension * w.speed - lost
+        loads.dy[k + DRUM_FRICTION] = lost
         strain = w.elastic / winch.stiffness
-        rate[winch.row] += (w.tension - w.elastic) * w.rate
-        rate[winch.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
-        apply_tension(winch, w, w.tension, wrench[winch.row])
+        loads.rate[winch.row] += (w.tension - w.elastic) * w.rate
+        loads.rate[winch.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
+        apply_tension(winch, w, w.tension, loads.wrench[winch.row])
 
 
 @root

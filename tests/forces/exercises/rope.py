@@ -88,16 +88,16 @@ def pull_of(i, y, modes, motion, bodies, p):
 
 
 @kernel
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Force of every rope, what creep loses, and the rates of creep."""
     for i in range(p.lines.size):
         line = p.lines[i]
-        dy[p.state + i] = 0.0
+        loads.dy[p.state + i] = 0.0
         if modes[p.mode + i, MODE] == TAUT:
             T, s = pull_of(i, y, modes, motion, bodies, p)
-            dy[p.state + i] = T / line.eta
-            rate[line.row] += T * T / line.eta
-            apply_tension(line, s, T, wrench[line.row])
+            loads.dy[p.state + i] = T / line.eta
+            loads.rate[line.row] += T * T / line.eta
+            apply_tension(line, s, T, loads.wrench[line.row])
 
 
 @kernel
