@@ -58,10 +58,10 @@ class StillLine:
 
     def end_forces(self) -> LinePull:
         """Its forces."""
-        return LinePull(*solve(self.suspended, nan, nan))
+        return LinePull(*solve(self.suspended_line, nan, nan))
 
     @property
-    def suspended(self) -> SuspendedLine:
+    def suspended_line(self) -> SuspendedLine:
         """The line for the functions of `hydrosim.elements.line.shape`."""
         ends = (self.x, self.z, self.bed, self.friction)
         return SuspendedLine(self.pieces, 0, self.pieces.size, *ends)
@@ -73,7 +73,7 @@ class StillLine:
     def profile(self) -> tuple[np.ndarray, np.ndarray]:
         """Places (n, 2) [m] from the fairlead to the anchor: the distance from the anchor, and the
         height above it; tensions (n,) [N]."""
-        places, tension = line_points(self.suspended, self.end_forces(), PROFILE_POINTS)
+        places, tension = line_points(self.suspended_line, self.end_forces(), PROFILE_POINTS)
         return np.stack([self.x - places[:, 0], places[:, 1]], axis=1), tension
 
     def grounded_length(self, pull: LinePull) -> float:
@@ -82,7 +82,7 @@ class StillLine:
             return 0.0 if pull.converged else nan
         behind = 0.0
         if pull.anchor_V < 0.0:
-            behind = find_touchdown(self.suspended, -1, -pull.anchor_V).arc
+            behind = find_touchdown(self.suspended_line, -1, -pull.anchor_V).arc
         return self.length - pull.touch - behind
 
     def usual_offset(self) -> float:
@@ -128,7 +128,7 @@ def _row(line: StillLine, pull: LinePull, up: bool) -> list[float]:
     """The figures of one offset."""
     if not pull.converged:
         return [nan] * 6
-    slopes = stiffness(line.suspended, pull)
+    slopes = stiffness(line.suspended_line, pull)
     return [
         float(np.hypot(pull.H, pull.V)),
         pull.H,

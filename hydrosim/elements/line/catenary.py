@@ -478,35 +478,29 @@ def update_at_step_end(t, y, modes, motion, bodies, p, watched, out):
         row = p.mode + i
         watched[row] = 0
         fill_margins(row, inf, out)
-        if modes[row, MODE] == ACTING:
-            update_line_at_step_end(i, t, y, modes, motion, bodies, p, watched, out)
-
-
-@kernel
-def update_line_at_step_end(i, t, y, modes, motion, bodies, p, watched, out):
-    """`update_at_step_end` for line ``i``."""
-    line = p.lines[i]
-    row = p.mode + i
-    k = p.state + CATENARY_STATES * i
-    s = end_kinematics(line, bodies, motion)
-    pull, pieces = solve_line(i, t, y, s, motion, p)
-    if not pull.converged:  # `store_step_solutions` reports it
-        return
-    slack_before = is_nearly_slack(line, y[k], modes[row, SEGMENT], pieces)
-    stiffness = stiffness_of(line, s, pull, pieces)
-    number = profile_of(line, s, pull, pieces)
-    sharp = number != modes[row, SEGMENT] and (
-        slack_before
-        or line.paying != NO_INDEX
-        or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
-    )
-    write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness)
-    if not sharp:
-        modes[row, SEGMENT] = number
-    slack = is_nearly_slack(line, pull.H, number, pieces)
-    watched[row] = 1 if sharp or (slack and slack_before) else 0
-    if sharp or slack:
-        fill_margins(row, room_of(line, s, pull, modes[row, SEGMENT], pieces), out)
+        if modes[row, MODE] != ACTING:
+            continue
+        line = p.lines[i]
+        k = p.state + CATENARY_STATES * i
+        s = end_kinematics(line, bodies, motion)
+        pull, pieces = solve_line(i, t, y, s, motion, p)
+        if not pull.converged:  # `store_step_solutions` reports it
+            continue
+        slack_before = is_nearly_slack(line, y[k], modes[row, SEGMENT], pieces)
+        stiffness = stiffness_of(line, s, pull, pieces)
+        number = profile_of(line, s, pull, pieces)
+        sharp = number != modes[row, SEGMENT] and (
+            slack_before
+            or line.paying != NO_INDEX
+            or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
+        )
+        write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness)
+        if not sharp:
+            modes[row, SEGMENT] = number
+        slack = is_nearly_slack(line, pull.H, number, pieces)
+        watched[row] = 1 if sharp or (slack and slack_before) else 0
+        if sharp or slack:
+            fill_margins(row, room_of(line, s, pull, modes[row, SEGMENT], pieces), out)
 
 
 @kernel
@@ -529,22 +523,10 @@ def is_sharp(guess, s, pull, stiffness):
     return off_H * off_H + off_V * off_V > SHARP_KINK * SHARP_KINK * tension2
 
 
-@root_giving(float)
-def find_room(line, pull, number):
-    """`shape.kink_room` of a `SuspendedLine`."""
-    return shape.kink_room(line, pull, number)
-
-
 @kernel
 def room_of(line, s, pull, number, pieces):
     """Room of a line in the profile of this ``number``."""
-    return find_room(suspended_line(line, s, pieces), pull, number)
-
-
-@root_giving(float, float, float, float)
-def find_stiffness(line, pull):
-    """`search.stiffness` of a `SuspendedLine`."""
-    return search.stiffness(line, pull)
+    return shape.kink_room(suspended_line(line, s, pieces), pull, number)
 
 
 @root
@@ -622,7 +604,7 @@ def write_guess(guess, s, pull, stiffness):
 @kernel
 def stiffness_of(line, s, pull, pieces):
     """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line."""
-    return find_stiffness(suspended_line(line, s, pieces), pull)
+    return search.stiffness(suspended_line(line, s, pieces), pull)
 
 
 @kernel

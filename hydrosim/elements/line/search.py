@@ -287,7 +287,7 @@ def flexibility(line, f, pull):
     return xH, a.xV, a.zH, a.zV
 
 
-@kernel
+@root_giving(float, float, float, float)
 def stiffness(line, pull):
     """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line with its ``pull``."""
     f = line_frame(line)

@@ -90,7 +90,7 @@ def place_of(line, touch, step):
     return inside if touch.part < line.pieces[touch.piece].length else inside + step
 
 
-@kernel
+@root_giving(float)
 def kink_room(line, pull, profile):
     """Least margin of a line to the kinks of a ``profile``, in parts of its length or weight.
     It is positive inside and falls through zero at a kink."""

@@ -469,9 +469,7 @@ def transition(i, which, t, y, modes, motion, bodies, p):
             mode[MODE] = drum.stop_at_end(winch.drum, before, w.length)
         else:
             taut = mode[SEGMENT] == WIRE_TAUT
-            mode[MODE] = drum.next_mode(
-                winch.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
-            )
+            mode[MODE] = drum.next_mode(winch.drum, before, taut, w)
             _place_drum(winch, mode[MODE], w, y, k)
         _keep_speed(winch.drum, mode[MODE], y, k)
 
