@@ -71,7 +71,7 @@ app.add_typer(db.app, name="db")
 err = Console(stderr=True)
 
 
-def _version(asked: bool) -> None:
+def _print_version(asked: bool) -> None:
     if asked:
         from hydrosim.files.cache import program_version
 
@@ -109,7 +109,9 @@ def _shipped_fits() -> list[str]:
 def _of_all(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
     ] = False,
 ) -> None:
     pass

@@ -116,7 +116,7 @@ def response(line: StillLine, offsets: np.ndarray, up: bool) -> LineResponse:
             line.with_moved_fairlead(0.0, offset) if up else line.with_moved_fairlead(offset, 0.0)
         )
         pull = moved.end_forces()
-        rows.append(_row(moved, pull, up))
+        rows.append(_response_row(moved, pull, up))
         if not pull.converged:
             reasons[REASONS[pull.reason]] = None
     tension, horizontal, vertical, anchor, stiff, grounded = np.transpose(rows)
@@ -124,7 +124,7 @@ def response(line: StillLine, offsets: np.ndarray, up: bool) -> LineResponse:
     return LineResponse(up, offsets, *forces, stiff, grounded, tuple(reasons))
 
 
-def _row(line: StillLine, pull: LinePull, up: bool) -> list[float]:
+def _response_row(line: StillLine, pull: LinePull, up: bool) -> list[float]:
     """The figures of one offset."""
     if not pull.converged:
         return [nan] * 6

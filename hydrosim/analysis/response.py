@@ -226,7 +226,7 @@ def responder(
     model = compiled.model
     about = state_with_contents_at(compiled, time)
     if state is not None:
-        about = _of_model(model, state, about)
+        about = _state_for_model(model, state, about)
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, contact_names(scene))
     if roll_rates is not None:
@@ -256,7 +256,7 @@ def _met_at_rest(body: Body) -> Body:
     return replace(body, wave_forces=loads)
 
 
-def _of_model(model: Model, state: State, start: State) -> State:
+def _state_for_model(model: Model, state: State, start: State) -> State:
     """Position and contacts of a state at rest, for a model with another memory, with the tank
     contents at the ``start``."""
     y = np.zeros(model.size)
@@ -290,7 +290,7 @@ def at_rest(
     weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
     rest = equilibrium(model, state_with_contents_at(calm, time), time, weight)
     if mean_drift:
-        model = _in_mean_drift(model, calm, time)
+        model = _add_mean_drift(model, calm, time)
         rest = equilibrium(model, rest.state, time, weight, rest.held)
     if not free and np.abs(rest.drift).max(initial=0.0) > RESIDUAL_RTOL * weight:
         share = np.abs(rest.drift).max() / weight
@@ -302,11 +302,11 @@ def at_rest(
     return rest
 
 
-def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
+def _add_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     """Model with the mean second-order loads of the whole sea."""
     scene = calm.scene
     seas = calm.sea or sea(calm.scene.environment)
-    pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
+    pushed = replace(scene, bodies=tuple(map(_with_drift_loads_only, scene.bodies)))
     databases = calm.derived.databases
     drifting = wave_bodies(pushed, databases, met_by_waves(pushed, databases))
     steady = [replace(waves, ramp=0.0) for waves in seas]
@@ -314,7 +314,7 @@ def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     return model._replace(waves=loads)
 
 
-def _drifting(body: Body) -> Body:
+def _with_drift_loads_only(body: Body) -> Body:
     """Body with mean second-order loads only, if it has any."""
     any_order = body.wave_forces.second_order != SecondOrder.NONE
     load = SecondOrder.MEAN_DRIFT if any_order else SecondOrder.NONE
@@ -423,7 +423,7 @@ def contact_remarks(
     held_by = find_rigid_tractions(model, stuck, forces)
     for i in points:
         point_grip = grip(int(i), compiled, rest)
-        traction = _traction(point_grip, int(i), compiled, omega, motions) + held_by[:, i]
+        traction = _friction_traction(point_grip, int(i), compiled, omega, motions) + held_by[:, i]
         yield from _let_go(names[i], point_grip, int(i), compiled, motions, traction)
 
 
@@ -462,7 +462,7 @@ def _relative_displacements(
     return moved
 
 
-def _traction(
+def _friction_traction(
     grip: Grip, i: int, compiled: Compiled, omega: np.ndarray, motions: np.ndarray
 ) -> np.ndarray:
     """Complex traction (nw, 2) of the node of point ``i``; zero for rigid friction."""

@@ -75,7 +75,7 @@ class Harmonic(SchemaModel, Generic[T]):
     """Phase of the sine at time 0."""
 
 
-def _form(value: object) -> str:
+def _form_tag(value: object) -> str:
     """Which of the forms a value in a case file has."""
     if not isinstance(value, dict):
         return "values"
@@ -105,20 +105,20 @@ ForceOverTime = Annotated[
     | Annotated[Table[of.Force], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Force], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
 ]
 MomentOverTime = Annotated[
     Annotated[tuple[of.Moment, ...], of.one_or_more(of.Moment), Tag("values")]
     | Annotated[Table[of.Moment], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Moment], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
 ]
 NormalOverTime = Annotated[
     Annotated[Table[of.Force], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Force], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
     only_forms("force", "kN", Table, Recorded, Harmonic),
 ]
 Form = Table[float] | Recorded | Harmonic[float]
@@ -142,7 +142,7 @@ def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
     if form.case is not None and not os.path.isfile(source.file):
         source.wrong(f"found no such file; expected the run of {form.case}; simulate it first")
     series = read_series(source, form.column)
-    value = _factor(form, series, source, unit) * series.value
+    value = _unit_factor(form, series, source, unit) * series.value
     require_usual(source, value, unit)
     return Series(series.time, value, unit)
 
@@ -161,7 +161,7 @@ def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
     return signal.Recorded(series.time, series.value)
 
 
-def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
+def _unit_factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
     unit_text = series.unit or series.label

@@ -350,10 +350,12 @@ def explain(
         run = read_run(run_file)
     try:
         with progress("explaining"):
-            explanations, parts = _of_many(run, between) if many else _of_one(run, between)
+            explanations, parts = (
+                _explain_runs(run, between) if many else _explain_run(run, between)
+            )
     except InputError as error:
         raise InputError(f"{run_file}: {error}") from None
-    moved = _body(explanations, direction, body)
+    moved = _choose_body(explanations, direction, body)
     write_run(explanations, result)
     print_lines(*so_far(run))
     first, of_first = next(iter(parts.items()))
@@ -366,14 +368,14 @@ Parts = dict[str, "xr.Dataset"]
 """Runs to explain, by name: one run, or each combination of parameters of a study."""
 
 
-def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
+def _explain_run(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.statistics.explain import explain_run
 
     explanations = explain_run(run, *between)
     return explanations, {"": explanations}
 
 
-def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
+def _explain_runs(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.results.runs_file import COMPLETE
     from hydrosim.statistics.explain import explanations_of_runs
 
@@ -405,7 +407,7 @@ def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
             yield ": ".join(part for part in (plan.name, values_text) if part), plan_runs[at]
 
 
-def _body(explanations: xr.Dataset, direction: str, name: str | None) -> str:
+def _choose_body(explanations: xr.Dataset, direction: str, name: str | None) -> str:
     """Body that was asked for, or the first that moves."""
     body_names = [str(body) for body in explanations.body.values]
     if name is not None and name not in body_names:

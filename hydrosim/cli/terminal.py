@@ -373,13 +373,13 @@ class ProgressState(NamedTuple):
 @contextmanager
 def progress(what: str, unit: str = "") -> Iterator[ProgressReport]:
     """Shows ``what`` is being done, and how far it is, as it is told in a ``unit``."""
-    shown = _bar if progress_console().is_terminal else _lines
+    shown = _progress_bar if progress_console().is_terminal else _progress_lines
     with shown(what, unit) as report:
         yield report
 
 
 @contextmanager
-def _bar(what: str, unit: str) -> Iterator[ProgressReport]:
+def _progress_bar(what: str, unit: str) -> Iterator[ProgressReport]:
     from rich.progress import (
         BarColumn,
         Progress,
@@ -402,7 +402,7 @@ def _bar(what: str, unit: str) -> Iterator[ProgressReport]:
 
 
 @contextmanager
-def _lines(what: str, unit: str) -> Iterator[ProgressReport]:
+def _progress_lines(what: str, unit: str) -> Iterator[ProgressReport]:
     lines = ProgressLines(what, unit)
     ended = Event()
     teller = Thread(target=lines.tell, args=(ended.wait, print_status), daemon=True)

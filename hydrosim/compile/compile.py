@@ -98,17 +98,19 @@ def model_of(
     family = families.family_constants(scene, wet)
     size = 6 * (len(scene.bodies) + family.owner.size)
     members = list(families.groups_with_dofs(wet, len(scene.bodies)))
-    groups = [fit for dofs, group in members for fit in _groups(group, dofs, free)]
+    groups = [fit for dofs, group in members for fit in _compile_groups(group, dofs, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
     own_states = radiating + states.decay.size
     if kind_constants is None:
         tanks = tanks_of(scene)
-        elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
+        elements = forces.compile_elements(
+            scene.forces, _compile_layout(scene, bodies, alone, tanks)
+        )
         kind_constants = forces.IndexedConstants(elements, tanks)
     elif bodies.tree.moves.size or forces.driven_coordinates(kind_constants.elements).size:
         # numbers of coordinates may differ
-        layout = _layout(scene, bodies, alone, kind_constants.tanks)
+        layout = _compile_layout(scene, bodies, alone, kind_constants.tanks)
         kind_constants = forces.renumber_coordinates(kind_constants, scene.forces, layout)
     slow = own_states + forces.state_count(kind_constants, scene)
     draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
@@ -120,13 +122,13 @@ def model_of(
     added_mass = _assemble_blocks(6 * len(scene.bodies), blocks)
     return Model(
         bodies=bodies,
-        headings=_headings(scene, bodies, alone),
+        headings=_compile_headings(scene, bodies, alone),
         added_mass=added_mass,
         inertia=constant_inertia(bodies, added_mass),
-        stiffness=_stiffness(scene, alone),
+        stiffness=_compile_stiffness(scene, alone),
         hulls=hulls_of(scene, bodies),
         states=states,
-        convolution=_convolution(6 * len(scene.bodies), wet, free),
+        convolution=_compile_convolution(6 * len(scene.bodies), wet, free),
         damping=radiation.constant_damping(
             _assemble_blocks(size, [(dofs, group.damping) for dofs, group in members])
         ),
@@ -144,16 +146,16 @@ def model_of(
         draught=draught,
         energy=energy,
         impulse=impulse,
-        size=impulse + (_impulses(len(rows), bodies, parts) if scene.output_impulses else 0),
+        size=impulse + (_impulse_count(len(rows), bodies, parts) if scene.output_impulses else 0),
     )
 
 
-def _impulses(rows: int, bodies: Bodies, parts: KindConstants) -> int:
+def _impulse_count(rows: int, bodies: Bodies, parts: KindConstants) -> int:
     """Number of integrals of impulses: of forces, of their works, and of units."""
     return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
 
 
-def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
+def _compile_headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     """Heading axes of the bodies, and the current in these axes, at the start of the first run."""
     current = currents_on(scene, wet)
     stream = np.zeros((len(scene.bodies), 6))
@@ -163,7 +165,7 @@ def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     return new_headings(bodies, has_water, current, stream.ravel())
 
 
-def _groups(wet: HydrodynamicGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
+def _compile_groups(wet: HydrodynamicGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
     """State-space models of a database on its own ``dofs``, without DOFs that are zero by
     symmetry."""
     moving = [fit for fit in wet.fits if np.isin(wet.dofs[fit.dofs], free).any()]
@@ -179,7 +181,7 @@ def _assemble_blocks(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]])
     return whole
 
 
-def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
+def _compile_stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     none = np.zeros((6, 6))
     rows = [
         require_array(alone[b.name], "hydrostatic_stiffness")
@@ -190,7 +192,7 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     return np.array(rows)
 
 
-def _convolution(
+def _compile_convolution(
     size: int, groups: Sequence[HydrodynamicGroup], free: np.ndarray
 ) -> radiation.ConvolutionKernel:
     chosen = [wet for wet in groups if wet.convolved]
@@ -207,7 +209,7 @@ def _convolution(
         )
     rows = max(time.size for time in times)
     kernels = _assemble_blocks(
-        size, [(wet.dofs, _pad_kernel(_kernel(wet, free), rows)) for wet in chosen]
+        size, [(wet.dofs, _pad_kernel(_compile_kernel(wet, free), rows)) for wet in chosen]
     )
     return radiation.convolution_model(steps[0], kernels)
 
@@ -217,7 +219,7 @@ def _pad_kernel(kernel: np.ndarray, rows: int) -> np.ndarray:
     return np.pad(kernel, ((0, rows - len(kernel)), (0, 0), (0, 0)))
 
 
-def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
+def _compile_kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
     """Retardation functions of the convolved groups of DOFs of a database, without groups whose
     DOFs are all locked."""
     kernel = np.zeros_like(wet.memory.kernel)
@@ -227,7 +229,7 @@ def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
     return kernel
 
 
-def _layout(
+def _compile_layout(
     scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
 ) -> Layout:
     def of_body(body: int, stiffness: np.ndarray) -> UncoupledResonance:
@@ -326,9 +328,9 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     end = start_time(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
     loaded = wave_bodies(scene, calm.derived.databases, calm.derived.met)
-    bodies = [_as_locked(body, scene) for body in loaded]
+    bodies = [_lock_wave_place(body, scene) for body in loaded]
     # from 0, wherever the run begins: its loads then equal those of a longer run to the bit
-    bodies = list(_at_draughts(bodies, calm.wet))
+    bodies = list(_bodies_at_draughts(bodies, calm.wet))
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
     following = following_model(sea, bodies, block, wave_load_error(calm.scene.solver))
@@ -364,7 +366,7 @@ def wave_load_error(solver: Solver) -> float:
     return min(MISSED, solver.tolerance.relative, SHARE_OF_WAVES * solver.accuracy)
 
 
-def _at_draughts(
+def _bodies_at_draughts(
     bodies: Sequence[WaveBody], wet: Sequence[HydrodynamicGroup]
 ) -> Iterator[WaveBody]:
     """Bodies in waves; a body with a family of databases occurs once per member."""
@@ -378,7 +380,7 @@ def _at_draughts(
         yield replace(bodies[owner], database=loads, offset=6 * k, owner=owner)
 
 
-def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
+def _lock_wave_place(body: WaveBody, scene: Scene) -> WaveBody:
     """Body with the position that waves use: its position at rest, and its locked offsets."""
     at = np.where(body.active, 0.0, scene.bodies[body.offset // 6].position)
     loads = body.wave_forces

@@ -128,7 +128,8 @@ def coarse_headings(meeting: Meeting) -> Iterator[str]:
         yield (
             f"bodies.{meeting.body.name}: {_loss_text(lost, db)}; expected less than"
             f" {HEADING_LOSS_WARNING:.0%}. Compute the database for headings"
-            f" {_spacing(db) / 2.0:.3g} deg apart, or choose waves that meet the body at a heading"
+            f" {_frequency_spacing(db) / 2.0:.3g} deg apart, or choose waves that meet"
+            " the body at a heading"
             " of the database."
         )
 
@@ -137,18 +138,19 @@ def said_of_current(scene: Scene, model: Model) -> Iterator[str]:
     """Note on the effect of the current on the added-mass loads of the bodies."""
     for b in model.headings.turning if scene.environment.current.speed else ():
         A = model.added_mass[6 * b : 6 * b + 2, 6 * b : 6 * b + 2]
-        yield _munk(scene, scene.bodies[b], A, float(np.hypot(*model.headings.current[b])))
+        yield _munk_note(scene, scene.bodies[b], A, float(np.hypot(*model.headings.current[b])))
 
 
 def _loss_text(lost: tuple[float, float], db: HydroDatabase) -> str:
     return (
-        f"the headings of {db.source} are {_spacing(db):.3g} deg apart; interpolation between"
+        f"the headings of {db.source} are {_frequency_spacing(db):.3g} deg apart;"
+        " interpolation between"
         f" them loses about {lost[0]:.1%} of the first-order forces and {lost[1]:.1%} of the"
         " moments in this sea"
     )
 
 
-def _spacing(db: HydroDatabase) -> float:
+def _frequency_spacing(db: HydroDatabase) -> float:
     return 360.0 / db.heading.size
 
 
@@ -162,7 +164,7 @@ def _is_between_headings(body: Body, seas: Sequence[WaveComponents], db: HydroDa
     return bool(energy[off > AT_NODE].sum() > MAX_ENERGY_BETWEEN_HEADINGS * energy.sum())
 
 
-def _munk(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:
+def _munk_note(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:
     """Note on the Munk moment, which measured coefficients often contain as well, for the ``speed``
     of the current on the body."""
     largest = 0.5 * abs(A[1, 1] - A[0, 0]) * speed**2
@@ -292,7 +294,7 @@ def notes_of_sea(
             *_skipped_loads(scene, derived.model, alone, seas, notes.zero),
             *(() if shared else dropped),
         ),
-        records=(*_records(scene), *_jumps(scene)),
+        records=(*_record_notes(scene), *_jump_notes(scene)),
         seas=tuple(_describe_trains(scene, alone)),
         meetings=(*notes_of_waves, *said_of_current(scene, derived.model)),
         streams=tuple(said_of_streams(scene, derived.model)),
@@ -397,7 +399,7 @@ def _figures_of_train(train: WaveTrain, state: SeaState, units: Units) -> Iterat
         yield "long-crested"
 
 
-def _records(scene: Scene) -> Iterator[str]:
+def _record_notes(scene: Scene) -> Iterator[str]:
     """Notes on left-out parts of recorded elevations, and on the accuracy of splines through
     recorded forces."""
     for train in scene.environment.waves:
@@ -419,7 +421,7 @@ def _records(scene: Scene) -> Iterator[str]:
             )
 
 
-def _jumps(scene: Scene) -> Iterator[str]:
+def _jump_notes(scene: Scene) -> Iterator[str]:
     """Notes on forces that jump at corners of tables."""
     for name, element in scene.forces.items():
         for key, jump in element.jumps():

@@ -88,8 +88,8 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
     """Reader of ``path``, and the file to read. Raises `InputError` if it is missing or of no known
     format."""
     path = Path(path)
-    for file in _files(path):
-        head = _head(file)
+    for file in _files_of_database(path):
+        head = _first_bytes(file)
         for reader in READERS:
             if reader.sniff(file, head):
                 return reader, file
@@ -99,7 +99,7 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
     raise InputError(f"{path}: found a file of no known format; expected one of {names}.")
 
 
-def _files(path: Path) -> list[Path]:
+def _files_of_database(path: Path) -> list[Path]:
     """The file itself, or files with its name and any suffix."""
     reason = no_file(path)
     if not reason:
@@ -111,7 +111,7 @@ def _files(path: Path) -> list[Path]:
     return files
 
 
-def _head(file: Path) -> bytes:
+def _first_bytes(file: Path) -> bytes:
     try:
         with file.open("rb") as opened:
             return opened.read(HEAD_BYTES).removeprefix(b"\xef\xbb\xbf")  # of UTF-8

@@ -104,12 +104,12 @@ def compile_linear_dampings(elements: Mapping[str, ForceElement], layout: Layout
     for name, e in elements.items():
         if isinstance(e, LinearDamping):
             stream = current_on(e.body, layout) if e.relative_to_current else (0.0, 0.0)
-            damping = _damping(name, e, elements, layout)
+            damping = _damping_matrix(name, e, elements, layout)
             rows.append((layout.body[e.body], layout.row[name], damping, stream))
     return np.array(rows, dtype=LINEAR_DAMPING)
 
 
-def _damping(
+def _damping_matrix(
     name: str, element: LinearDamping, elements: Mapping[str, ForceElement], layout: Layout
 ) -> np.ndarray:
     """Damping (6, 6)."""

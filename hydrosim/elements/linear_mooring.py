@@ -82,7 +82,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
             axes = axes_at_rest(layout.heading[body])
             tuned = _tuned_stiffness(name, element, body, layout)
             stiffness = element.stiffness + axes @ np.diag(tuned) @ axes.T
-            damping = _damping(name, element, stiffness, body, layout)
+            damping = _damping_matrix(name, element, stiffness, body, layout)
             rows.append((body, layout.row[name], stiffness, damping))
     return np.array(rows, dtype=MOORING)
 
@@ -105,7 +105,7 @@ def _tuned_stiffness(name: str, element: LinearMooring, body: int, layout: Layou
     return k
 
 
-def _damping(
+def _damping_matrix(
     name: str, element: LinearMooring, stiffness: np.ndarray, body: int, layout: Layout
 ) -> np.ndarray:
     """Damping (6, 6) along the coordinates, like ``stiffness`` (6, 6)."""

@@ -205,7 +205,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
     first = 0
     for name, e in elements.items():
         if isinstance(e, Strut | TorsionSpring):
-            pieces = _segments(e)
+            pieces = _load_segments(e)
             last = first + pieces.size - 1
             place = _strut_fields(e, layout) if isinstance(e, Strut) else _torsion_fields(e, layout)
             kind, other, ends, axes, neutral, closest = place
@@ -217,7 +217,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
     return LinkConstants(np.array(rows, dtype=LINK), np.concatenate(segments), 0)
 
 
-def _segments(link: Link) -> np.ndarray:
+def _load_segments(link: Link) -> np.ndarray:
     """The pieces of the curve, with no energy stored at offset 0."""
     if not len(link.offset):
         return curves.segments(np.array([0.0, 1.0]), np.zeros(2))

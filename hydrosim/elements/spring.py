@@ -145,7 +145,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Sp
     segments = [np.zeros(0, dtype=curves.SEGMENT)]
     first = 0
     for name, e in springs.items():
-        pieces = _segments(e)
+        pieces = _tension_segments(e)
         last = first + pieces.size - 1
         anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
@@ -158,7 +158,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Sp
     return SpringConstants(np.array(rows, dtype=SPRING), np.concatenate(segments), moves, 0)
 
 
-def _segments(spring: Spring) -> np.ndarray:
+def _tension_segments(spring: Spring) -> np.ndarray:
     """The pieces of the curve, the slack one before the table's."""
     x = np.asarray(spring.extension, float)
     f = np.asarray(spring.tension, float)

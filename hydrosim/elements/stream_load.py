@@ -143,7 +143,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> St
                 height = layout.wind.height_felt(height_of(name, e, layout))
                 heights += [] if height in heights else [height]
                 gusts = heights.index(height)
-            pieces.append(_splines(e))
+            pieces.append(_coefficient_splines(e))
             last = first + pieces[-1].size
             place = (layout.body[e.body], layout.row[name], e.point, stream)
             rows.append((*place, first, last, gusts, layout.wind.direction))
@@ -191,7 +191,7 @@ def with_gusts(p: StreamLoadConstants, gusts: GustTable) -> StreamLoadConstants:
     return p if gusts is p.gusts else p._replace(gusts=gusts)
 
 
-def _splines(load: StreamLoad) -> np.ndarray:
+def _coefficient_splines(load: StreamLoad) -> np.ndarray:
     """Pieces (n,) of the periodic splines, from the least heading in the first turn on."""
     from scipy.interpolate import CubicSpline  # slow to load, and few scenes have such a load
 

@@ -315,7 +315,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tr
             continue
         key = f"forces.{name}.active"
         element_ranges = (of.get(name, (0, 0)) for of in ranges)
-        ends = _conditions(key, element.active, elements, layout)
+        ends = _compile_conditions(key, element.active, elements, layout)
         rows.append(
             (
                 layout.row[name],
@@ -326,31 +326,35 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tr
             )
         )
     for pump in layout.pumps:
-        ends = _conditions(pump.key, pump.active, elements, layout)
+        ends = _compile_conditions(pump.key, pump.active, elements, layout)
         rows.append((layout.flow, *ends, *NO_UNITS, pump.flow, NO_INDEX))
     for lock, name in enumerate(layout.constraints):
         active = layout.joints[name].active
         if active is not None:
-            ends = _conditions(f"joints.{name}.active", active, elements, layout)
+            ends = _compile_conditions(f"joints.{name}.active", active, elements, layout)
             rows.append((layout.joint_row, *ends, *NO_UNITS, NO_INDEX, lock))
     return TriggerConstants(
         np.array(rows, dtype=TRIGGER), compile_clearances(layout), compile_points(layout), 0, 0, 0
     )
 
 
-def _conditions(
+def _compile_conditions(
     key: str, active: Active, elements: Mapping[str, ForceElement], layout: Layout
 ) -> tuple[Any, Any]:
     """The conditions of the start and of the end."""
     start = active.start or When(time=-inf)
     until = active.until or When(time=inf)
     try:
-        return _condition(start, elements, layout), _condition(until, elements, layout)
+        return _compile_condition(start, elements, layout), _compile_condition(
+            until, elements, layout
+        )
     except InputError as error:
         raise InputError(f"{key}: {error}") from None
 
 
-def _condition(when: When, elements: Mapping[str, ForceElement], layout: Layout) -> tuple[Any, ...]:
+def _compile_condition(
+    when: When, elements: Mapping[str, ForceElement], layout: Layout
+) -> tuple[Any, ...]:
     if when.channel is None:
         return when.time, False, (0, 0, 0), 1.0, 0.0, 0.0
     channel = compile_channel(when.channel, elements, layout)

@@ -181,11 +181,13 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
             moored = moorings["stiffness"][moorings["body"] == body].sum(axis=0)
             axes = axes_at_rest(layout.heading[body])
             mode = layout.roll_mode(body, axes.T @ moored @ axes)
-            rows.append((body, layout.row[name], *_damping(name, e, mode, layout)))
+            rows.append((body, layout.row[name], *_roll_damping(name, e, mode, layout)))
     return np.array(rows, dtype=ROLLING)
 
 
-def _damping(name: str, element: ViscousRoll, mode: RollMode, layout: Layout) -> tuple[float, ...]:
+def _roll_damping(
+    name: str, element: ViscousRoll, mode: RollMode, layout: Layout
+) -> tuple[float, ...]:
     """Fields of `ROLLING` after body and row."""
     measured = element.p1 * mode.mass
     waves = mode.damping if element.includes_waves else 0.0

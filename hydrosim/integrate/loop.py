@@ -282,7 +282,7 @@ def _attempt_step(t, stop, run):
         stop, left = truncate_at_event(t, stop, clock.events, run)
     accepted = counters[STATUS] == IN_PROGRESS
     if not accepted:
-        _shorten(t, 0.5 * (stop - t), run)
+        _shorten_step(t, 0.5 * (stop - t), run)
     return accepted, stop, left
 
 
@@ -370,12 +370,12 @@ def _is_accepted(t, h, run):
         pace[LAST_ERROR] = error
         pace[ERROR_INTEGRAL] += h * error
         return True
-    _shorten(t, factor * h, run)
+    _shorten_step(t, factor * h, run)
     return False
 
 
 @kernel
-def _shorten(t, h, run):
+def _shorten_step(t, h, run):
     """Continue with a step of ``h``, unless it is negligible compared with the time."""
     counters = run.counters
     run.scratch.pace[NEXT_STEP] = h

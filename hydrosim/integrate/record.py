@@ -149,7 +149,7 @@ def unpack_channels(model: Model, record: Record, count: int, first: int = 0) ->
         width = prod(shape)
         values[name] = recorded[:, at : at + width].reshape(len(recorded), *shape)
         at += width
-    values["y"] = RecordedStates(values["y"], _radiation(model))
+    values["y"] = RecordedStates(values["y"], _radiation_range(model))
     return values
 
 
@@ -163,12 +163,12 @@ def states_at(model: Model, record: Record, which: np.ndarray) -> np.ndarray:
     """The states y (n, ny) of the n records ``which``, each of which has all states."""
     rows = np.array([np.flatnonzero(record.remembered == i)[0] for i in which], dtype=np.int64)
     others = record.channels[which][:, record.at.y : record.at.coordinates]
-    place = _radiation(model)
+    place = _radiation_range(model)
     parts = [others[:, : place.start], record.memory[rows], others[:, place.start :]]
     return np.concatenate(parts, axis=1)
 
 
-def _radiation(model: Model) -> slice:
+def _radiation_range(model: Model) -> slice:
     """Places of the radiation states in y."""
     return slice(model.radiation, model.radiation + model.states.decay.size)
 

@@ -84,7 +84,9 @@ def _constant(matrix: np.ndarray) -> Constant:
 
 
 @lru_cache(maxsize=8)
-def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: int) -> Response:
+def _make_response(
+    J: Constant, G: Constant, memory: Constant, length: float, parts: int
+) -> Response:
     """`Equation.response`, shared by runs with the same equation."""
     arrays = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
     jacobian, mobility, force = arrays
@@ -172,7 +174,7 @@ class Equation:
     def response(self, length: float, parts: int) -> Response:
         """Response of an interval of this ``length`` [s] with this number of ``parts``."""
         constants = map(_constant, (self.J, self.G, self.memory))
-        return _response(*constants, length, parts)
+        return _make_response(*constants, length, parts)
 
     def gains(
         self,
@@ -213,7 +215,7 @@ def propagate(run: Run) -> Iterator[float]:
     finest = node_spacing(clock, model)
     yield times[0]
     for stops in stretches(times, clock.breakpoints):
-        length = _length(stops, clock)
+        length = _stop_distance(stops, clock)
         pieces, parts = division(length, finest)
         of = equation.response(length / pieces, parts)
         first = 1
@@ -252,7 +254,7 @@ def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray
         yield stops[first : last + 1]
 
 
-def _length(stops: np.ndarray, clock: Clock) -> float:
+def _stop_distance(stops: np.ndarray, clock: Clock) -> float:
     """Distance of the stops; identical to the distance of the records where they agree."""
     length = float(stops[-1] - stops[0]) / (stops.size - 1)
     usual = clock.every * clock.step
@@ -282,11 +284,11 @@ def division(length: float, finest: float) -> tuple[int, int]:
 def linear_equation(model: Model, state: State) -> Equation:
     """The equation of a linear scene without waves. It is linearised at the equilibrium of the
     start and is valid at all positions and times."""
-    return _equation(_Rest(model, state))
+    return _linear_equation(_Rest(model, state))
 
 
 @lru_cache(maxsize=4)
-def _equation(calm: _Rest) -> Equation:
+def _linear_equation(calm: _Rest) -> Equation:
     model = calm.model
     state = calm.state
     # differences of any size are exact, and large ones round least
@@ -305,11 +307,11 @@ def _equation(calm: _Rest) -> Equation:
         rest=linear.inertia @ slope[n : 2 * n] - loads.sum(axis=0),
         memory=-linear.inertia @ J[n : 2 * n, 2 * n :],
         rows=rows,
-        resistances=_resistances(model),
+        resistances=_linear_resistances(model),
     )
 
 
-def _resistances(model: Model) -> Resistances:
+def _linear_resistances(model: Model) -> Resistances:
     """Resistances of radiation with constant damping, and of elements that declare them."""
     size = 6 * model.bodies.each.size
     S = slopes_at_rest(model.bodies)

@@ -105,7 +105,7 @@ def run_document(run: xr.Dataset) -> Document:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
     nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]
-    return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
+    return Document(title_of(run), nodes, _subtitle_text(run), units_of(run.attrs), time)
 
 
 class ReportData:
@@ -118,13 +118,13 @@ class ReportData:
         self.scene = scene_of(run)
 
 
-def _results(of: ReportData) -> Iterator[Node]:
+def _describe_results(of: ReportData) -> Iterator[Node]:
     yield from main_results(of.run)
     if of.statistics is not None:
         yield from largest_values(of.statistics)
 
 
-def _computation(run: xr.Dataset) -> Iterator[Node]:
+def _describe_computation(run: xr.Dataset) -> Iterator[Node]:
     """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
     yield from solution_verdicts(run)
     yield from solver_tables(run)
@@ -132,19 +132,19 @@ def _computation(run: xr.Dataset) -> Iterator[Node]:
     yield from next_steps(run)
 
 
-def _energy(run: xr.Dataset) -> Iterator[Node]:
+def _describe_energy(run: xr.Dataset) -> Iterator[Node]:
     yield from ledger(run)
     if run.time.size > 1:
         yield from energies(run)
 
 
-def _subtitle(run: xr.Dataset) -> str:
+def _subtitle_text(run: xr.Dataset) -> str:
     span = float(np.ptp(run.time.values)) if run.time.size else 0.0
     status = run.attrs.get("status", "unknown")
     return f"{span:g} s simulated by {run.attrs.get('program', 'hydrosim')}; status: {status}"
 
 
-def _series(run: xr.Dataset) -> Iterator[Node]:
+def _describe_series(run: xr.Dataset) -> Iterator[Node]:
     if run.time.size < 2:
         yield Sentence("The run has fewer than two recorded times: there is nothing to draw.")
         return
@@ -164,17 +164,17 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
 
 
 RUN_SECTIONS: Sections[ReportData] = {
-    "results": ("Results", _results),
+    "results": ("Results", _describe_results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
     "outcome": ("Motions and contacts", lambda of: result_tables(of.run)),
     "case": ("Case", lambda of: case_nodes(of.run)),
     "assumptions": ("Assumptions and warnings", lambda of: assumption_nodes(of.run)),
     "statistics": ("Statistics", lambda of: statistics_nodes(of.run, of.statistics)),
     "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
-    "series": ("Series", lambda of: _series(of.run)),
-    "energy": ("Energy", lambda of: _energy(of.run)),
+    "series": ("Series", lambda of: _describe_series(of.run)),
+    "energy": ("Energy", lambda of: _describe_energy(of.run)),
     "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
-    "computation": ("How it was computed", lambda of: _computation(of.run)),
+    "computation": ("How it was computed", lambda of: _describe_computation(of.run)),
 }
 """Sections by name: the heading, and the function that gives its nodes."""
 

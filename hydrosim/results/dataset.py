@@ -30,7 +30,11 @@ def new_dataset(
     """`xarray.Dataset` with the same arguments."""
     import xarray as xr  # slow to load, and no run needs it before its end
 
-    indexes = {name: values for name, values in coords.items() if _dims(name, values) == (name,)}
+    indexes = {
+        name: values
+        for name, values in coords.items()
+        if _dims_of_variable(name, values) == (name,)
+    }
     others = {name: values for name, values in coords.items() if name not in indexes}
     made = xr.Dataset({**data, **others}, _cached_coordinates(pickle.dumps(indexes)), attributes)
     return made.set_coords(others) if others else made
@@ -52,7 +56,7 @@ def differing(first: xr.Dataset, second: xr.Dataset) -> str | None:
     return None
 
 
-def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
+def _dims_of_variable(name: str, coordinate: Any) -> tuple[str, ...]:
     """Dimensions of an array of xarray, of a tuple (dimensions, values, ...), or of values along
     ``name``."""
     if hasattr(coordinate, "dims"):

@@ -253,7 +253,7 @@ def _drift_warnings(
 ) -> Iterator[str]:
     """Warn of a body that was far from its position at rest while waves act on it there."""
     blocks = (slow[k : k + RECORDS_PER_BLOCK] for k in range(0, len(slow), RECORDS_PER_BLOCK))
-    phase = np.concatenate([_phases(block, sea) for block in blocks])
+    phase = np.concatenate([_rms_wave_phases(block, sea) for block in blocks])
     at = int(phase.argmax())
     if phase[at] > MIN_REPORTED_PHASE_RAD:
         yield (
@@ -264,7 +264,7 @@ def _drift_warnings(
         )
 
 
-def _phases(slow: np.ndarray, sea: SampledSea) -> np.ndarray:
+def _rms_wave_phases(slow: np.ndarray, sea: SampledSea) -> np.ndarray:
     """Root mean square phase [rad], (nt,), of the waves between rest and the positions ``slow``
     (nt, 3)."""
     along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)

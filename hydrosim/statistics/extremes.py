@@ -213,10 +213,10 @@ def extremes(
     record = _RecordProperties(long, slow, third, ratio, contacts)
     if fourth < MIN_SLOW_KURTOSIS and not _is_regular_series(z):
         return no_extremes(ExtremeModel.BOUNDED), no_extremes(ExtremeModel.BOUNDED)
-    least = _of_largest(-z, record.negative_record()).rescale(-1.0).rescale(size, middle)
+    least = _extremes_of_halves(-z, record.negative_record()).rescale(-1.0).rescale(size, middle)
     if _is_magnitude(x):
-        return least, _of_squares(x, record)
-    return least, _of_largest(z, record).rescale(size, middle)
+        return least, _extremes_of_squares(x, record)
+    return least, _extremes_of_halves(z, record).rescale(size, middle)
 
 
 def _is_magnitude(x: np.ndarray) -> bool:
@@ -227,11 +227,11 @@ def _is_magnitude(x: np.ndarray) -> bool:
     return bool(near and least * x.mean() < x.std() < most * x.mean())
 
 
-def _of_squares(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_squares(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     """Extremes of a magnitude. Its square is close to Gumbel's law, as the energy of a Gaussian
     motion is; so intervals are computed for the square."""
     middle, size = float(np.median(x**2)), float(np.ptp(x**2))
-    extreme = _of_largest((x**2 - middle) / size, record).rescale(size, middle)
+    extreme = _extremes_of_halves((x**2 - middle) / size, record).rescale(size, middle)
     return _extremes_from(np.sqrt(extreme[:-1]), extreme.basis)
 
 
@@ -249,7 +249,7 @@ def refusal_reason(x: np.ndarray) -> ExtremeModel | None:
     return ExtremeModel.TOO_SHORT if upcrossings(x - x.mean()).size <= MIN_WAVES else None
 
 
-def _of_largest(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_halves(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     """Extremes by a law that also holds from one half of the record to the other."""
     extreme = _by_law(x, record)
     if extreme.basis in LAWS and not _holds_between_halves(x, record):
@@ -292,9 +292,9 @@ def _by_law(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     doubted = fit is None or fit.doubtful() or fit.unlikely(x.max())
     hits = None if record.slow or clipped else find_impacts(x)
     if hits is not None and (hits.has_highest_crests() or not doubted):
-        return _by_impacts(hits, record)
+        return _extremes_of_impacts(hits, record)
     if fit is None or doubted:
-        return _by_windows(x, count, record)
+        return _extremes_by_windows(x, count, record)
     return _extremes_by_law(
         fit, record, 1.0, ExtremeModel.CLIPPED_GAUSSIAN if clipped else ExtremeModel.GAUSSIAN
     )
@@ -316,11 +316,11 @@ def _window_count(x: np.ndarray, windows: int, record: _RecordProperties) -> int
     return max(count for count in GUMBEL_WINDOWS if count <= most)
 
 
-def _by_windows(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
+def _extremes_by_windows(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
     """Extremes by Gumbel's law of so many windows: of x itself if it is slow, else of (x -
     origin)^shape, whose tail is exponential."""
     if record.slow:
-        return _by_slow_part(x, count, record)
+        return _extremes_of_slow_part(x, count, record)
     tail = _upper_tail(x, fit_upper_tail)
     if tail.shape > TAIL_SHAPE_RANGE[1]:
         return no_extremes(ExtremeModel.CLIPPED)
@@ -328,7 +328,7 @@ def _by_windows(x: np.ndarray, count: int, record: _RecordProperties) -> RecordE
         tail = tail._replace(shape=1.0)
     elif tail.exceedances(x.max()) < MIN_TAIL_EXCEEDANCES:
         return no_extremes(ExtremeModel.ALONE)
-    extreme = _by_tail(x, tail, count, record)
+    extreme = _extremes_by_tail(x, tail, count, record)
     bounded = tail.shape > MAX_CLIPPED_SHAPE and _stays_at(x, x.min())
     if extreme.basis == ExtremeModel.GUMBEL and (bounded or _is_curved(x, tail)):
         return no_extremes(ExtremeModel.CURVED)
@@ -347,20 +347,20 @@ def _is_curved(x: np.ndarray, tail: Tail) -> bool:
     )
 
 
-def _by_slow_part(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_slow_part(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
     """Extremes by Gumbel's law of windows of a slow record. A record that is skewed towards its
     largest values is fitted as it is, because quadratic wave loads have an exponential tail. For
     other records, and for clipped ones, whose skewness says nothing, the shape may have any value
     between one (exponential) and the shape at the often crossed levels. If skewness and levels
     disagree, intervals span both."""
-    exponential = partial(_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
+    exponential = partial(_extremes_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
     tail = _upper_tail(x, fit_tail)
     leans = record.skewness > 0.0 and not _stays_at(x, x.min())
     if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN_SHAPE):
         return exponential().widen_lower_end() if record.contacts else exponential()
     lightest = float(np.clip(tail.shape, *SLOW_SHAPE_RANGE))
     error = (lightest - 1.0) / np.sqrt(12.0)  # standard deviation of a uniform distribution
-    between = _by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)
+    between = _extremes_by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)
     return _span_both(between, exponential()) if leans else between
 
 
@@ -375,24 +375,26 @@ def _span_both(first: RecordExtremes, second: RecordExtremes) -> RecordExtremes:
     return _extremes_from([mpm, lower, upper, least, most], ExtremeModel.GUMBEL)
 
 
-def _by_tail(x: np.ndarray, tail: Tail, count: int, record: _RecordProperties) -> RecordExtremes:
+def _extremes_by_tail(
+    x: np.ndarray, tail: Tail, count: int, record: _RecordProperties
+) -> RecordExtremes:
     """Extremes by Gumbel's law of windows of (x - origin)^shape, with the shape of the tail."""
     shape = max(tail.shape, TAIL_SHAPE_RANGE[0])
-    return _by_shape(
+    return _extremes_by_shape(
         x, tail.origin, shape, shape * SHAPE_SCATTER / np.sqrt(tail.crossings), count, record
     )
 
 
-def _by_shape(
+def _extremes_by_shape(
     x: np.ndarray, origin: float, shape: float, error: float, count: int, record: _RecordProperties
 ) -> RecordExtremes:
     """Extremes by Gumbel's law of windows of (x - origin)^shape. The ``error`` of the shape, a
     standard deviation, widens the intervals."""
     z = x - origin
-    extreme = _of_power(z, shape, count, record)
+    extreme = _gumbel_of_power(z, shape, count, record)
     if extreme is None:
         return no_extremes(ExtremeModel.ALONE)
-    other = _of_power(z, shape + error, count, record) if error > 0.0 else None
+    other = _gumbel_of_power(z, shape + error, count, record) if error > 0.0 else None
     if other is not None:
         off = NORMAL_QUANTILE * (other[0] - extreme[0])
         apart = extreme - extreme[0]
@@ -400,7 +402,7 @@ def _by_shape(
     return _extremes_from(origin + extreme, ExtremeModel.GUMBEL)
 
 
-def _by_impacts(hits: ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_impacts(hits: ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
     """Extremes by the law of impacts alone: the waves between them are far below the largest
     value."""
     law = fit_impacts(hits)
@@ -411,7 +413,7 @@ def _by_impacts(hits: ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
     )
 
 
-def _of_power(
+def _gumbel_of_power(
     z: np.ndarray, shape: float, count: int, record: _RecordProperties
 ) -> np.ndarray | None:
     """Values (5,) by Gumbel's law of z^shape, with z from the origin of the tail; None if the

@@ -116,7 +116,7 @@ def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: i
     """How a process crosses levels. It rises above the level ``at`` >= 0 at the ``rate`` per
     sample, counted over so many samples, ``values``. Of the ``windows`` of time, n had a peak above
     it: ``peaks`` (n,)."""
-    steepness = _steepness(rate, at)
+    steepness = _steepness_at(rate, at)
     u = np.sqrt(max(-2.0 * np.log(np.exp(-0.5 * peaks**2).mean()), MIN_LEVEL**2))
     begins = -np.log(-np.expm1(-0.5 * u**2))
     share = (1.0 - begins) * windows / (values * 2.0 * owens_t(u, steepness))
@@ -125,7 +125,7 @@ def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: i
     return Crossings(float(values), steepness, float(-np.log1p(-possible) / u), float(beyond))
 
 
-def _steepness(rate: float, at: float) -> float:
+def _steepness_at(rate: float, at: float) -> float:
     """The a for which a process rises above a level at this rate."""
     if not 2.0 * owens_t(at, MAX_STEEPNESS) > rate:
         return MAX_STEEPNESS
@@ -234,7 +234,10 @@ def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> GaussianFit
     mean, std = _initial_moments(x, clipped)
     for _ in range(MAX_FIT_ITERATIONS):
         edge = (floor - mean) / std
-        scores, information = _scores((x - mean) / std, clipped, edge), _information(edge)
+        scores, information = (
+            _score_functions((x - mean) / std, clipped, edge),
+            _fisher_information(edge),
+        )
         step = np.linalg.solve(information[:2, :2], scores[:2].mean(axis=1))
         if np.abs(step).max() < FIT_TOLERANCE:
             draws = scatter(scores, independent)
@@ -274,7 +277,7 @@ def _initial_moments(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
     return float(values[0] - std * z[0]), std
 
 
-def _scores(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
+def _score_functions(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
     """Scores (4, nt) of values z (nt,), some of which are ``clipped`` at the edge."""
     scores = np.ascontiguousarray(hermevander(z, HERMITE_ORDER)[:, 1:].T)
     scores[:, clipped] = _clipped_scores(edge)[:, None]
@@ -289,7 +292,7 @@ def _clipped_scores(edge: float) -> np.ndarray:
     return np.asarray(-hazard * hermevander(edge, HERMITE_ORDER - 1)[0])
 
 
-def _information(edge: float) -> np.ndarray:
+def _fisher_information(edge: float) -> np.ndarray:
     """Mean products (4, 4) of the scores."""
     z = np.linspace(max(edge, -INTEGRAL_LIMIT), INTEGRAL_LIMIT, INTEGRAL_NODES)
     weight = np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi) * (z[1] - z[0])

@@ -365,7 +365,7 @@ class _Process:
 
     def __init__(self, stop: Connection) -> None:
         self._pipe, theirs = SPAWN.Pipe()
-        self._process = SPAWN.Process(target=_serve, args=(theirs, stop), daemon=True)
+        self._process = SPAWN.Process(target=_serve_process, args=(theirs, stop), daemon=True)
         self._process.start()
         theirs.close()
         self._calm: Compiled | None = None
@@ -395,7 +395,7 @@ class _Stop(NamedTuple):
         return self.pipe.poll()
 
 
-def _serve(pipe: Connection, stop: Connection) -> None:
+def _serve_process(pipe: Connection, stop: Connection) -> None:
     """Make the runs that come through a pipe, until its other end is closed."""
     calm: Any = None
     while True:

@@ -136,11 +136,11 @@ def simulate_many(
     if isinstance(cases, str | Path):
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
     scenes = [prepare_scene(case) for case in cases]
-    _check(scenes, labels or {}, start)
-    along = {**_seeds(scenes), **(labels or {})}
-    variables_of_runs = {name: _variable(values) for name, values in along.items()} | _sources(
-        scenes
-    )
+    _check_labels(scenes, labels or {}, start)
+    along = {**_seed_labels(scenes), **(labels or {})}
+    variables_of_runs = {
+        name: _new_variable(values) for name, values in along.items()
+    } | _source_labels(scenes)
     digest: Digest = partial(
         reduce_run,
         variables=list(variables),
@@ -179,7 +179,9 @@ def simulate_many(
 
     if result is None:
         with TemporaryDirectory() as folder:
-            return _by_seed(xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4"))
+            return _index_by_seed(
+                xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
+            )
     values = {name: variables_of_runs[name].values for name in along}
     request = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
     request |= {"channels": tuple(channels)} if channels else {}
@@ -198,15 +200,15 @@ def simulate_many(
         place.take(path)
         if all_ended:
             journal.remove()
-    return _by_seed(xr.open_dataset(place.path, engine="netcdf4"))
+    return _index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
 
 
-def _by_seed(runs: xr.Dataset) -> xr.Dataset:
+def _index_by_seed(runs: xr.Dataset) -> xr.Dataset:
     """Runs that can be selected by their seeds."""
     return runs.set_xindex("seed") if "seed" in runs.coords else runs
 
 
-def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
+def _check_labels(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
     """Refuse what does not fit into one dataset."""
     if not scenes:
         raise InputError("simulate_many: found no case; expected one or more.")
@@ -258,7 +260,7 @@ def _check_requested(scene: Scene, keep: Digest) -> None:
     keep(run, start=0.0)
 
 
-def _seeds(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     """Seeds of the runs as coordinates; none if the runs have different numbers of wave trains.
     ``seed`` is that of the first train. Where trains and gusts have other seeds, these follow as
     ``seed_2`` and so on."""
@@ -266,18 +268,20 @@ def _seeds(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     if not seeds[0] or len({len(seeds) for seeds in seeds}) > 1:
         return {}
     first, *others = np.array(seeds).T
-    variables = {"seed": _seed(first, "seed of the waves")}
+    variables = {"seed": _seed_variable(first, "seed of the waves")}
     if any((other != first).any() for other in others):
         for k, other in enumerate(others, 2):
-            variables[f"seed_{k}"] = _seed(other, f"seed of wave train {k}, or of the gusts")
+            variables[f"seed_{k}"] = _seed_variable(
+                other, f"seed of wave train {k}, or of the gusts"
+            )
     return variables
 
 
-def _seed(values: np.ndarray, what: str) -> xr.Variable:
+def _seed_variable(values: np.ndarray, what: str) -> xr.Variable:
     return xr.Variable(RUN, values, {"units": "1", "long_name": what})
 
 
-def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
+def _new_variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
     """What is known of all runs, with its attributes if it has any."""
     if isinstance(values, xr.Variable):
         return values
@@ -287,12 +291,12 @@ def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variabl
     return xr.Variable((RUN, *(f"{k}" for k in range(1, array.ndim))), array)
 
 
-def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+def _source_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     """Where the scenes come from, as far as they differ in it."""
     texts = {
         name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
     }
-    return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
+    return {name: _new_variable(text) for name, text in texts.items() if len({*text}) > 1}
 
 
 @contextmanager
@@ -519,7 +523,7 @@ def run_until(
         write_run(runs, output)
         for batch in rounds:
             batch.close()
-        _clear(folder)
+        _clear_folder(folder)
     unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
     return _width_text(width, unit, count, wanted)
 
@@ -554,7 +558,7 @@ def _begin_rounds(folder: Path, resume: bool, output: Output) -> None:
             " them (resume=True in Python), --overwrite begins anew."
         )
     if not resume:
-        _clear(folder)
+        _clear_folder(folder)
     folder.mkdir(exist_ok=True)
 
 
@@ -570,7 +574,7 @@ def _is_round(path: Path) -> bool:
     )
 
 
-def _clear(folder: Path) -> None:
+def _clear_folder(folder: Path) -> None:
     for path in folder.glob("*.partial"):
         if _is_round(path):
             remove_journal(path)

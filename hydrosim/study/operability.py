@@ -293,13 +293,17 @@ class Limits:
     @property
     def seas(self) -> int:
         """How many seas there are."""
-        return sum(1 for _ in _seas(self))
+        return sum(1 for _ in _seas_of_study(self))
 
     @property
     def identity(self) -> dict[str, str]:
         """What must be the same for the search to go on, see `hydrosim.study.shared.identity`."""
         heights = self.wanted.heights.values()
-        varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
+        varied = {
+            "seeds": self.seeds,
+            "heights": heights,
+            "seas": [sea for _, sea in _seas_of_study(self)],
+        }
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
         return identity([self.scene], SceneCache().open_sources, varied, asked)
 
@@ -369,7 +373,7 @@ def limits_of(
         allowed_failures(len(study.seeds), study.wanted.probability)
     trials = Trials(study.figures, workers, journal=journal)
     table = _LimitTable(study)
-    for done, (at, sea) in enumerate(_seas(study)):
+    for done, (at, sea) in enumerate(_seas_of_study(study)):
         progress(_sea_name(sea), trials.count, done)
         if isinstance(about, Spectral):
             table.add_spectral(at, sea, about)
@@ -392,7 +396,7 @@ def limits_of(
     return dataset
 
 
-def _seas(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
+def _seas_of_study(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
     for i, swell in enumerate(study.swells):
         for j, heading in enumerate(study.headings):
             for k, period in enumerate(study.wanted.peak_periods):
@@ -494,7 +498,7 @@ class _LimitTable:
         variables = {
             name: (
                 dims if values.ndim == len(dims) else dims[1:],
-                _as_text(values),
+                _texts_of(values),
                 _attributes(*descriptions[name]),
             )
             for name, values in self.values.items()
@@ -524,7 +528,7 @@ class _LimitTable:
             "probability": study.wanted.probability,
             "confidence": CONFIDENCE,
             "seeds": len(study.seeds),
-            "criteria": "\n".join(_criteria(study)),
+            "criteria": "\n".join(_criterion_texts(study)),
             "lowest": float(self.heights[0]),
             "highest": float(self.heights[-1]),
             "apart": study.wanted.heights.apart,
@@ -532,7 +536,7 @@ class _LimitTable:
         return xr.Dataset(variables, coordinates, attributes)
 
 
-def _criteria(study: Limits) -> Iterator[str]:
+def _criterion_texts(study: Limits) -> Iterator[str]:
     units = units_of(study.scene.source)
     criteria = zip(study.figures, study.limits, study.least, strict=True)
     for figure, limit, least in criteria:
@@ -541,7 +545,7 @@ def _criteria(study: Limits) -> Iterator[str]:
         yield f"{figure.name}: {figure} {side} {asked}"
 
 
-def _as_text(values: np.ndarray) -> np.ndarray:
+def _texts_of(values: np.ndarray) -> np.ndarray:
     return values.astype(str) if values.dtype == object else values
 
 

@@ -130,7 +130,7 @@ class RunLayout(NamedTuple):
 
 def merge_layouts(scenes: Sequence[Scene], keep: Keep, simulate: Simulate) -> RunLayout | None:
     """The form of the runs of the ``scenes``; None if they all have the same."""
-    kinds, layouts = _kinds(scenes)
+    kinds, layouts = _group_scenes(scenes)
     apart = _differing_numbers(layouts)
     if len(kinds) < 2 and not apart:
         return None
@@ -141,23 +141,23 @@ def merge_layouts(scenes: Sequence[Scene], keep: Keep, simulate: Simulate) -> Ru
 
 def one_scene_of_each_kind(scenes: Sequence[Scene]) -> list[Scene]:
     """The first scene of each kind: those of a kind have the same names."""
-    return [scenes[runs[0]] for runs in _kinds(scenes)[0]]
+    return [scenes[runs[0]] for runs in _group_scenes(scenes)[0]]
 
 
-def _kinds(scenes: Sequence[Scene]) -> tuple[list[list[int]], list[xr.Dataset]]:
+def _group_scenes(scenes: Sequence[Scene]) -> tuple[list[list[int]], list[xr.Dataset]]:
     """The runs of each kind, and the layouts of all, each once for scenes after each other."""
     kinds: dict[Structure, list[int]] = {}
     layouts: list[xr.Dataset] = []
-    for index, layout in _layouts(scenes):
+    for index, layout in _layouts_of_runs(scenes):
         if layout is None:
             continue
         if not layouts or layouts[-1] is not layout:
             layouts.append(layout)
-        kinds.setdefault(_structure(layout), []).append(index)
+        kinds.setdefault(_structure_of_layout(layout), []).append(index)
     return list(kinds.values()), layouts
 
 
-def _layouts(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset | None]]:
+def _layouts_of_runs(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset | None]]:
     """The layout of each run, one object for scenes after each other that differ in their waves
     alone; None of a scene that cannot be compiled, which its own run will tell."""
     before: Scene | None = None
@@ -166,11 +166,11 @@ def _layouts(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset | None]]
         calm = without_waves(scene)
         if before is None or not scenes_equal(calm, before):
             before = calm
-            layout = _layout(scene)
+            layout = _names_layout(scene)
         yield run, layout
 
 
-def _layout(scene: Scene) -> xr.Dataset | None:
+def _names_layout(scene: Scene) -> xr.Dataset | None:
     """The names in the runs of a scene and the numbers beside them."""
     weights = carried_weights(scene)
     names = {
@@ -190,7 +190,7 @@ def without_waves(scene: Scene) -> Scene:
     return replace(scene, title="", source={}, environment=scene.environment.without_waves())
 
 
-def _structure(layout: xr.Dataset) -> Structure:
+def _structure_of_layout(layout: xr.Dataset) -> Structure:
     return tuple(
         (name, None if _is_number_beside(name, of) else tuple(np.ravel(of.values).tolist()))
         for name, of in layout.coords.items()
@@ -243,7 +243,9 @@ def _merge_kinds(
     datasets = [trial for trial, _ in runs]
     labels = _all_labels(datasets)
     per_run: dict[str, xr.Variable] = {}
-    beside = {dim: xr.Variable(dim, of, _attributes(datasets, dim)) for dim, of in labels.items()}
+    beside = {
+        dim: xr.Variable(dim, of, _common_attributes(datasets, dim)) for dim, of in labels.items()
+    }
     left_out: list[str] = []
     for name in dict.fromkeys(str(n) for trial in datasets for n in trial.coords):
         holders = [trial for trial in datasets if name in trial.coords]
@@ -289,7 +291,7 @@ def _all_labels(datasets: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
     return all_labels
 
 
-def _attributes(datasets: Sequence[xr.Dataset], name: str) -> Mapping[str, object]:
+def _common_attributes(datasets: Sequence[xr.Dataset], name: str) -> Mapping[str, object]:
     """The attributes of a coordinate, of the first that has it."""
     return next((trial[name].attrs for trial in datasets if name in trial.coords), {})
 

@@ -58,12 +58,12 @@ class Spectral:
         mean = self.rest.ravel()[at] if order == 0 else 0.0
         duration = self.scene.duration - max(waves.ramp, figure.start)
         motion = find_excursions(m0, m1, m2, duration)
-        rooms = _rooms(figure.statistic, limit, mean)
+        rooms = _room_for_waves(figure.statistic, limit, mean)
         if min(rooms) <= 0.0:
             return 0.0
         if figure.statistic == "std":
             return limit / sqrt(m0)
-        return _deviation(rooms, motion, probability) / sqrt(m0)
+        return _allowed_deviation(rooms, motion, probability) / sqrt(m0)
 
 
 def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -> Spectral | str:
@@ -83,7 +83,7 @@ def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -
     return reasons[0] if reasons else Spectral(calm)
 
 
-def _rooms(statistic: str, limit: float, mean: float) -> list[float]:
+def _room_for_waves(statistic: str, limit: float, mean: float) -> list[float]:
     """What is left for the waves, on one side of the mean or on both."""
     match statistic:
         case "smallest":
@@ -95,7 +95,7 @@ def _rooms(statistic: str, limit: float, mean: float) -> list[float]:
     return [limit]
 
 
-def _deviation(rooms: list[float], motion: Excursions, probability: float) -> float:
+def _allowed_deviation(rooms: list[float], motion: Excursions, probability: float) -> float:
     """The standard deviation of which a ``motion`` is within the ``rooms`` with this
     probability."""
     room = min(rooms)

@@ -129,7 +129,7 @@ def fill(y, p, contents):
                 for j in range(3):
                     contents.inertia[b, i, j] = rest.inertia[i, j]
     for k in range(p.each.size):
-        _fill(y[p.state + k], p.each[k], p, contents)
+        _fill_tank(y[p.state + k], p.each[k], p, contents)
     for rest in p.rests:
         if rest.inertial:
             b = rest.body
@@ -139,7 +139,7 @@ def fill(y, p, contents):
 
 
 @kernel
-def _fill(volume, tank, p, contents):
+def _fill_tank(volume, tank, p, contents):
     """Add the contents of one tank."""
     b = tank.body
     d = tank.density
@@ -246,13 +246,13 @@ def triggered_pumps(scene: Scene) -> Iterator[TriggeredPump]:
     for body in scene.bodies:
         for i, pump in enumerate(body.pumps, first):
             if is_triggered(pump):
-                start, until = (_event(when, body) for when in (pump.start, pump.stop))
+                start, until = (_event_of_moment(when, body) for when in (pump.start, pump.stop))
                 key = f"bodies.{body.name}.pumps.{pump.name}"
                 yield TriggeredPump(i, key, Active(start, until))
         first += len(flows_of(body))
 
 
-def _event(when: float | LevelReached | When | None, body: Body) -> When | None:
+def _event_of_moment(when: float | LevelReached | When | None, body: Body) -> When | None:
     """The condition of a trigger for a time or a level."""
     if isinstance(when, LevelReached):
         side = {"above" if when.above else "below": when.level}

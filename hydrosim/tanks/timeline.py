@@ -65,7 +65,7 @@ def integrate_tanks(p: Tanks, end: float) -> Timeline:
     volumes = [volume.copy()]
     problem = None
     for _ in range(MAX_FLOW_CHANGES):
-        speed = _speeds(modes, p)
+        speed = _volume_rates(modes, p)
         changes = _times_of_changes(t, volume, speed, modes, p)
         then = min(changes.min(initial=np.inf), end)
         problem = _flow_problem(modes, t, then, volume, speed, p)
@@ -87,7 +87,7 @@ def _mass_flows(modes: np.ndarray, p: Tanks) -> np.ndarray:
     return np.where(modes[:, MODE] == PUMP_RUNNING, p.rates["rate"][modes[:, SEGMENT]], 0.0)
 
 
-def _speeds(modes: np.ndarray, p: Tanks) -> np.ndarray:
+def _volume_rates(modes: np.ndarray, p: Tanks) -> np.ndarray:
     """Rates of the volumes (nt,) [m^3/s]."""
     return (_mass_flows(modes, p) @ _flow_matrix(p)) / p.each["density"]
 

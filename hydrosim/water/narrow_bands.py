@@ -152,7 +152,7 @@ def body_bands(
         if count > MAX_NODES:
             return []
     sets = [
-        _set(body, seas[number].spacing, cells, forms, nodes, count)
+        _fill_set(body, seas[number].spacing, cells, forms, nodes, count)
         for number, cells in zip(numbers, cells_by_sea, strict=True)
     ]
     few = WORTH * sum(band_set.omega.size for band_set in sets) <= waves.omega.size
@@ -266,7 +266,7 @@ class _Cells:
         )
 
 
-def _set(
+def _fill_set(
     body: WaveBody, spacing: float, cells: _Cells, forms: BodyForms, nodes: int, count: int
 ) -> Set:
     """The bands of the waves of one sea; ``count`` nodes per cell where the body drifts, else
@@ -280,7 +280,9 @@ def _set(
     drifts = (what != LOW) & bool(forms.forms)
     elevation = forms.wave[cells.at[wave]]
     drift_nodes = forms.drift.table.shape[1]
-    omega, step, values = _envelopes(cells.omega[wave], band, weight * elevation, spacing, count)
+    omega, step, values = _band_envelopes(
+        cells.omega[wave], band, weight * elevation, spacing, count
+    )
     k = cells.wavenumbers_at(omega)
     heading = body.heading + cells.trains[train]
     return Set(
@@ -300,7 +302,7 @@ def _set(
     )
 
 
-def _envelopes(
+def _band_envelopes(
     omega: np.ndarray, band: np.ndarray, amplitude: np.ndarray, spacing: float, nodes: int
 ) -> tuple[np.ndarray, float, np.ndarray]:
     """Frequencies in the middle of bands, and the step and the values (times, 2, bands) of their

@@ -162,7 +162,7 @@ def find_yaws(t, y, coordinates, p, met):
     for k in range(p.body.size):
         b = p.body[k]
         if p.slow[k]:
-            met[b] = _yaw(k, t - y[p.state[k] + BLOCK_BEGIN], y, p)
+            met[b] = _yaw_on_path(k, t - y[p.state[k] + BLOCK_BEGIN], y, p)
         elif p.turns[k]:
             met[b] = coordinates[6 * b + 5]
 
@@ -174,7 +174,7 @@ def slow_loads(t, y, p, block, first, second):
     for k in range(p.body.size):
         if p.slow[k]:
             if not _is_known(k, y, p, block):
-                _fill(k, y, p, block)
+                _fill_block(k, y, p, block)
             at, x = 6 * p.loaded[k], t / p.row_step - block.first[k]
             row, points = rows_at(x, p.rows)
             for m in range(points):
@@ -193,7 +193,7 @@ def _is_known(k, y, p, block):
 
 
 @root
-def _fill(k, y, p, block):
+def _fill_block(k, y, p, block):
     """Fill the rows of body k for the block in its states."""
     at, begin = p.state[k], y[p.state[k] + BLOCK_BEGIN]
     assign(block.known[k], y[at + BLOCK_POSITION : at + STATES_PER_FOLLOWED_BODY])
@@ -207,7 +207,7 @@ def _fill(k, y, p, block):
         _sum_waves(k, y, p, block)
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
-        heading = p.rest[k] + _yaw(k, t - begin, y, p)
+        heading = p.rest[k] + _yaw_on_path(k, t - begin, y, p)
         for order in range(2):
             row = block.rows[k, r, order]
             turn_to_earth(heading, row)
@@ -219,8 +219,8 @@ def _fill(k, y, p, block):
 def _sum_bands(k, y, p, block):
     """Fill the rows of body k in heading axes, from its bands."""
     begin = y[p.state[k] + BLOCK_BEGIN]
-    weigh_bands(k, _yaw(k, 0.0, y, p), 0, p, block.bands)
-    weigh_bands(k, _yaw(k, p.block, y, p), 1, p, block.bands)
+    weigh_bands(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.bands)
+    weigh_bands(k, _yaw_on_path(k, p.block, y, p), 1, p, block.bands)
     start = block.first[k] * p.row_step
     samples = (STENCIL_POINTS - 1) / (p.rows - 1)
     if has_nodes(k, p.gathered):
@@ -240,7 +240,7 @@ def _sum_bands(k, y, p, block):
 @kernel
 def _steady_yaw(k, y, p):
     """The multiple of `FollowingLoads.steady` that is next to the yaw of body k in its block."""
-    return p.steady[k] * floor(_yaw(k, p.block / 2.0, y, p) / p.steady[k] + 0.5)
+    return p.steady[k] * floor(_yaw_on_path(k, p.block / 2.0, y, p) / p.steady[k] + 0.5)
 
 
 @kernel
@@ -249,8 +249,8 @@ def _is_steady(k, y, p):
     if p.placed[k]:
         return False
     yaw = _steady_yaw(k, y, p)
-    first = abs(_yaw(k, 0.0, y, p) - yaw)
-    last = abs(_yaw(k, p.block, y, p) - yaw)
+    first = abs(_yaw_on_path(k, 0.0, y, p) - yaw)
+    last = abs(_yaw_on_path(k, p.block, y, p) - yaw)
     return max(first, last) <= p.steady[k]
 
 
@@ -295,12 +295,12 @@ def _sum_waves(k, y, p, block):
     """Fill the rows of body k in heading axes, from all waves."""
     begin, start = y[p.state[k] + BLOCK_BEGIN], p.offset[k]
     waves = block.waves
-    loads_at_heading(k, _yaw(k, 0.0, y, p), p, block.cell, block.ends[:12])
-    loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
+    loads_at_heading(k, _yaw_on_path(k, 0.0, y, p), p, block.cell, block.ends[:12])
+    loads_at_heading(k, _yaw_on_path(k, p.block, y, p), p, block.cell, block.ends[12:])
     second = has_forms(k, p.second)
     if second:
-        fill_load_factors(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
-        fill_load_factors(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
+        fill_load_factors(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.filtered)
+        fill_load_factors(k, _yaw_on_path(k, p.block, y, p), 1, p, block.filtered)
     _find_waves(k, block.first[k] * p.row_step, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]
@@ -323,7 +323,7 @@ def _sum_waves(k, y, p, block):
 
 
 @kernel
-def _yaw(k, since, y, p):
+def _yaw_on_path(k, since, y, p):
     """Yaw on the slow path of body k at the time ``since`` the start of the block; 0 if it does not
     count."""
     at = p.state[k]

@@ -23,8 +23,8 @@ def whole(tmp_path: Path) -> Path:
 def looked(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """The files that were looked into."""
     files: list[Path] = []
-    look = hdf5._fault
-    monkeypatch.setattr(hdf5, "_fault", lambda path: files.append(path) or look(path))
+    look = hdf5._fault_of_file
+    monkeypatch.setattr(hdf5, "_fault_of_file", lambda path: files.append(path) or look(path))
     return files
 
 

@@ -156,7 +156,7 @@ def test_a_damaged_file_of_factors_is_made_again(
 
 def read_anew(text: str) -> float:
     """A length as a new process reads it, which knows no factors but those on disk."""
-    units._factors.cache_clear()
+    units._load_factors.cache_clear()
     return LENGTH.read(text)
 
 

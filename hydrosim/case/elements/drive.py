@@ -54,7 +54,7 @@ def _same_number(times: tuple[float, ...], values: tuple[float, ...], what: str)
         raise problem(found_text, f"{'an' if what[0] in 'ao' else 'a'} {what} for each time")
 
 
-def _form(value: object) -> str:
+def _form_tag(value: object) -> str:
     """Which of the forms a motion has."""
     if isinstance(value, OffsetTable | AngleTable) or (isinstance(value, dict) and "time" in value):
         return "table"
@@ -67,14 +67,14 @@ OffsetOverTime = Annotated[
     Annotated[OffsetTable, Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Length], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
     only_forms("offset", "m", OffsetTable, Recorded, Harmonic),
 ]
 AngleOverTime = Annotated[
     Annotated[AngleTable, Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Angle], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
     only_forms("angle", "deg", AngleTable, Recorded, Harmonic),
 ]
 

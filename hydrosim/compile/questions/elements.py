@@ -75,23 +75,24 @@ def ask_about_softness(about: SceneContext) -> Iterator[Query]:
         if isinstance(fender, Contact) and not isinstance(fender.normal, PrescribedNormal)
     ]
     for name, fender in fenders:
-        if _stiffness(fender) > STIFFEST:
-            found_text = f"{text_beyond(_stiffness(fender), STIFFEST)} N/m per point"
+        if _fender_stiffness(fender) > STIFFEST:
+            found_text = f"{text_beyond(_fender_stiffness(fender), STIFFEST)} N/m per point"
             usual = f"usual is up to {STIFFEST:g} N/m, a bar of steel of 1 m and 0.05 m^2"
             yield Query(f"forces.{name}.normal", found_text, usual, "Check its unit.")
         others = [other for _, other in fenders if _share_load(fender, other)]
-        stiffness = sum(len(other.points) * _stiffness(other) for other in others)
-        below_weight = list(_under_weight(about, name, fender, stiffness))
+        stiffness = sum(len(other.points) * _fender_stiffness(other) for other in others)
+        below_weight = list(_ask_about_compression_by_weight(about, name, fender, stiffness))
         if below_weight:
             yield from below_weight
             continue
-        mass = _mass(about, fender)
+        mass = _mass_on_fender(about, fender)
         pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
         if mass > 0.0 and pressed > SOFTEST:
             by = text_beyond(pressed, SOFTEST)
             yield Query(
                 f"forces.{name}.normal",
-                f"{_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at {BERTHING:g} m/s would"
+                f"{_fender_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at"
+                f" {BERTHING:g} m/s would"
                 f" compress the {len(others)} fenders of that side by {by} m"
                 if len(others) > 1
                 else f"{stiffness:.3g} N/m in all: {mass:.3g} kg at {BERTHING:g} m/s would"
@@ -101,7 +102,7 @@ def ask_about_softness(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _under_weight(
+def _ask_about_compression_by_weight(
     about: SceneContext, name: str, fender: Contact, stiffness: float
 ) -> Iterator[Query]:
     """Ask about dry bodies whose weight alone compresses the fenders below them by metres."""
@@ -134,13 +135,13 @@ def _share_load(fender: Contact, other: Contact) -> bool:
     return same and bool(n @ m > SHARED_LOAD_COSINE)
 
 
-def _stiffness(fender: Contact) -> float:
+def _fender_stiffness(fender: Contact) -> float:
     """Secant stiffness of a point at the end of its curve [N/m]."""
     assert not isinstance(fender.normal, PrescribedNormal)
     return float(fender.normal.force[-1] / fender.normal.compression[-1])
 
 
-def _mass(about: SceneContext, fender: Contact) -> float:
+def _mass_on_fender(about: SceneContext, fender: Contact) -> float:
     """Mass of the lighter of the two bodies of a fender that move [kg]."""
     names = {fender.body, *(name for _, name in fender.connected_bodies())}
     moving = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
@@ -174,9 +175,9 @@ def _friction_stiffness(
     """Ask about the tangential stiffness of a fender, at the load of a body at berthing speed."""
     if isinstance(fender.normal, PrescribedNormal):
         return
-    normal = _stiffness(fender)
+    normal = _fender_stiffness(fender)
     key = f"forces.{name}.friction.stiffness"
-    load = BERTHING * np.sqrt(_mass(about, fender) * normal / len(fender.points))
+    load = BERTHING * np.sqrt(_mass_on_fender(about, fender) * normal / len(fender.points))
     stretch = law.static * load / law.stiffness
     if stretch > SOFTEST:
         found_text = (
@@ -258,9 +259,9 @@ def _fender_damping(about: SceneContext) -> Iterator[Query]:
     for name, of in about.scene.forces.items():
         if not isinstance(of, Contact) or not isinstance(of.normal, NormalCurve):
             continue
-        mass = _mass(about, of) / len(of.points)
+        mass = _mass_on_fender(about, of) / len(of.points)
         law = of.friction
-        coefficients = [("normal.damping", of.normal.damping, _stiffness(of))]
+        coefficients = [("normal.damping", of.normal.damping, _fender_stiffness(of))]
         if isinstance(law, StickSlip):
             coefficients.append(("friction.damping", law.damping, law.stiffness))
             coefficients.append(("friction.slip_damping", law.slip_damping, law.stiffness))
@@ -352,7 +353,7 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
         size = sizes.get(fender.body) if isinstance(fender, Fender) else None
         if size is None or not isinstance(fender, Fender):
             continue
-        off = np.array([_outside(size, point) for point in fender.points])
+        off = np.array([_distance_outside(size, point) for point in fender.points])
         far = int(np.argmax(off))
         limit = max(STANDING_OFF, float(size.half.min()))
         if off[far] > limit:
@@ -363,8 +364,8 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
         yield from _plane_inside(name, fender, sizes)
-        normal = _normal(about.motion, about.index, fender)
-        deep = np.array([_inside(size, point, normal) for point in fender.points])
+        normal = _normal_in_motion(about.motion, about.index, fender)
+        deep = np.array([_distance_inside(size, point, normal) for point in fender.points])
         worst = int(np.argmax(deep))
         if deep[worst] > 0.0:
             where = (
@@ -387,7 +388,7 @@ def _plane_inside(
         return
     towards = np.array(fender.plane.normal, float)
     point = np.array(fender.plane.point, float)
-    deep = _inside(size, point, -towards / np.linalg.norm(towards))
+    deep = _distance_inside(size, point, -towards / np.linalg.norm(towards))
     if deep > float(size.half.min()):
         found_text = f"a plane that {fender.plane.body} exceeds by about {deep:.2g} m"
         usual = "usual is a plane at its side, with a normal that points away from it"
@@ -400,7 +401,7 @@ ADVICE = (
 )
 
 
-def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray:
+def _normal_in_motion(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray:
     """Normal of the plane in the frame of the fender's body, at the start."""
     normal = np.array(fender.plane.normal, float)
     if fender.plane.body is not None:
@@ -409,7 +410,7 @@ def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray
     return np.asarray(body_normal / np.linalg.norm(body_normal))
 
 
-def _outside(size: Extents, point: np.ndarray) -> float:
+def _distance_outside(size: Extents, point: np.ndarray) -> float:
     """Distance of a point beside or below a hull [m]."""
     off = point - size.centre
     aside = np.maximum(np.abs(off[:2]) - ELLIPSE_OVER_RECTANGLE * size.half, 0.0)
@@ -417,7 +418,7 @@ def _outside(size: Extents, point: np.ndarray) -> float:
     return float(np.linalg.norm([*aside, below]))
 
 
-def _inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
+def _distance_inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
     """Distance by which a compact hull extends beyond a point inside it or at its other side,
     towards an upright plane with this ``normal`` [m]; 0 for other points."""
     x, y, z = point - size.centre

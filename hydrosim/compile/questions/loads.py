@@ -146,7 +146,7 @@ def _bodies_too_heavy_for_lines(about: SceneContext) -> Iterator[Query]:
         ]
         if not acting or not all(isinstance(of, TwoPointElement) for of in acting):
             continue
-        allowed = sum(_allowable(of) for of in acting if isinstance(of, TwoPointElement))
+        allowed = sum(_allowable_force(of) for of in acting if isinstance(of, TwoPointElement))
         weight = body.mass * about.scene.environment.gravity
         if weight > allowed:
             found_text = (
@@ -166,7 +166,7 @@ def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
     return falls and not (wet or jointed or held)
 
 
-def _allowable(line: TwoPointElement) -> float:
+def _allowable_force(line: TwoPointElement) -> float:
     """Allowable tension [N] of a line; infinite if none is given."""
     if line.capacity is not None:
         return line.capacity

@@ -388,7 +388,7 @@ class ContactKind(KindOfContacts):
             "fender_dissipated": (axes, seen[:, :, ENERGY_LOST]),
             "fender_dissipated_damping": (axes, states[:, :, DAMPED]),
             "fender_dissipated_slip_damping": (axes, states[:, :, SLIP_DAMPED]),
-            **_closings(p, unit_record.y),
+            **_closing_columns(p, unit_record.y),
             **(dict(_tally_variables(unit_record.tallies)) if unit_record.tallies.size else {}),
         }
 
@@ -437,7 +437,7 @@ def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
     }
 
 
-def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
+def _closing_columns(p: ContactConstants, y: RecordedStates) -> Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}

@@ -107,14 +107,14 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Lo
     """Constants of all joints of the layout that are constraints."""
     order = {name: i for i, name in enumerate(layout.joints)}
     rows = [
-        _constants(order[name], layout.joints[name], bodies, layout)
+        _lock_constants(order[name], layout.joints[name], bodies, layout)
         for name, bodies in layout.constraints.items()
     ]
     constants = np.array(rows, dtype=LOCK)
     return LockConstants(constants, len(order), int(constants["count"].sum()), 0, 0, 0, 0)
 
 
-def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
+def _lock_constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
     body, other, exact = at
     is_rod = joint.type == JointType.ROD
     if is_rod:

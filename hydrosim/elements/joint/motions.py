@@ -92,13 +92,13 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Jo
         for i in range(0 if name in layout.constraints else len(joint.motions)):
             acting = joint.resistances[i] if joint.resistances else JointResistance()
             row = layout.row[name] if acting.acts else NO_INDEX
-            rows.append((coordinate, *places[coordinate], row, *_constants(acting)))
+            rows.append((coordinate, *places[coordinate], row, *_resistance_constants(acting)))
             coordinate += 1
     constants = np.array(rows, dtype=MOTION)
     return JointMotionConstants(constants, int((constants["static"] >= 0.0).sum()), 0, 0)
 
 
-def _constants(acting: JointResistance) -> tuple[float, ...]:
+def _resistance_constants(acting: JointResistance) -> tuple[float, ...]:
     stops = acting.stops
     friction = acting.friction
     return (

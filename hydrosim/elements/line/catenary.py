@@ -185,7 +185,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
-        pieces.append(_pieces(e))
+        pieces.append(_pieces_of_line(e))
         first = last
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in catenaries.values())])
     every = np.concatenate(pieces)
@@ -205,7 +205,7 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
     return mean_current(layout.current_profile, low, high)
 
 
-def _pieces(line: Catenary) -> np.ndarray:
+def _pieces_of_line(line: Catenary) -> np.ndarray:
     """The segments, of `LINE_PIECE`."""
     pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
     for name in ("length", "weight", "stiffness", "hung"):

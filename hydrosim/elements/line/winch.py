@@ -671,7 +671,7 @@ class WinchKind(KindWithModeSets):
                     1.0 + LINEARISATION_DEPTH / max(distance, LINEARISATION_DEPTH)
                 )
                 winch["stiffness"] *= winch["pinned"] / max(
-                    _shortest(winch, p), LINEARISATION_DEPTH
+                    _shortest_wire(winch, p), LINEARISATION_DEPTH
                 )
         return p._replace(each=constants)
 
@@ -715,7 +715,7 @@ def _line_of_winch(winch: Any, bodies: Any, motion: Any) -> Any:
     return line_between(*ends, bodies, motion)
 
 
-def _shortest(winch: np.void, p: WinchConstants) -> float:
+def _shortest_wire(winch: np.void, p: WinchConstants) -> float:
     """The shortest length off the drum [m] that a winch may have."""
     if winch["drum"]["control"] == LENGTH_CONTROL:
         signal = winch["signal"]
