@@ -47,8 +47,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import linalg
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from hydrosim.elements import Recorded, in_gusts, joints_are_linear, signals_of
 from hydrosim.elements.kind import BODY_ROWS, constraint_names
@@ -493,14 +491,14 @@ def differentiate(
 
     remembers = (states >= model.radiation) & (states < model.own)
     fill_curved(shift_each(np.flatnonzero(~remembers), states.size))
-    part = _parts(model, state, states, J)
+    part = _find_parts(model, state, states, J)
     driven = J.any(axis=1)
     fill_curved(shift_each(np.flatnonzero(remembers & ~driven), states.size))
     fill_curved(_shift_parts(np.flatnonzero(remembers & driven), part))
     return J
 
 
-def _parts(model: Model, state: State, states: np.ndarray, J: np.ndarray) -> np.ndarray:
+def _find_parts(model: Model, state: State, states: np.ndarray, J: np.ndarray) -> np.ndarray:
     """The part (m,) of every state. Parts do not feel each other, by the filled columns of their
     derivatives ``J`` (m, m), their inertia and their constraints."""
     n = model.bodies.active.size
@@ -508,12 +506,12 @@ def _parts(model: Model, state: State, states: np.ndarray, J: np.ndarray) -> np.
     coupled = (inertia(model, state.y) != 0.0) | (np.abs(rows.T) @ np.abs(rows) != 0.0)
     moves = np.flatnonzero(states < 2 * n)
     coordinate = states[moves] % n
-    edge = coo_array(J)
-    first, second = np.nonzero(coupled[np.ix_(coordinate, coordinate)])
-    row = np.concatenate([edge.row, moves[first]])
-    column = np.concatenate([edge.col, moves[second]])
-    graph = coo_array((np.ones(row.size, dtype=bool), (row, column)), J.shape)
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    edges = J != 0.0
+    edges[np.ix_(moves, moves)] |= coupled[np.ix_(coordinate, coordinate)]
+    part = np.zeros(states.size, dtype=np.int64)
+    for label, component in enumerate(find_components(edges)):
+        part[component] = label
+    return part
 
 
 def _shift_parts(columns: np.ndarray, part: np.ndarray) -> Shifts:
