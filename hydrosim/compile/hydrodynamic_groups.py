@@ -267,7 +267,7 @@ def _add_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGro
         case StateSpaceRadiation(tolerance):
             return _choose_fits(wet, _fit_states(wet, tolerance), before, radiation.is_tolerable)
         case ConvolutionRadiation():
-            memory = radiation.free_groups(wet.memory, wet.free_dofs)
+            memory = radiation.groups_free_to_reduce(wet.memory, wet.free_dofs)
             return replace(wet, convolved=tuple(map(Convolved, memory)))
         case AutomaticRadiation(tolerance):
             return _choose_fits(
@@ -280,8 +280,10 @@ def _fit_states(wet: HydrodynamicGroup, tolerance: float) -> tuple[StateSpace, .
     """State-space fits of all groups of DOFs of a database, with no more states than its bodies
     need."""
     db = wet.database
-    fits = radiation.fit(db.checksum, wet.memory, db.frequency, wet.free_dofs, tolerance)
-    return radiation.reduce(fits, db.checksum, wet.memory, db.frequency, floating_of(wet))
+    fits = radiation.fit_state_space(
+        db.checksum, wet.memory, db.frequency, wet.free_dofs, tolerance
+    )
+    return radiation.reduce_states(fits, db.checksum, wet.memory, db.frequency, floating_of(wet))
 
 
 def floating_of(wet: HydrodynamicGroup) -> radiation.Floating:
