@@ -51,6 +51,7 @@ from hydrosim.elements.drive import Drive
 from hydrosim.elements.external import External
 from hydrosim.elements.joint import locks, motions
 from hydrosim.elements.kind import (
+    UNIT_CODES,
     CanFail,
     ElementKind,
     ElementLoads,
@@ -105,6 +106,10 @@ class Elements(NamedTuple):
     externals: Any
     drives: Any
     triggers: Any
+    owners: np.ndarray = np.zeros((0, 2), dtype=np.int64)
+    """Kind (`kind.UnitKind.code`) and unit of every row of modes."""
+    outputs: np.ndarray = np.zeros(UNIT_CODES + 1, dtype=np.int64)
+    """Place of the recorded values of the units of each kind, and the end of all."""
 
 
 ELEMENT_KINDS: tuple[UnitKind, ...] = (
@@ -279,7 +284,23 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     indices = {
         kind.field: constants[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)
     }
-    return IndexedConstants(Elements(**indices), constants[tanks.TANK_FLOW_KIND])
+    whose = [
+        (kind.code, unit) for kind, p in constants.items() for unit in range(kind.modes(p).size)
+    ]
+    widths = {k.code: k.outputs * k.recorded_units(p) for k, p in constants.items() if k.outputs}
+    compiled = Elements(
+        **indices,
+        owners=np.array(whose, dtype=np.int64).reshape(-1, 2),
+        outputs=np.cumsum([0, *(widths.get(code, 0) for code in range(UNIT_CODES))]),
+    )
+    return IndexedConstants(compiled, constants[tanks.TANK_FLOW_KIND])
+
+
+def output_shapes(parts: KindConstants) -> dict[str, tuple[int, int]]:
+    """Units and values of each in a record, by the unit of kinds, in the order of
+    `Elements.outputs`."""
+    kinds = [kind for kind in ELEMENT_KINDS if kind.outputs]
+    return {k.unit: (k.recorded_units(k.constants_in(parts)), k.outputs) for k in kinds}
 
 
 def _reaction_count(kind: UnitKind, p: Any) -> int:

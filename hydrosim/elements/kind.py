@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, runtime_c
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.modes import MODE, MODE_COLUMNS, SEGMENT
+from hydrosim.modes import MODE, MODE_COLUMNS, NO_INDEX, SEGMENT
 from hydrosim.multibody.tree import NO_TREE, Tree
 from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
 from hydrosim.scene.scene import arrangement, tree_joints
@@ -311,10 +311,34 @@ class UnitRecord(NamedTuple):
     tallies: np.ndarray
 
 
+(
+    CONTACT_UNIT,
+    SPRING_UNIT,
+    FLOW_UNIT,
+    LINK_UNIT,
+    BUSHING_UNIT,
+    LINE_UNIT,
+    GUIDE_UNIT,
+    WINCH_UNIT,
+    COMPENSATOR_UNIT,
+    LOCK_UNIT,
+    JOINT_UNIT,
+    JOINT_MOTION_UNIT,
+    EXTERNAL_UNIT,
+    DRIVE_UNIT,
+    TRIGGER_UNIT,
+    UNIT_CODES,
+) = range(16)
+"""Codes of the kinds that have modes or recorded values, for kernels."""
+
+
 class UnitKind:
-    """A kind of unit. ``unit`` is the dimension of its units in files."""
+    """A kind of unit. ``unit`` is the dimension of its units in files, ``code`` its number in
+    kernels, and ``outputs`` the number of values that a run records of each of its units."""
 
     unit: ClassVar[str] = ""
+    code: ClassVar[int] = NO_INDEX
+    outputs: ClassVar[int] = 0
     variables: ClassVar[Mapping[str, Variable]] = {}
 
     def constants_in(self, parts: KindConstants) -> Any:
@@ -328,6 +352,10 @@ class UnitKind:
     def modes(self, p: Any) -> ModeRows:
         """Its rows of modes."""
         return NO_MODES
+
+    def recorded_units(self, p: Any) -> int:
+        """Number of its units with ``outputs``."""
+        return self.modes(p).size
 
     def states(self, p: Any, scene: Scene) -> Iterator[StateBlocks]:
         """Its states in y, block by block."""

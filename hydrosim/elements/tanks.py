@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.elements.kind import (
+    FLOW_UNIT,
     Columns,
     KindConstants,
     ModeRows,
@@ -32,6 +33,7 @@ from hydrosim.tanks.surface import FLUID_LEVEL
 
 class TankFlowKind(UnitKind):
     unit = "pump"
+    code = FLOW_UNIT
     variables: ClassVar = {
         "tank_level": Variable("level above the bottom of the tank", "m", "tank"),
         "tank_mass": Variable("mass of the fluid in the tank", "kg"),
