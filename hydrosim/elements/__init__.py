@@ -51,7 +51,6 @@ from hydrosim.elements.drive import Drive
 from hydrosim.elements.external import External
 from hydrosim.elements.joint import locks, motions
 from hydrosim.elements.kind import (
-    UNIT_CODES,
     CanFail,
     ElementKind,
     ElementLoads,
@@ -108,7 +107,7 @@ class Elements(NamedTuple):
     triggers: Any
     owners: np.ndarray = np.zeros((0, 2), dtype=np.int64)
     """Kind (`kind.UnitKind.code`) and unit of every row of modes."""
-    outputs: np.ndarray = np.zeros(UNIT_CODES + 1, dtype=np.int64)
+    outputs: np.ndarray = np.zeros(0, dtype=np.int64)
     """Place of the recorded values of the units of each kind, and the end of all."""
 
 
@@ -291,7 +290,7 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     compiled = Elements(
         **indices,
         owners=np.array(whose, dtype=np.int64).reshape(-1, 2),
-        outputs=np.cumsum([0, *(widths.get(code, 0) for code in range(UNIT_CODES))]),
+        outputs=np.cumsum([0, *(widths.get(code, 0) for code in range(max(widths) + 1))]),
     )
     return IndexedConstants(compiled, constants[tanks.TANK_FLOW_KIND])
 

@@ -327,9 +327,9 @@ class UnitRecord(NamedTuple):
     EXTERNAL_UNIT,
     DRIVE_UNIT,
     TRIGGER_UNIT,
-    UNIT_CODES,
+    NEW_UNIT,
 ) = range(16)
-"""Codes of the kinds that have modes or recorded values, for kernels."""
+"""Codes of the kinds that have modes or recorded values, for kernels; the last one is free."""
 
 
 class UnitKind:
