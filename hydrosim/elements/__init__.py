@@ -54,6 +54,7 @@ from hydrosim.elements.kind import (
     CanFail,
     ElementKind,
     ElementLoads,
+    HasCoupledStates,
     HasImpulses,
     HasLinearDamping,
     HasLosses,
@@ -62,6 +63,8 @@ from hydrosim.elements.kind import (
     KindWithModeSets,
     Layout,
     LinearResistance,
+    RecordsUnits,
+    RecordsWithoutModes,
     UnitKind,
 )
 from hydrosim.elements.line import catenary, compensator, winch
@@ -105,9 +108,9 @@ class Elements(NamedTuple):
     externals: Any
     drives: Any
     triggers: Any
-    owners: np.ndarray = np.zeros((0, 2), dtype=np.int64)
+    row_owners: np.ndarray = np.zeros((0, 2), dtype=np.int64)
     """Kind (`kind.UnitKind.code`) and unit of every row of modes."""
-    outputs: np.ndarray = np.zeros(0, dtype=np.int64)
+    output_starts: np.ndarray = np.zeros(0, dtype=np.int64)
     """Place of the recorded values of the units of each kind, and the end of all."""
 
 
@@ -286,20 +289,31 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     whose = [
         (kind.code, unit) for kind, p in constants.items() for unit in range(kind.modes(p).size)
     ]
-    widths = {k.code: k.outputs * k.recorded_units(p) for k, p in constants.items() if k.outputs}
+    widths = {kind.code: units * values for kind, units, values in _recorded_units(constants)}
     compiled = Elements(
         **indices,
-        owners=np.array(whose, dtype=np.int64).reshape(-1, 2),
-        outputs=np.cumsum([0, *(widths.get(code, 0) for code in range(max(widths) + 1))]),
+        row_owners=np.array(whose, dtype=np.int64).reshape(-1, 2),
+        output_starts=np.cumsum([0, *(widths.get(code, 0) for code in range(max(widths) + 1))]),
     )
     return IndexedConstants(compiled, constants[tanks.TANK_FLOW_KIND])
 
 
 def output_shapes(parts: KindConstants) -> dict[str, tuple[int, int]]:
     """Units and values of each in a record, by the unit of kinds, in the order of
-    `Elements.outputs`."""
-    kinds = [kind for kind in ELEMENT_KINDS if kind.outputs]
-    return {k.unit: (k.recorded_units(k.constants_in(parts)), k.outputs) for k in kinds}
+    `Elements.output_starts`."""
+    constants = {kind: kind.constants_in(parts) for kind in ELEMENT_KINDS}
+    return {kind.unit: (units, values) for kind, units, values in _recorded_units(constants)}
+
+
+def _recorded_units(constants: Mapping[UnitKind, Any]) -> Iterator[tuple[UnitKind, int, int]]:
+    """The kinds of whose units a run records values, their number, and that of values of each."""
+    for kind, p in constants.items():
+        if isinstance(kind, RecordsUnits):
+            values = kind.outputs
+            units = kind.modes(p).size
+            if isinstance(kind, RecordsWithoutModes):
+                units = kind.recorded_units(p)
+            yield kind, units, values
 
 
 def _reaction_count(kind: UnitKind, p: Any) -> int:
@@ -329,7 +343,12 @@ def tally_count(parts: KindConstants) -> int:
 
 def coupled_states(parts: KindConstants) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on other states."""
-    return np.concatenate([kind.coupled_states(kind.constants_in(parts)) for kind in ELEMENT_KINDS])
+    coupled = [
+        kind.coupled_states(kind.constants_in(parts))
+        for kind in ELEMENT_KINDS
+        if isinstance(kind, HasCoupledStates)
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *coupled])
 
 
 def new_modes(parts: KindConstants) -> np.ndarray:

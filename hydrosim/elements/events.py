@@ -41,7 +41,7 @@ from hydrosim.water.wind import has_gusts
 if TYPE_CHECKING:
     from hydrosim.elements import Elements
 
-KIND, UNIT = range(2)  # columns of `Elements.owners`
+KIND, UNIT = range(2)  # columns of `Elements.row_owners`
 MAX_HELD_DIRECTIONS = 2  # most directions that a point of rigid friction holds
 MAX_DEPENDENCIES = 2  # parts of y that margins of a row depend on
 
@@ -49,9 +49,9 @@ MAX_DEPENDENCIES = 2  # parts of y that margins of a row depend on
 @kernel
 def write_outputs(t, y, modes, motion, bodies, elements, holds, out):
     """Write what a run records of fenders, springs, links, bushings, guides and joints, except the
-    forces of elements, to ``out``, at the places of `Elements.outputs`."""
+    forces of elements, to ``out``, at the places of `Elements.output_starts`."""
     e = elements
-    at = e.outputs
+    at = e.output_starts
     if e.fenders.points.size > 0:
         reaction = holds.reaction
         fender.write_outputs(t, y, modes, motion, bodies, e.fenders, reaction, out)
@@ -170,8 +170,8 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
     """Switch a row of modes to the next mode, after margin ``which``, of this ``size`` before or
     after, has reached zero. A node that relaxes in few steps of length ``step`` is settled only
     later."""
-    kind = elements.owners[row, KIND]
-    i = elements.owners[row, UNIT]
+    kind = elements.row_owners[row, KIND]
+    i = elements.row_owners[row, UNIT]
     if kind == CONTACT_UNIT:
         p = elements.fenders
         transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p)
@@ -281,14 +281,14 @@ def _start_inactive(j, t, y, modes, motion, bodies, elements, tanks):
 def is_trigger(row, elements):
     """True if a row of modes belongs to a trigger, which may change the energy stored in other
     elements."""
-    return elements.owners[row, KIND] == TRIGGER_UNIT
+    return elements.row_owners[row, KIND] == TRIGGER_UNIT
 
 
 @kernel
 def book_stored(row, sign, y, stored, elements):
     """Count the energy ``stored`` (rows,) in the element of a trigger, with this ``sign``, as lost;
     contacts do this themselves."""
-    of = elements.triggers.each[elements.owners[row, UNIT]]
+    of = elements.triggers.each[elements.row_owners[row, UNIT]]
     if of.kind != CONTACT_UNIT:
         y[elements.triggers.losses + of.row] += sign * stored[of.row]
 
@@ -297,8 +297,8 @@ def book_stored(row, sign, y, stored, elements):
 def guard_dependencies(row, part, elements, tanks):
     """Ranges (from, to) of entries of y, beyond coordinates and rates, that margins of a row depend
     on; `MAX_DEPENDENCIES` ranges."""
-    kind = elements.owners[row, KIND]
-    i = elements.owners[row, UNIT]
+    kind = elements.row_owners[row, KIND]
+    i = elements.row_owners[row, UNIT]
     if kind == FLOW_UNIT or (kind == TRIGGER_UNIT and tanks.flows.size > 0):
         return tanks.state, tanks.state + tanks.each.size
     if kind == WINCH_UNIT:

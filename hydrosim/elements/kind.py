@@ -4,8 +4,8 @@ All code outside `hydrosim.elements` loops over kinds and names none. Kernels do
 are plain functions of the compiled constants, called one by one in `hydrosim.elements` and
 `hydrosim.elements.events`. A kind has no state and returns data alone.
 
-Properties of few kinds have small protocols of their own: `ResetsOnRestart`, `HasMirrorSymmetry`,
-`HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`.
+Properties of some kinds have small protocols of their own: `RecordsUnits`, `HasCoupledStates`,
+`ResetsOnRestart`, `HasMirrorSymmetry`, `HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`.
 """
 
 from __future__ import annotations
@@ -334,11 +334,10 @@ class UnitRecord(NamedTuple):
 
 class UnitKind:
     """A kind of unit. ``unit`` is the dimension of its units in files, ``code`` its number in
-    kernels, and ``outputs`` the number of values that a run records of each of its units."""
+    kernels."""
 
     unit: ClassVar[str] = ""
     code: ClassVar[int] = NO_INDEX
-    outputs: ClassVar[int] = 0
     variables: ClassVar[Mapping[str, Variable]] = {}
 
     def constants_in(self, parts: KindConstants) -> Any:
@@ -353,17 +352,9 @@ class UnitKind:
         """Its rows of modes."""
         return NO_MODES
 
-    def recorded_units(self, p: Any) -> int:
-        """Number of its units with ``outputs``."""
-        return self.modes(p).size
-
     def states(self, p: Any, scene: Scene) -> Iterator[StateBlocks]:
         """Its states in y, block by block."""
         return iter(())
-
-    def coupled_states(self, p: Any) -> np.ndarray:
-        """Entries (m,) of y that are its own and act on other states."""
-        return np.zeros(0, dtype=np.int64)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         """Coordinates of its ``variables``, which do not depend on the run."""
@@ -406,6 +397,29 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
     description = {"long_name": "capacity: allowable force", "units": "N"}
     has_capacity = np.isfinite(values).any()
     return {f"{unit}_capacity": (unit, values, description)} if has_capacity else {}
+
+
+@runtime_checkable
+class RecordsUnits(Protocol):
+    """A kind of whose units a run records values: ``outputs`` of each."""
+
+    outputs: ClassVar[int]
+
+
+@runtime_checkable
+class RecordsWithoutModes(Protocol):
+    """A kind that records other units than those with rows of modes."""
+
+    def recorded_units(self, p: Any) -> int:
+        """Number of these units."""
+
+
+@runtime_checkable
+class HasCoupledStates(Protocol):
+    """A kind with states that act on other states."""
+
+    def coupled_states(self, p: Any) -> np.ndarray:
+        """Entries (m,) of y that do."""
 
 
 @runtime_checkable

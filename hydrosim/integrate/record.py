@@ -211,7 +211,7 @@ def write_record(t, run):
     events.write_outputs(t, y, modes, motion, model.bodies, elements, work.holds, observed)
     if model.bodies.tree.branches.size > 0:
         n = model.bodies.active.size
-        loads = observed[elements.outputs[JOINT_UNIT] :]
+        loads = observed[elements.output_starts[JOINT_UNIT] :]
         find_joint_loads(scratch.k[0][n : 2 * n], model, work, loads)
     for i in range(modes.shape[0]):
         assign(record_modes[i], modes[i])
