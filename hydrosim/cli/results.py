@@ -15,8 +15,8 @@ from hydrosim.cli.terminal import (
     Overwrite,
     To,
     Verbose,
+    incomplete_run_warnings,
     names_in,
-    not_complete,
     one_of,
     output_for,
     print_lines,
@@ -59,7 +59,7 @@ def so_far(runs: xr.Dataset) -> list[str]:
     return [counts_by_status(runs), *failed]
 
 
-def place_table(
+def output_for_table(
     file: Path,
     output: Path | None,
     folder: Path = HERE,
@@ -254,11 +254,11 @@ def statistics(
     from hydrosim.results.channels import channel_names, match_channels
     from hydrosim.results.dataset import read_run, write_run
     from hydrosim.results.journal import runs_at
-    from hydrosim.statistics.statistics import enough_from
+    from hydrosim.statistics.statistics import has_enough_records
     from hydrosim.statistics.statistics import statistics as of_run
 
     if (runs := runs_at(run_file)) is not None:
-        table = place_table(run_file, output, overwrite=overwrite)
+        table = output_for_table(run_file, output, overwrite=overwrite)
         show_study(runs, table, verbose)
         return
     require_file(run_file, "the result of a run or of a study (RUN.nc)")
@@ -266,7 +266,7 @@ def statistics(
     result = output_for(output, name, "statistics", run_file, overwrite=overwrite)
     run = read_run(run_file)
     begin, end = seconds("--from", start, 0.0), float(run.time[-1])
-    if not enough_from(run, begin):
+    if not has_enough_records(run, begin):
         raise InputError(
             f"--from: found {begin:g} s; expected a time well before the end of the run at"
             f" {end:g} s."
@@ -288,7 +288,7 @@ def statistics(
             run, begin, exposure, match_channels(known_channels, asked, "--channels")
         )
         write_run(statistics_found, result)
-    print_lines(*not_complete(run.attrs))
+    print_lines(*incomplete_run_warnings(run.attrs))
     show_document(statistics_document(run, statistics_found), verbose)
     print_lines(f"result    {result.path}")
 

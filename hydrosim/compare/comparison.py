@@ -496,14 +496,16 @@ def compare(
 def exceeded_tolerances(
     comparison: Comparison, tolerances: Mapping[str, float]
 ) -> dict[str, float]:
-    """``tolerances``, as for `by_channel`, that channels exceed, by channel."""
-    held = by_channel(comparison, tolerances)
+    """``tolerances``, as for `tolerances_by_channel`, that channels exceed, by channel."""
+    held = tolerances_by_channel(comparison, tolerances)
     return {
         name: limit for name, limit in held.items() if not comparison.results[name].error <= limit
     }
 
 
-def by_channel(comparison: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+def tolerances_by_channel(
+    comparison: Comparison, tolerances: Mapping[str, float]
+) -> dict[str, float]:
     """Tolerance of each channel. ``tolerances`` are by channel or pattern; the last match applies.
     Raises InputError if one matches no channel."""
     match_channels([*comparison.results, *comparison.zero], list(tolerances), "--tolerance")

@@ -14,12 +14,12 @@ from hydrosim.compile import families, symmetry
 from hydrosim.compile.automatic import with_method, with_tolerance
 from hydrosim.compile.compiled import Compiled, DerivedData, derive_data
 from hydrosim.compile.drives import check_driven_start
-from hydrosim.compile.families import all_groups, members_of_families
+from hydrosim.compile.families import members_of_families, scene_groups
 from hydrosim.compile.hydrodynamic_groups import (
     HydrodynamicGroup,
     each_alone,
-    in_states,
     moving,
+    scene_with_states,
     uncoupled_resonance,
 )
 from hydrosim.compile.hydrostatics import hulls_of, liquids_of
@@ -458,9 +458,9 @@ def compile_in_calm(
         scene = open_start(scene)
         check_scene(scene)
         scene = with_dofs_of_joints(scene)
-        wet = all_groups(scene, seas, memory_before(scene))
+        wet = scene_groups(scene, seas, memory_before(scene))
         if states is not None:
-            scene, wet = in_states(scene, wet, states)
+            scene, wet = scene_with_states(scene, wet, states)
         return compile_calm(scene, wet)
 
 

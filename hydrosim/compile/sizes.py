@@ -17,7 +17,7 @@ from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import coordinate_names
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import Admittance, Change, at_frequencies, find_admittances
+from hydrosim.linear.modes import Admittance, Change, find_admittances, interpolate_frequencies
 from hydrosim.multibody.kinematics import moving_dofs, slopes_at_rest
 from hydrosim.scene import (
     AutomaticRadiation,
@@ -267,7 +267,7 @@ def memory_errors(
     spectra = [_spectra(group, duration) for group in groups]
     w = np.unique(np.concatenate([_refine_frequencies(of.w) for of in spectra]))
     K = [
-        _to_body_coordinates(group, at_frequencies(w, of.w, of.K))
+        _to_body_coordinates(group, interpolate_frequencies(w, of.w, of.K))
         for group, of in zip(groups, spectra, strict=True)
     ]
     s = 1.0 / duration + 1j * w
@@ -289,7 +289,7 @@ def memory_errors(
             LONGER * float(group.memory.time[-1]),
             resolved_length(group.database.frequency),
             change(group, group_errors, _fit_error(group, w, of, duration)) if group.fits else None,
-            change(group, group_errors, at_frequencies(w, of.w, of.cut)),
+            change(group, group_errors, interpolate_frequencies(w, of.w, of.cut)),
         )
         for group, of, group_errors in zip(groups, spectra, admittances, strict=True)
     )
@@ -317,7 +317,7 @@ def _fit_error(group: HydrodynamicGroup, w: np.ndarray, of: Spectra, duration: f
     for fit in group.fits:
         block = fit.dofs[:, None], fit.dofs
         missed[:, *block] = fit.modes.transfer_function(s) - of.K[:, *block]
-    return at_frequencies(w, of.w, missed)
+    return interpolate_frequencies(w, of.w, missed)
 
 
 def _to_body_coordinates(group: HydrodynamicGroup, values: np.ndarray) -> np.ndarray:

@@ -415,7 +415,7 @@ def _carrying_pairs(scene: Scene) -> Iterator[tuple[str, str | None]]:
         if joint.to is not None:
             yield joint.to, joint.body
     for element in scene.forces.values():
-        if element.supports_weight():
+        if element.can_carry_weight():
             others = [name for _, name in element.connected_bodies()] or [None]
             for other in others:
                 yield element.body, other

@@ -316,7 +316,7 @@ class Interval(NamedTuple):
     high: float
 
     @property
-    def holds_zero(self) -> bool:
+    def includes_zero(self) -> bool:
         """True if the record does not tell it from zero."""
         return self.low <= 0.0 <= self.high
 

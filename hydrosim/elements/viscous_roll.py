@@ -143,7 +143,7 @@ class ViscousRoll(ForceElement):
                     " damping drives the roll."
                 )
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def couplings(self) -> Iterator[np.ndarray]:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 # Files to read: plain ones alone, as a pipe or a device would wait without end.
 
 
-def no_file(path: Path) -> str:
+def unreadable_reason(path: Path) -> str:
     """Reason why a path cannot be read, in words; empty if it is a plain file."""
     try:
         mode = path.stat().st_mode
@@ -139,7 +139,7 @@ class Source:
 
     def head(self, size: int) -> bytes:
         """The beginning of the file; raises InputError if the file cannot be read."""
-        if reason := no_file(self.file):
+        if reason := unreadable_reason(self.file):
             self.wrong(f"{reason}; expected a recorded series")
         try:
             with self.file.open("rb") as opened:

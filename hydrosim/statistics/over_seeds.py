@@ -32,7 +32,7 @@ from hydrosim.statistics.gumbel import (
     find_confidence,
     find_prediction,
     fit_maxima,
-    follows_gumbel,
+    fits_gumbel,
     length_ratio,
 )
 from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
@@ -196,7 +196,7 @@ def find_extremes(ends: SmallestAndLargest) -> Iterator[tuple[str, SeedExtremes]
     for side, sign, maxima in ends.sides():
         if maxima.size >= MIN_RUNS and np.ptp(maxima) > 0.0:
             law = fit_maxima(maxima)
-            follows = follows_gumbel(maxima, law)
+            follows = fits_gumbel(maxima, law)
             extreme = _extreme_by_law(law, sign) if follows else _extreme_by_order(maxima, sign)
             yield side, _raise_to_lowest(extreme, ends.lowest)
 
@@ -299,10 +299,10 @@ def _extreme_by_law(law: Gumbel, sign: float) -> SeedExtremes:
     rare = length_ratio(P90)
     return SeedExtremes(
         sign * law.expected_maximum(1.0),
-        _signed_interval(law.confidence(1.0), sign),
+        _signed_interval(law.confidence_interval(1.0), sign),
         sign * law.expected_maximum(rare),
-        _signed_interval(law.confidence(rare), sign),
-        _signed_interval(law.prediction(1.0), sign),
+        _signed_interval(law.confidence_interval(rare), sign),
+        _signed_interval(law.prediction_interval(1.0), sign),
         INTERVAL_PROBABILITY,
         GUMBEL_METHOD,
         law.windows,

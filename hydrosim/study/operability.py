@@ -40,7 +40,7 @@ from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
 from hydrosim.study.executors import RunOutcome, collected_here, outcome_of
-from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, in_sea, wind_sea
+from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, scene_in_sea, wind_sea
 from hydrosim.study.shared import SceneCache, identity
 from hydrosim.study.spectral_limits import Spectral, spectral
 from hydrosim.study.sweep import (
@@ -320,7 +320,7 @@ class Limits:
         never came to a phase there is nothing to hold. A stage that never comes is later than any
         limit."""
         limits = np.array(self.limits)
-        late = np.array([figure.late_if_missing for figure in self.figures])
+        late = np.array([figure.is_late_if_missing for figure in self.figures])
         values = np.where(late & np.isnan(values), np.inf, values)
         held = np.where(self.least, ~(values < limits), ~(values > limits))
         return np.asarray(held & complete[:, None])
@@ -454,7 +454,8 @@ class _LimitTable:
 
         def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
             scenes = [
-                in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s]) for h, s in runs
+                scene_in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s])
+                for h, s in runs
             ]
             return study.limits_hold(*trials.values(scenes))
 

@@ -210,7 +210,7 @@ def least_moment(body: Body, inertia: np.ndarray) -> float:
     return float(np.linalg.eigvalsh(inertia[np.ix_(turns, turns)])[0]) if turns else np.inf
 
 
-def at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
+def tanks_at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
     """Tanks with their contents at the start."""
     return [(tank, volume_at(tank.shape, tank.level)) for tank in tanks]
 
@@ -223,7 +223,7 @@ def contents_at(
     volumes = iter(moved)
     for b, body in enumerate(bodies):
         every = changing_tanks(body)
-        for tank, volume in at_start(body.tanks):
+        for tank, volume in tanks_at_start(body.tanks):
             yield b, tank, float(next(volumes)) if tank in every else volume
 
 

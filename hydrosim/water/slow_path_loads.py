@@ -45,8 +45,8 @@ from hydrosim.water.narrow_bands import (
     add_bands,
     add_waves,
     find_phases,
-    follow_path,
     has_bands,
+    interpolate_path,
     new_band_sums,
     rotate_phase,
     turn_phases,
@@ -225,7 +225,7 @@ def _sum_bands(k, y, p, block):
     samples = (STENCIL_POINTS - 1) / (p.rows - 1)
     if has_nodes(k, p.gathered):
         middle = begin + p.block / 2.0
-        follow_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
+        interpolate_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
     find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step

@@ -454,7 +454,7 @@ def _largest_values(values: np.ndarray) -> np.ndarray:
     return np.repeat(np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1), 3)
 
 
-def all_round(database: TransferFunctions) -> bool:
+def has_headings_around(database: TransferFunctions) -> bool:
     """True if any heading has headings of the database around it."""
     every = np.radians(np.arange(0.0, 360.0, 5.0))
     return database.heading.size > 0 and heading_weights(database.heading, every) is not None
@@ -563,7 +563,7 @@ def _weights_between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) ->
     return np.asarray(CubicSpline(np.append(angle, _TURN), nodes, bc_type="periodic")(x))
 
 
-def evenly_round(nodes: np.ndarray) -> bool:
+def are_evenly_spaced(nodes: np.ndarray) -> bool:
     """True if headings are evenly spaced round the circle. Values between them then follow from a
     trigonometric polynomial."""
     _, angle = _round_the_circle(nodes)

@@ -111,7 +111,9 @@ def _ask_about_compression_by_weight(
     upward = normal[2] / np.linalg.norm(normal)
     dry = body.name not in about.derived.databases
     hangs = any(
-        element.body == body.name and element.supports_weight() and not isinstance(element, Contact)
+        element.body == body.name
+        and element.can_carry_weight()
+        and not isinstance(element, Contact)
         for element in about.scene.forces.values()
     )
     if body.weight != Weight.CARRIED or not dry or hangs or upward < SHARED_LOAD_COSINE:

@@ -142,7 +142,7 @@ def _bodies_too_heavy_for_lines(about: SceneContext) -> Iterator[Query]:
             of
             for of in about.scene.forces.values()
             if body.name in {of.body, *(name for _, name in of.connected_bodies())}
-            and of.supports_weight()
+            and of.can_carry_weight()
         ]
         if not acting or not all(isinstance(of, TwoPointElement) for of in acting):
             continue

@@ -168,7 +168,7 @@ def ask_about_fall(about: SceneContext) -> Iterator[Query]:
     held = {
         element.body
         for element in acting
-        if element.supports_weight() and not _can_carry_body(element)
+        if element.can_carry_weight() and not _can_carry_body(element)
     }
     carried = arrangement(about.scene).children
     deepest: dict[str, float] = {}

@@ -156,7 +156,7 @@ def assemble(
     infinite frequency separated. Frequencies outside those that are ``used``, see `Given`, are left
     out if they have no numbers. If ``symmetric`` is not given, port-starboard symmetry is
     determined from the coefficients. Other fields are passed on unchanged."""
-    omega, fields = without_unused(omega, fields, used)
+    omega, fields = drop_unused_frequencies(omega, fields, used)
     rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
     if rows.size == 0:
@@ -187,7 +187,7 @@ def assemble(
     return replace(db, port_starboard_symmetric=seen)
 
 
-def without_unused(
+def drop_unused_frequencies(
     omega: Real, fields: Mapping[str, Any], used: tuple[float, float] | None
 ) -> tuple[Real, dict[str, Any]]:
     """Frequencies (nw,) and fields without the rows outside the ``used`` frequencies that have no

@@ -16,7 +16,7 @@ from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import add_waves, compile_calm, compile_scene
 from hydrosim.compile.compiled import Compiled, Notes, solution
 from hydrosim.compile.drives import drives_of, is_turn, motion_at, sample_times
-from hydrosim.compile.hydrodynamic_groups import in_states
+from hydrosim.compile.hydrodynamic_groups import scene_with_states
 from hydrosim.compile.questions.query import SceneContext, describe_start, extents
 from hydrosim.compile.restart import resumed_state, started_from
 from hydrosim.database.database import HydroDatabase, require_array
@@ -302,8 +302,8 @@ def check_document(
     whole_scene = compile_scene(scene, in_plane=True)
     with source_context(scene.places):
         check_criteria(whole_scene)
-    compiled = with_linear_memory(whole_scene)
-    whole = with_linear_memory(whole_scene.whole) if whole_scene.whole else compiled
+    compiled = with_linearisable_memory(whole_scene)
+    whole = with_linearisable_memory(whole_scene.whole) if whole_scene.whole else compiled
     nodes: list[Node] = [*_describe_verdicts(whole_scene, compiled, watch)]
     nodes += _lists({"Waves": whole_scene.notes.seas})
     nodes += describe_floating(whole_scene.whole or whole_scene)
@@ -465,11 +465,11 @@ def _step_texts(whole: Compiled, compiled: Compiled) -> Iterator[str]:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
 
 
-def with_linear_memory(compiled: Compiled) -> Compiled:
+def with_linearisable_memory(compiled: Compiled) -> Compiled:
     """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
     if compiled.model.convolution.row.size == 0:
         return compiled
-    scene, wet = in_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
+    scene, wet = scene_with_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
     fresh = compile_calm(replace(scene, initial=None), wet)
     state = fresh.state
     if scene.initial is not None:
