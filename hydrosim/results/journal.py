@@ -76,9 +76,9 @@ class Journal:
             self._file.write(_entry_of(dict(identity)))
             self._file.flush()
         else:
-            self._go_on()
+            self._continue_journal()
 
-    def _go_on(self) -> None:
+    def _continue_journal(self) -> None:
         """Index the entries; cut off an incomplete one."""
         self._file.seek(0)
         self._file.readline()

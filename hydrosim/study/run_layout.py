@@ -211,12 +211,12 @@ def _differing_numbers(layouts: Sequence[xr.Dataset]) -> set[str]:
                 continue
             labels = layout[of.dims[0]].values.tolist()
             for label, value in zip(labels, of.values.tolist(), strict=True):
-                if not _values_equal(first_values.setdefault((name, label), value), value):
+                if not _are_values_equal(first_values.setdefault((name, label), value), value):
                     differing.add(str(name))
     return differing
 
 
-def _values_equal(first: object, second: object) -> bool:
+def _are_values_equal(first: object, second: object) -> bool:
     """Whether two values are equal, or both not a number."""
     return first == second or (first != first and second != second)
 
@@ -307,7 +307,7 @@ def _merge_coordinate(
         label_lists = [trial[dim].values.tolist() for dim in first.dims]
         for at, value in np.ndenumerate(trial[name].values):
             place = tuple(labels_of[k] for labels_of, k in zip(label_lists, at, strict=True))
-            agree = agree and _values_equal(values.setdefault(place, value), value)
+            agree = agree and _are_values_equal(values.setdefault(place, value), value)
     all_labels = [labels.get(str(dim), datasets[0][dim].values).tolist() for dim in first.dims]
     kind = object if first.dtype.kind in "OU" else first.dtype
     merged = np.full([len(of) for of in all_labels], _fill_value(first.dtype), kind)

@@ -115,10 +115,10 @@ def met_by_waves(scene: Scene, databases: Mapping[str, TransferFunctions]) -> di
 def slow_bodies(scene: Scene, met: Mapping[str, WaveForces]) -> list[str]:
     """Names of the bodies whose slow motion the waves follow. ``met`` has the `reference_positions`
     of all."""
-    return [body.name for body in scene.bodies if _follows_slowly(scene, body, met[body.name])]
+    return [body.name for body in scene.bodies if _is_followed_slowly(scene, body, met[body.name])]
 
 
-def _follows_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
+def _is_followed_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
     loaded = body.hydrodynamics is not None and met.has_loads and bool(scene.environment.waves)
     return loaded and Place.SLOW in (met.position, met.headings)
 

@@ -394,7 +394,7 @@ def turned_qtf(
     headings = sea_headings(database, heading) if blocks is None else unique_headings(heading)
     splines = _splines_over_frequency(np.asarray(database.qtf_frequency), omega)
     nodes = unique_headings(pairs)
-    if blocks is not None and _use_harmonics(nodes.size, headings.size):
+    if blocks is not None and _are_harmonics_fewer(nodes.size, headings.size):
         yield _form_of_harmonics(nodes, blocks, splines, heading, hermitian)
         return
     filters = [
@@ -500,7 +500,7 @@ def _form_of_harmonics(
     return _make_form(filters, core[None], splines)
 
 
-def _use_harmonics(nodes: int, headings: int) -> bool:
+def _are_harmonics_fewer(nodes: int, headings: int) -> bool:
     """True if harmonics of the heading need fewer filters than the headings of the sea one by
     one."""
     return (2 * nodes + 1) * headings**2 > nodes**2 and headings > 1

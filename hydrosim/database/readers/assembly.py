@@ -35,7 +35,7 @@ def invertible_quotient(value: Real, factor: Real | float) -> Real:
     return bitwise_inverse(lambda x: x * factor, value / factor, value)
 
 
-def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:
+def are_bodies_symmetric(added_mass: Real, heading: Real, excitation: Complex) -> bool:
     """Whether each body is symmetric about y = 0, as far as the coefficients show. Then surge,
     heave and pitch do not couple with sway, roll and yaw, and waves along x excite only the
     former."""
@@ -183,7 +183,7 @@ def assemble(
     if symmetric is not None:
         return db
     with np.errstate(all="ignore"):  # without added mass
-        seen = mirror_image(db.added_mass, db.heading, db.excitation)
+        seen = are_bodies_symmetric(db.added_mass, db.heading, db.excitation)
     return replace(db, port_starboard_symmetric=seen)
 
 

@@ -29,10 +29,10 @@ import numpy as np
 from hydrosim.database.changes import move_reference
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 from hydrosim.database.readers.assembly import (
+    are_bodies_symmetric,
     bitwise_inverse,
     drop_unused_frequencies,
     invertible_quotient,
-    mirror_image,
     preferred_drift,
 )
 from hydrosim.errors import InputError
@@ -283,7 +283,7 @@ def _read_database(source: _Source, given: Given) -> HydroDatabase:
     drift, method = _mean_drift(source, layout)
     symmetric = given.port_starboard_symmetric
     if symmetric is None:
-        symmetric = mirror_image(added_mass, layout.heading, excitation)
+        symmetric = are_bodies_symmetric(added_mass, layout.heading, excitation)
     points, assumed = _read_points(source, given, layout.bodies), ""
     if points["reference_point"] is None:
         points["reference_point"] = points["centre_of_gravity"]

@@ -237,7 +237,8 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     for name, line in _limits_by_heading(at):
         for k, (other, earlier) in enumerate(lines):
             if all(
-                _arrays_equal(line[part].values, earlier[part].values) for part in LIMIT_VARIABLES
+                _are_arrays_equal(line[part].values, earlier[part].values)
+                for part in LIMIT_VARIABLES
             ):
                 lines[k] = f"{other}; {name}", earlier
                 break
@@ -246,7 +247,7 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return lines
 
 
-def _arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
+def _are_arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
     return np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
 
 
