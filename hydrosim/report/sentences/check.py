@@ -201,7 +201,7 @@ def _floating_row(
     size = extents(body, db)
     stiffness = require_array(db, "hydrostatic_stiffness")
     transverse, longitudinal = (float(stiffness[k, k]) / (body.mass * gravity) for k in (3, 4))
-    height = float(about.centre(about.index[body.name])[2])
+    height = float(about.centre(about.body_numbers[body.name])[2])
     return [
         body.name,
         Value(heading, "rad", 3),
@@ -284,7 +284,7 @@ def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
     empty for other lines."""
     if not isinstance(line, Catenary) or line.anchor_body is not None:
         return ["", ""]
-    b = about.index[line.body]
+    b = about.body_numbers[line.body]
     place = about.centre(b) + about.motion.rotation[b] @ np.array(line.point, float)
     above = about.scene.environment.water_depth + line.anchor[2]
     return [Value(float(place[2]), "m", 3), Value(above, "m", 3) if isfinite(above) else ""]
