@@ -202,7 +202,7 @@ class Responder:
         along = turned.T @ self.map
         return np.asarray(D + along.T @ radiated @ along)
 
-    def modes(self) -> list[NaturalMode]:
+    def natural_modes(self) -> list[NaturalMode]:
         """Natural modes, with the same added mass and damping."""
         if self.databases:
             return modes_of_stiffness(self.dynamic_stiffness, self.linear)

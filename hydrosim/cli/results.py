@@ -44,7 +44,7 @@ def stem_of(file: Path) -> str:
     return file.stem.replace(".nc", ".partial") if file.suffix == ".partial" else file.stem
 
 
-def so_far(runs: xr.Dataset) -> list[str]:
+def status_lines(runs: xr.Dataset) -> list[str]:
     """Numbers of runs by status if not all are complete, and the reason why the first failed."""
     from hydrosim.report.sentences.study import counts_by_status
     from hydrosim.results.journal import GATHERED
@@ -153,7 +153,7 @@ def plot(
                 f"--channels, --from, --to: {run_file} is a study, which has no time series;"
                 " expected the result of a run."
             )
-        print_lines(*so_far(runs))
+        print_lines(*status_lines(runs))
         draw_runs(runs, folder, run_file, overwrite, kind)
         return
     dataset = open_run(run_file)
@@ -357,7 +357,7 @@ def explain(
         raise InputError(f"{run_file}: {error}") from None
     moved = _choose_body(explanations, direction, body)
     write_run(explanations, result)
-    print_lines(*so_far(run))
+    print_lines(*status_lines(run))
     first, of_first = next(iter(parts.items()))
     draw_explained(run, of_first, moved, direction, page, first)
     show_document(explanation_document(run, parts, moved, direction), verbose)

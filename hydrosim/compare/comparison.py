@@ -231,7 +231,7 @@ def figures(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> 
         float(np.abs(difference[worst])),
         float(time[worst]),
         float(difference.mean()),
-        _drift_over_series(pair.ours) - _drift_over_series(pair.recorded),
+        _trend_over_series(pair.ours) - _trend_over_series(pair.recorded),
         correlation(pair.ours, pair.recorded),
         *bands,
     )
@@ -252,7 +252,7 @@ def contact(time: np.ndarray, pair: ChannelPair) -> ContactComparison | None:
     return ContactComparison(*first, *(float(np.mean(t)) for t in touching))
 
 
-def _drift_over_series(values: np.ndarray) -> float:
+def _trend_over_series(values: np.ndarray) -> float:
     """Mean over the last tenth minus mean over the first tenth."""
     count = max(1, int(DRIFT_END_FRACTION * values.size))
     return float(values[-count:].mean() - values[:count].mean())

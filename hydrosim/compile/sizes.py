@@ -47,7 +47,7 @@ MOST_WAVES = 2e6  # waves of all trains
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
-class MemoryUse(NamedTuple):
+class RamUse(NamedTuple):
     """A use of memory: the key and value that cause it, the ``bytes``, and the remedy."""
 
     key: str
@@ -57,7 +57,7 @@ class MemoryUse(NamedTuple):
 
 def memory_needed(scene: Scene) -> float:
     """Memory [bytes] that a run needs, within a factor of about two."""
-    return sum(part.memory for part in _memory_uses(scene))
+    return sum(part.memory for part in _ram_uses(scene))
 
 
 def result_size(scene: Scene) -> float:
@@ -89,7 +89,7 @@ def check_sizes(scene: Scene) -> None:
             f" components of gusts; expected at most {MOST_WAVES:g}. Choose periods about as long"
             " as the run, or fewer trains."
         )
-    largest = max(_memory_uses(scene), key=lambda part: part.memory)
+    largest = max(_ram_uses(scene), key=lambda part: part.memory)
     most = _available_bytes()
     if memory_needed(scene) > most:
         raise InputError(
@@ -108,7 +108,7 @@ def size_text(size: float) -> str:
     return f"{size / 1000.0:.3g} TB"
 
 
-def _memory_uses(scene: Scene) -> Iterator[MemoryUse]:
+def _ram_uses(scene: Scene) -> Iterator[RamUse]:
     motions = 6 * len(scene.bodies)
     # records are copied once for the dataset
     recorded = (
@@ -116,13 +116,13 @@ def _memory_uses(scene: Scene) -> Iterator[MemoryUse]:
         * _record_count(scene)
         * (2.0 * _numbers_per_record(scene) + _estimated_states(scene))
     )
-    yield MemoryUse("output.step", recorded, "Record less often, or make a shorter run")
+    yield RamUse("output.step", recorded, "Record less often, or make a shorter run")
     # components, their loads, and a table over time of both
     wave = NUMBER * (6 + 8 * (1 + motions))
     waves = wave * sum(_wave_counts(scene))
-    yield MemoryUse("environment.waves.repeat_period", waves, "Shorten it")
+    yield RamUse("environment.waves.repeat_period", waves, "Shorten it")
     tables = NUMBER * 3 * FINER * 36 * _rows_of_pairs(scene)
-    yield MemoryUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
+    yield RamUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
 
 
 def _record_count(scene: Scene) -> float:

@@ -211,7 +211,7 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
         source.wrong(
             f"found no numbers; expected lines of numbers, the first of them {first}{or_date}"
         )
-    columns = _read_heading(heading, separator, len(rows[0]))
+    columns = _read_header(heading, separator, len(rows[0]))
     return TextTable(*columns, np.array(rows), lines, dates and any(dated))
 
 
@@ -322,7 +322,7 @@ def _parse_numbers(
     return numbers
 
 
-def _read_heading(
+def _read_header(
     heading: Sequence[str], separator: str | None, count: int
 ) -> tuple[list[str], list[str]]:
     """Names and units of ``count`` columns; empty if the heading does not give them."""

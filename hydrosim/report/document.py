@@ -16,7 +16,7 @@ from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
 from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.evidence import EvidenceLine, Feature, features_of, lines_about
-from hydrosim.report.page import stretch
+from hydrosim.report.page import records_per_interval
 from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
 from hydrosim.report.sentences.comparison import (
@@ -150,7 +150,9 @@ def _describe_series(run: xr.Dataset) -> Iterator[Node]:
         return
     charts = [*main_charts(run), *more_charts(run)]
     every = [*charts, *energies(run)]
-    size = stretch(run.time.size, sum(len(chart.series) for chart in every if not chart.modes))
+    size = records_per_interval(
+        run.time.size, sum(len(chart.series) for chart in every if not chart.modes)
+    )
     step = float(run.time[1] - run.time[0])
     if size > 1:
         yield Sentence(

@@ -140,7 +140,7 @@ def lagrange_weights(nodes: np.ndarray, omega: np.ndarray) -> np.ndarray:
 def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) -> FrequencyNodes:
     """The nodes of all bodies as arrays; a body that is not summed by nodes has no sets."""
     sets = [node_set for body_sets in bodies for node_set in body_sets]
-    at = [_share_places(body_sets) for body_sets in bodies]
+    at = [_share_layout(body_sets) for body_sets in bodies]
 
     def join_arrays(arrays: Sequence[np.ndarray], kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(array.ravel() for array in arrays)])
@@ -175,7 +175,7 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) 
     )
 
 
-def _share_places(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _share_layout(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of all shares of a body: its node, where its first sample is, and the bands of its set."""
     places = [np.zeros((3, 0), np.int64)]
     nodes = 0

@@ -269,7 +269,11 @@ def solve(line, H, V):
         V = max(f.weight, 0.0)
     if lies or not isfinite(line.bed):
         return hang_or_lie(line, f, lies, H, V)
-    if f.heavy and H > 0.0 and V + guess_below(line.pieces[line.last - 1], H, -line.bed) < f.weight:
+    if (
+        f.heavy
+        and H > 0.0
+        and V + guess_vertical_pull(line.pieces[line.last - 1], H, -line.bed) < f.weight
+    ):
         p = rest_on_bed(line, f, H, V)
         if p.V - p.anchor_V <= f.weight:
             return p
@@ -356,7 +360,7 @@ def pull_of(line, f, lies, H, V):
 @kernel
 def rest_on_bed(line, f, H, V):
     """The `LinePull` of a line that rests on the bed between two hanging parts."""
-    Va = guess_below(line.pieces[line.last - 1], H, -line.bed)
+    Va = guess_vertical_pull(line.pieces[line.last - 1], H, -line.bed)
     has_converged = False
     if H > 0.0:
         H, V, Va, has_converged = iterate_resting(line, f, H, V, Va)
@@ -393,7 +397,7 @@ def newton_pull(line, f, lies, H, V):
 
 
 @kernel
-def guess_below(piece, H, depth):
+def guess_vertical_pull(piece, H, depth):
     """V at the upper end of a single piece that comes to lie at ``depth`` below it."""
     H = max(H, 0.0)
     energy = piece.weight * depth
