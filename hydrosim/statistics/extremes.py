@@ -33,14 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.statistics.gaussian import (
-    GaussianFit,
-    ImpactPeaks,
-    Impacts,
-    find_impacts,
-    fit_gaussian,
-    fit_impacts,
-)
+from hydrosim.statistics import gaussian
 from hydrosim.statistics.gumbel import (
     INTERVAL_ENDS,
     PARTS_PER_WINDOW,
@@ -290,9 +283,9 @@ def _by_law(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
             return undefined_extremes(ExtremeModel.RARE)
     if not np.ptp(sliding_maxima(x, count)) > 0.0:
         return undefined_extremes(ExtremeModel.CLIPPED)
-    fit = None if record.slow else fit_gaussian(x, record.memories, windows)
+    fit = None if record.slow else gaussian.fit_gaussian(x, record.memories, windows)
     doubted = fit is None or fit.is_doubtful() or fit.is_unlikely(x.max())
-    hits = None if record.slow or clipped else find_impacts(x)
+    hits = None if record.slow or clipped else gaussian.find_impacts(x)
     if hits is not None and (hits.has_highest_crests() or not doubted):
         return _extremes_of_impacts(hits, record)
     if fit is None or doubted:
@@ -404,10 +397,10 @@ def _extremes_by_shape(
     return _extremes_from(origin + extreme, ExtremeModel.GUMBEL)
 
 
-def _extremes_of_impacts(hits: ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_impacts(hits: gaussian.ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
     """Extremes by the law of impacts alone: the waves between them are far below the largest
     value."""
-    law = fit_impacts(hits)
+    law = gaussian.fit_impacts(hits)
     return (
         undefined_extremes(ExtremeModel.ALONE)
         if law is None
@@ -447,7 +440,7 @@ def _is_regular_series(x: np.ndarray) -> bool:
 
 
 def _extremes_by_law(
-    law: GaussianFit | Gumbel | Impacts,
+    law: gaussian.GaussianFit | Gumbel | gaussian.Impacts,
     record: _RecordProperties,
     count: float,
     basis: ExtremeModel,

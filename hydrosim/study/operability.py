@@ -39,17 +39,11 @@ from hydrosim.results.runs_file import COMPLETE
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
+from hydrosim.study import sweep
 from hydrosim.study.executors import RunOutcome, collected_here, outcome_of
 from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, scene_in_sea, wind_sea
 from hydrosim.study.shared import SceneCache, identity
 from hydrosim.study.spectral_limits import Spectral, spectral
-from hydrosim.study.sweep import (
-    check_figures,
-    check_units,
-    fixed_settings,
-    read_study,
-    settings_with,
-)
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -329,7 +323,7 @@ class Limits:
 def load_limits(path: Path) -> Limits:
     """The study of limits in a YAML file; InputError says what is not valid, and which criteria are
     on channels that the case has not."""
-    data = read_study(path)
+    data = sweep.read_study(path)
     if data.operability is None or not data.criteria:
         lacks = "operability" if data.operability is None else "criteria"
         raise InputError(
@@ -340,20 +334,20 @@ def load_limits(path: Path) -> Limits:
         )
     if data.parameters or data.studies:
         raise InputError(f"{path}: found parameters and operability; expected a file for each.")
-    case = load_case(path.parent / data.case, fixed_settings(data))
+    case = load_case(path.parent / data.case, sweep.fixed_settings(data))
     scene = prepare_scene(case)
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     with locating_in(path):
-        units = check_figures(path, [scene], figures)
-        check_units(path, data.bounds(), units)
+        units = sweep.check_figures(path, [scene], figures)
+        sweep.check_units(path, data.bounds(), units)
     limits = tuple(criterion.limit.value for criterion in data.criteria.values())
     criteria = zip(data.criteria.values(), figures, strict=True)
     least = tuple(criterion.is_lower_limit(figure) for criterion, figure in criteria)
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)
     inputs = (path, *case.inputs(), *files)
-    made_with = settings_with(data, case)
+    made_with = sweep.settings_with(data, case)
     wanted = data.operability
     return Limits(path, scene, data, wanted, figures, limits, least, units, inputs, made_with)
 
