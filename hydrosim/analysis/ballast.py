@@ -48,7 +48,13 @@ from hydrosim.scene import Body, FreeSurface, Pump, Scene, Tank
 from hydrosim.tanks.contents import Tanks, changing_tanks, flow_names, quantity, tank_names
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces, section, triangles
 from hydrosim.tanks.surface import FIRST_MOMENT, FLUID_LEVEL, quantities_at
-from hydrosim.tanks.timeline import Loading, at_start, body_without, integrate_tanks, loaded_body
+from hydrosim.tanks.timeline import (
+    Loading,
+    body_without,
+    integrate_tanks,
+    loaded_body,
+    tanks_at_start,
+)
 
 if TYPE_CHECKING:
     from hydrosim.integrate.state import State
@@ -274,7 +280,7 @@ def _tank_contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, fl
     for body in scene.bodies:
         body_contents = {tank.name: float(next(moved)) for tank in changing_tanks(body)}
         contents_by_body.append(
-            [(tank, body_contents.get(tank.name, v)) for tank, v in at_start(body.tanks)]
+            [(tank, body_contents.get(tank.name, v)) for tank, v in tanks_at_start(body.tanks)]
         )
     return contents_by_body
 
@@ -302,7 +308,7 @@ def _ballast_condition(
     lost: np.ndarray,
     lever: float,
 ) -> Condition:
-    empty = body_without(body, at_start(body.tanks))
+    empty = body_without(body, tanks_at_start(body.tanks))
     full = loaded_body(empty.mass, empty.centre, empty.inertia, contents)
     free = np.array([dof in body.dofs for dof in ("roll", "pitch")])
     return Condition(

@@ -61,7 +61,12 @@ from hydrosim.linear.equilibrium import (
     with_contacts,
 )
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import NaturalMode, at_frequencies, modes_of_stiffness, natural_modes
+from hydrosim.linear.modes import (
+    NaturalMode,
+    interpolate_frequencies,
+    modes_of_stiffness,
+    natural_modes,
+)
 from hydrosim.multibody.kinematics import coordinate_map, place_bodies, positions_at, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene, SecondOrder, WaveForces
 from hydrosim.water.build import first_order, wave_loads_model
@@ -78,7 +83,7 @@ if TYPE_CHECKING:
 WIND_SPEED_STEP = 1e-3  # m/s, of differences
 
 
-def change_with_wind(linear: Linear, model: Model, state: State, time: float) -> np.ndarray:
+def stiffness_change_by_wind(linear: Linear, model: Model, state: State, time: float) -> np.ndarray:
     """Change (nh, n) [N s/m, N s] of the generalised loads with the wind speed at each height."""
     n = model.bodies.active.size
     count = len(heights_of_wind(model.elements))
@@ -189,7 +194,7 @@ class Responder:
         for wet in self.databases:
             db = wet.database
             A, B = (
-                at_frequencies(omega, db.frequency, x)
+                interpolate_frequencies(omega, db.frequency, x)
                 for x in (db.added_mass, db.radiation_damping)
             )
             radiated[:, wet.dofs[:, None], wet.dofs] += -(w**2) * A + 1j * w * B
@@ -197,7 +202,7 @@ class Responder:
         along = turned.T @ self.map
         return np.asarray(D + along.T @ radiated @ along)
 
-    def modes(self) -> list[NaturalMode]:
+    def natural_modes(self) -> list[NaturalMode]:
         """Natural modes, with the same added mass and damping."""
         if self.databases:
             return modes_of_stiffness(self.dynamic_stiffness, self.linear)
@@ -243,7 +248,7 @@ def responder(
     displacements = coordinate_map(model.bodies, about.y[:n])
     water = scene.environment
     heights = heights_of_wind(model.elements) if water.gusts is not None else []
-    loads = change_with_wind(linear, model, about, time) if heights else np.zeros((0, n))
+    loads = stiffness_change_by_wind(linear, model, about, time) if heights else np.zeros((0, n))
     return Responder(
         *(linear, bodies, water, S, displacements, model.added_mass, groups),
         wind_heights=heights,

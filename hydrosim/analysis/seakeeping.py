@@ -84,7 +84,7 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
         )
 
     about, roll_rates = respond(compiled, respond_at, random)
-    modes = about.modes()
+    modes = about.natural_modes()
     answer = _unit_wave_amplitudes(scene, about, wanted)
     dataset = xr.merge(
         [

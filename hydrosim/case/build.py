@@ -230,14 +230,14 @@ def _mass_with_contents(
             body.centre_of_gravity or (0.0, 0.0, 0.0),
             _inertia_matrix(body, body.mass),
         )
-    from hydrosim.tanks.timeline import at_start, loaded_body  # slow to load
+    from hydrosim.tanks.timeline import loaded_body, tanks_at_start  # slow to load
 
     lightship = body.lightship
     mass_properties = loaded_body(
         lightship.mass,
         lightship.centre_of_gravity,
         _inertia_matrix(lightship, lightship.mass),
-        at_start(tanks),
+        tanks_at_start(tanks),
     )
     return mass_properties.mass, tuple(mass_properties.centre.tolist()), mass_properties.inertia
 

@@ -21,7 +21,7 @@ from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel, T
 from hydrosim.files.series import Series, read_series
 from hydrosim.files.text import Source, require_usual
-from hydrosim.files.units import AnyQuantity, Scale, factor, problem, same_dimension, value_text
+from hydrosim.files.units import AnyQuantity, Scale, factor, is_same_dimension, problem, value_text
 
 if TYPE_CHECKING:
     from hydrosim.elements.signal import Signal
@@ -172,6 +172,10 @@ def _unit_factor(form: Recorded, series: Series, source: Source, unit: str) -> f
         except ValueError:
             source.wrong(f'{found_text}; expected {unit}; give a factor, such as "98100 kN/m"')
     column_unit = series.unit or ("" if unit in MOTION_UNITS else None)
-    if column_unit is not None and scale.unit and not same_dimension(column_unit, scale.unit, unit):
+    if (
+        column_unit is not None
+        and scale.unit
+        and not is_same_dimension(column_unit, scale.unit, unit)
+    ):
         source.wrong(f"{found_text} and a factor in {scale.unit}; expected {unit} of both together")
     return scale.value

@@ -25,8 +25,8 @@ AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4
 MixedMoment = Annotated[float, Quantity("second moment of area", "m^4", "-1000 m^4")]
 Part = Annotated[float, Quantity("number", "", "98 %", above=0, at_most=1)]
 Rate = Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)]
-Levels = Annotated[tuple[Level, ...], of.RISING, AfterValidator(of.from_zero)]
-Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.from_zero)]
+Levels = Annotated[tuple[Level, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
+Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 
 
 class Lightship(SchemaModel):

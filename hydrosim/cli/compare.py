@@ -16,8 +16,8 @@ from hydrosim.cli.terminal import (
     Overwrite,
     To,
     Verbose,
+    incomplete_run_warnings,
     names_in,
-    not_complete,
     numbers,
     one_of,
     output_for,
@@ -139,7 +139,7 @@ def compare(
         return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
-    from hydrosim.compare.comparison import by_channel, exceeded_tolerances
+    from hydrosim.compare.comparison import exceeded_tolerances, tolerances_by_channel
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.files.recordings import read_recording
     from hydrosim.report.charts.explain import draw_comparison
@@ -166,7 +166,7 @@ def compare(
     )
     out_of = exceeded_tolerances(comparison, given)
     attributes = _comparison_attributes(run, run_file, recorded)
-    dataset = to_dataset(comparison, attributes, by_channel(comparison, given))
+    dataset = to_dataset(comparison, attributes, tolerances_by_channel(comparison, given))
     write_run(dataset, result)
     title = f"{run_file.name} and {recorded.name}"
     draw_comparison(comparison, title, page, units_of(dataset.attrs))
@@ -351,7 +351,7 @@ def export(
         _write_table(table, result, begin)
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
     print_lines(f"export    {count} channels at {table.time.size} times, {span}")
-    print_lines(*not_complete(table.attributes), f"result    {result.path}")
+    print_lines(*incomplete_run_warnings(table.attributes), f"result    {result.path}")
 
 
 def _chosen_units(units: str, suffix: str) -> ExportUnits:

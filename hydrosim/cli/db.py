@@ -245,9 +245,9 @@ def build(
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Compute a database from a hull. After an interruption, the same command continues."""
-    from hydrosim.files.text import no_file
+    from hydrosim.files.text import unreadable_reason
 
-    if reason := no_file(recipe):
+    if reason := unreadable_reason(recipe):
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
     made = output_for(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)

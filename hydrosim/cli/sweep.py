@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.results import draw_runs, place_table, show_study
+from hydrosim.cli.results import draw_runs, output_for_table, show_study
 from hydrosim.cli.terminal import (
     Overwrite,
     StudyFile,
@@ -100,7 +100,7 @@ def sweep(
 
 def _table_beside(path: Path, study: ParameterStudy, overwrite: bool) -> Output:
     """Output for the tables of the runs at ``path``. Raises InputError if it cannot be written."""
-    return place_table(path, None, path.parent, study.inputs, overwrite)
+    return output_for_table(path, None, path.parent, study.inputs, overwrite)
 
 
 def _show_runs(

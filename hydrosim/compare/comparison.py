@@ -231,7 +231,7 @@ def figures(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> 
         float(np.abs(difference[worst])),
         float(time[worst]),
         float(difference.mean()),
-        _drift_over_series(pair.ours) - _drift_over_series(pair.recorded),
+        _trend_over_series(pair.ours) - _trend_over_series(pair.recorded),
         correlation(pair.ours, pair.recorded),
         *bands,
     )
@@ -252,7 +252,7 @@ def contact(time: np.ndarray, pair: ChannelPair) -> ContactComparison | None:
     return ContactComparison(*first, *(float(np.mean(t)) for t in touching))
 
 
-def _drift_over_series(values: np.ndarray) -> float:
+def _trend_over_series(values: np.ndarray) -> float:
     """Mean over the last tenth minus mean over the first tenth."""
     count = max(1, int(DRIFT_END_FRACTION * values.size))
     return float(values[-count:].mean() - values[:count].mean())
@@ -496,14 +496,16 @@ def compare(
 def exceeded_tolerances(
     comparison: Comparison, tolerances: Mapping[str, float]
 ) -> dict[str, float]:
-    """``tolerances``, as for `by_channel`, that channels exceed, by channel."""
-    held = by_channel(comparison, tolerances)
+    """``tolerances``, as for `tolerances_by_channel`, that channels exceed, by channel."""
+    held = tolerances_by_channel(comparison, tolerances)
     return {
         name: limit for name, limit in held.items() if not comparison.results[name].error <= limit
     }
 
 
-def by_channel(comparison: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+def tolerances_by_channel(
+    comparison: Comparison, tolerances: Mapping[str, float]
+) -> dict[str, float]:
     """Tolerance of each channel. ``tolerances`` are by channel or pattern; the last match applies.
     Raises InputError if one matches no channel."""
     match_channels([*comparison.results, *comparison.zero], list(tolerances), "--tolerance")

@@ -20,7 +20,7 @@ from hydrosim.compare.comparison import BANDS, ChannelResult, Comparison, Contac
 from hydrosim.compare.studies import SIGNIFICANCE_LEVEL
 from hydrosim.compare.studies import StudyComparison as Studies
 from hydrosim.errors import InputError
-from hydrosim.files.text import no_file
+from hydrosim.files.text import unreadable_reason
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
@@ -182,7 +182,7 @@ def differences(first: xr.Dataset, second: xr.Dataset, ignored: Collection[str] 
 
 def read_result(path: Path) -> xr.Dataset:
     """All variables of a netCDF file, in memory. Raises InputError if it cannot be read."""
-    if reason := no_file(path):
+    if reason := unreadable_reason(path):
         raise InputError(f"{path}: {reason}; expected netCDF.")
     try:
         return xr.load_dataset(path, engine="netcdf4", decode_times=False)

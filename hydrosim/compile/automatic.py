@@ -41,7 +41,12 @@ from hydrosim.compile import restart
 from hydrosim.elements import new_modes
 from hydrosim.elements.kind import carried_weights
 from hydrosim.integrate.methods import DOPRI5
-from hydrosim.linear.stability import Combination, all_open, combinations, smallest_step
+from hydrosim.linear.stability import (
+    Combination,
+    combinations,
+    open_contacts_combination,
+    smallest_step,
+)
 from hydrosim.multibody.kinematics import coordinate_owners
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.scene import ACCURACY
@@ -158,7 +163,7 @@ def _can_drift(compiled: Compiled) -> bool:
     """True if nothing restores a motion within the run, except of bodies that contacts carry."""
     scene = compiled.scene
     held = carried_weights(scene).keys()
-    for part in all_open(compiled.model, compiled.state).components:
+    for part in open_contacts_combination(compiled.model, compiled.state).components:
         here = np.searchsorted(compiled.model.bodies.active, part.linear.active)
         bodies = {scene.bodies[b].name for b in coordinate_owners(compiled.model.bodies)[here]}
         slow = np.abs(part.values) * scene.duration < 1.0

@@ -140,7 +140,7 @@ def describe_dropped(scene: Scene, model: Model, state: State) -> Iterator[str]:
             )
 
 
-def moves_freely(model: Model) -> bool:
+def bodies_move_freely(model: Model) -> bool:
     """Whether all bodies that no joint carries move in six directions."""
     tree = model.bodies.tree
     free_dofs = model.bodies.active.size - tree.coordinates

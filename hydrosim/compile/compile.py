@@ -14,12 +14,12 @@ from hydrosim.compile import families, symmetry
 from hydrosim.compile.automatic import with_method, with_tolerance
 from hydrosim.compile.compiled import Compiled, DerivedData, derive_data
 from hydrosim.compile.drives import check_driven_start
-from hydrosim.compile.families import all_groups, members_of_families
+from hydrosim.compile.families import members_of_families, scene_groups
 from hydrosim.compile.hydrodynamic_groups import (
     HydrodynamicGroup,
     each_alone,
-    in_states,
     moving,
+    scene_with_states,
     uncoupled_resonance,
 )
 from hydrosim.compile.hydrostatics import hulls_of, liquids_of
@@ -35,20 +35,7 @@ from hydrosim.compile.tanks import tanks_of, weights_of
 from hydrosim.compile.validate_scene import check_scene, check_start
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS, about_z
-from hydrosim.elements import heights_of_wind, in_gusts
-from hydrosim.elements.kind import (
-    BodyAtRest,
-    JoinedBodies,
-    KindConstants,
-    Layout,
-    RollMode,
-    UncoupledResonance,
-    acting_joints,
-    carried_weights,
-    constraint_names,
-    elements_of,
-    row_names,
-)
+from hydrosim.elements import heights_of_wind, in_gusts, kind
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
 from hydrosim.files.yaml_nodes import source_context
@@ -85,7 +72,7 @@ SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 
 
 def model_of(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: kind.KindConstants | None = None
 ) -> Model:
     """Model of a scene in calm water; its elements and tanks are compiled unless they are
     ``kind_constants``.
@@ -116,7 +103,7 @@ def model_of(
     draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
     energy = draught + draught_interpolation.DRAUGHT_STATES * family.body.size
     parts = forces.assign_indices(kind_constants, scene, own_states, energy)
-    rows = row_names(scene)
+    rows = kind.row_names(scene)
     impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
     added_mass = _assemble_blocks(6 * len(scene.bodies), blocks)
@@ -150,7 +137,7 @@ def model_of(
     )
 
 
-def _impulse_count(rows: int, bodies: Bodies, parts: KindConstants) -> int:
+def _impulse_count(rows: int, bodies: Bodies, parts: kind.KindConstants) -> int:
     """Number of integrals of impulses: of forces, of their works, and of units."""
     return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
 
@@ -231,19 +218,19 @@ def _compile_kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
 
 def _compile_layout(
     scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
-) -> Layout:
-    def of_body(body: int, stiffness: np.ndarray) -> UncoupledResonance:
+) -> kind.Layout:
+    def of_body(body: int, stiffness: np.ndarray) -> kind.UncoupledResonance:
         return uncoupled_resonance(
             scene.bodies[body], stiffness, alone.get(scene.bodies[body].name)
         )
 
-    def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
+    def roll_of_body(body: int, stiffness: np.ndarray) -> kind.RollMode:
         return roll_mode(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
-    rows = {*scene.forces, *acting_joints(scene)}
-    return Layout(
+    rows = {*scene.forces, *kind.acting_joints(scene)}
+    return kind.Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
-        {name: i for i, name in enumerate(row_names(scene)) if name in rows},
+        {name: i for i, name in enumerate(kind.row_names(scene)) if name in rows},
         current_table(scene.environment),
         mean_wind(scene.environment),
         of_body,
@@ -255,10 +242,10 @@ def _compile_layout(
         tanks.row,
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
-        carried_weights(scene),
+        kind.carried_weights(scene),
         scene.joints,
         _joined_bodies(scene, bodies),
-        len(row_names(scene)) - 1,
+        len(kind.row_names(scene)) - 1,
         bodies.tree,
         tuple(bodies.each["origin"]),
         dict(zip(point_names(scene), named_points(scene), strict=True)),
@@ -270,17 +257,17 @@ def _compile_layout(
     )
 
 
-def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
+def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, kind.JoinedBodies]:
     """The bodies of all joints that are constraints."""
     bodies_by_name = {
-        body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
+        body.name: kind.BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
         for i, body in enumerate(scene.bodies)
     }
     return {
-        name: JoinedBodies(
+        name: kind.JoinedBodies(
             bodies_by_name[joint.body], bodies_by_name[joint.to] if joint.to else None, bodies.exact
         )
-        for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
+        for name, joint in ((name, scene.joints[name]) for name in kind.constraint_names(scene))
     }
 
 
@@ -293,7 +280,7 @@ SHARE_OF_WAVES = 0.1
 
 
 def compile_calm(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: kind.KindConstants | None = None
 ) -> Compiled:
     """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its
     elements and tanks if they are ``kind_constants``.
@@ -350,7 +337,7 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
 
 def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
-    if not any(line.dragging_streams() for _, line in elements_of(scene, Catenary)):
+    if not any(line.dragging_streams() for _, line in kind.elements_of(scene, Catenary)):
         return []
     met = {body.name: replace(calm.derived.met[body.name], **MEAN) for body in scene.bodies}
     return wave_bodies(scene, calm.derived.databases, met)
@@ -458,9 +445,9 @@ def compile_in_calm(
         scene = open_start(scene)
         check_scene(scene)
         scene = with_dofs_of_joints(scene)
-        wet = all_groups(scene, seas, memory_before(scene))
+        wet = scene_groups(scene, seas, memory_before(scene))
         if states is not None:
-            scene, wet = in_states(scene, wet, states)
+            scene, wet = scene_with_states(scene, wet, states)
         return compile_calm(scene, wet)
 
 

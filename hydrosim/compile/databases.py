@@ -16,8 +16,8 @@ from hydrosim.database.checks import (
     CheckSubject,
     Use,
     doubt_warnings,
-    in_order,
     refusing_findings,
+    require_ascending,
 )
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import overruled_values, read
@@ -77,7 +77,7 @@ def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDat
     )
 
 
-def no_memory(db: HydroDatabase) -> Retardation:
+def constant_retardation(db: HydroDatabase) -> Retardation:
     """Retardation of constant coefficients: A_inf alone."""
     K = np.zeros((2, *db.added_mass.shape[1:]))
     report = KernelReport(0.0, 0.0, 0.0, 0.0, K[0])
@@ -124,9 +124,9 @@ def open_database(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase
         given = replace(source.given, frequencies=source.changes.frequencies)
         return apply_changes(open_database(source.source, given), source.changes)
     if isinstance(source, Path):
-        return in_order(_check_given(read(source, given), given))
+        return require_ascending(_check_given(read(source, given), given))
     if isinstance(source, HydroDatabase):
-        return in_order(source)
+        return require_ascending(source)
     raise InputError(
         f"hydrodynamics: found an object of type {type(source).__name__}; expected a"
         " pathlib.Path, a HydroDatabase or a ChangedDatabase."

@@ -36,7 +36,7 @@ VOLUME, CENTRE = 0.02, 0.01
 length."""
 
 
-def all_groups(
+def scene_groups(
     scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
 ) -> list[HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies; families have all their members. Raises InputError as

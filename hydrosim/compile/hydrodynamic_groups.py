@@ -14,9 +14,9 @@ from hydrosim import database
 from hydrosim.compile.databases import (
     SOURCE,
     DatabaseGroup,
+    constant_retardation,
     database_groups,
     database_warnings,
-    no_memory,
     suitable_database,
 )
 from hydrosim.compile.hydrostatics import with_hulls
@@ -229,7 +229,7 @@ def group_of(
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(whole, centres))
     db = with_hulls(db, bodies, scene.environment)
-    memory = no_memory(db) if read.source == SOURCE else _choose_retardation(db, chosen)
+    memory = constant_retardation(db) if read.source == SOURCE else _choose_retardation(db, chosen)
     wet = HydrodynamicGroup(
         bodies,
         np.concatenate([np.arange(6 * i, 6 * i + 6) for i in group.places]),
@@ -345,7 +345,7 @@ def with_states(body: Body, tolerance: float) -> Body:
     return replace(body, radiation=states)
 
 
-def in_states(
+def scene_with_states(
     scene: Scene, groups: Sequence[HydrodynamicGroup], tolerance: float
 ) -> tuple[Scene, list[HydrodynamicGroup]]:
     """Scene and its hydrodynamics with states in place of all convolutions. Fits are within the

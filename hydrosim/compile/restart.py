@@ -104,7 +104,7 @@ def method_before(scene: Scene, accuracy: float) -> str | None:
     return str(attributes["solver_method"]) if same else None
 
 
-def knows_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
+def has_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
     """Whether an `open_start` scene starts from a run that stored all its slow positions in waves.
     ``met`` has the positions where waves act, by body."""
     if scene.initial is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compile.closed_joints import describe_dropped, moves_freely
+from hydrosim.compile.closed_joints import bodies_move_freely, describe_dropped
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_database
 from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.dofs import DOFS
@@ -50,8 +50,8 @@ from hydrosim.water.components import (
 )
 from hydrosim.water.current import current_table, draught_of, is_sheared
 from hydrosim.water.database_limits import lost_between_headings, shares_outside
-from hydrosim.water.quadratic_loads import second_order_at_rest
-from hydrosim.water.second_order import separate_headings
+from hydrosim.water.quadratic_loads import uses_second_order_at_rest
+from hydrosim.water.second_order import has_separate_headings
 from hydrosim.water.transfer import angle_between
 from hydrosim.water.wind import (
     REFERENCE_HEIGHT,
@@ -100,7 +100,7 @@ def meetings(
             between = chosen.headings != Place.MEAN or _is_between_headings(body, seas, db)
             between = between and body.wave_forces.first_order
             lost = lost_between_headings(db, seas) if between else None
-            fixed = second_order_at_rest(chosen, db)
+            fixed = uses_second_order_at_rest(chosen, db)
             yield Meeting(body, db, chosen.position, chosen.headings, lost, fixed)
 
 
@@ -283,7 +283,9 @@ def notes_of_sea(
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
     dropped = list(describe_dropped(scene, derived.model, state))
-    shared = moves_freely(derived.model)  # otherwise a locked or mirrored direction may hold them
+    shared = bodies_move_freely(
+        derived.model
+    )  # otherwise a locked or mirrored direction may hold them
     warnings.extend(dropped if shared else ())
     met = list(meetings(scene, derived, seas))
     warnings.extend(text for meeting in met for text in coarse_headings(meeting))
@@ -346,7 +348,7 @@ def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str
     """Warnings about QTFs without pairs of different headings."""
     second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
     for waves in seas if second else ():
-        if separate_headings(db, waves):
+        if has_separate_headings(db, waves):
             yield (
                 f"{db.source} has QTFs for pairs of waves of one heading only: pairs of waves of"
                 f" different headings give {body.name} no second-order load."

@@ -17,7 +17,7 @@ from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import coordinate_names
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import Admittance, Change, at_frequencies, find_admittances
+from hydrosim.linear.modes import Admittance, Change, find_admittances, interpolate_frequencies
 from hydrosim.multibody.kinematics import moving_dofs, slopes_at_rest
 from hydrosim.scene import (
     AutomaticRadiation,
@@ -47,7 +47,7 @@ MOST_WAVES = 2e6  # waves of all trains
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
-class MemoryUse(NamedTuple):
+class RamUse(NamedTuple):
     """A use of memory: the key and value that cause it, the ``bytes``, and the remedy."""
 
     key: str
@@ -57,7 +57,7 @@ class MemoryUse(NamedTuple):
 
 def memory_needed(scene: Scene) -> float:
     """Memory [bytes] that a run needs, within a factor of about two."""
-    return sum(part.memory for part in _memory_uses(scene))
+    return sum(part.memory for part in _ram_uses(scene))
 
 
 def result_size(scene: Scene) -> float:
@@ -89,7 +89,7 @@ def check_sizes(scene: Scene) -> None:
             f" components of gusts; expected at most {MOST_WAVES:g}. Choose periods about as long"
             " as the run, or fewer trains."
         )
-    largest = max(_memory_uses(scene), key=lambda part: part.memory)
+    largest = max(_ram_uses(scene), key=lambda part: part.memory)
     most = _available_bytes()
     if memory_needed(scene) > most:
         raise InputError(
@@ -108,7 +108,7 @@ def size_text(size: float) -> str:
     return f"{size / 1000.0:.3g} TB"
 
 
-def _memory_uses(scene: Scene) -> Iterator[MemoryUse]:
+def _ram_uses(scene: Scene) -> Iterator[RamUse]:
     motions = 6 * len(scene.bodies)
     # records are copied once for the dataset
     recorded = (
@@ -116,13 +116,13 @@ def _memory_uses(scene: Scene) -> Iterator[MemoryUse]:
         * _record_count(scene)
         * (2.0 * _numbers_per_record(scene) + _estimated_states(scene))
     )
-    yield MemoryUse("output.step", recorded, "Record less often, or make a shorter run")
+    yield RamUse("output.step", recorded, "Record less often, or make a shorter run")
     # components, their loads, and a table over time of both
     wave = NUMBER * (6 + 8 * (1 + motions))
     waves = wave * sum(_wave_counts(scene))
-    yield MemoryUse("environment.waves.repeat_period", waves, "Shorten it")
+    yield RamUse("environment.waves.repeat_period", waves, "Shorten it")
     tables = NUMBER * 3 * FINER * 36 * _rows_of_pairs(scene)
-    yield MemoryUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
+    yield RamUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
 
 
 def _record_count(scene: Scene) -> float:
@@ -267,7 +267,7 @@ def memory_errors(
     spectra = [_spectra(group, duration) for group in groups]
     w = np.unique(np.concatenate([_refine_frequencies(of.w) for of in spectra]))
     K = [
-        _to_body_coordinates(group, at_frequencies(w, of.w, of.K))
+        _to_body_coordinates(group, interpolate_frequencies(w, of.w, of.K))
         for group, of in zip(groups, spectra, strict=True)
     ]
     s = 1.0 / duration + 1j * w
@@ -289,7 +289,7 @@ def memory_errors(
             LONGER * float(group.memory.time[-1]),
             resolved_length(group.database.frequency),
             change(group, group_errors, _fit_error(group, w, of, duration)) if group.fits else None,
-            change(group, group_errors, at_frequencies(w, of.w, of.cut)),
+            change(group, group_errors, interpolate_frequencies(w, of.w, of.cut)),
         )
         for group, of, group_errors in zip(groups, spectra, admittances, strict=True)
     )
@@ -317,7 +317,7 @@ def _fit_error(group: HydrodynamicGroup, w: np.ndarray, of: Spectra, duration: f
     for fit in group.fits:
         block = fit.dofs[:, None], fit.dofs
         missed[:, *block] = fit.modes.transfer_function(s) - of.K[:, *block]
-    return at_frequencies(w, of.w, missed)
+    return interpolate_frequencies(w, of.w, missed)
 
 
 def _to_body_coordinates(group: HydrodynamicGroup, values: np.ndarray) -> np.ndarray:

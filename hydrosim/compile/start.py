@@ -136,7 +136,7 @@ def with_slow_places(
 ) -> State:
     """The state with slow positions in waves of bodies that have always moved as they do now. Slow
     positions of an earlier run are kept. ``met`` has the positions where waves act, by body."""
-    if not model.following.slow.any() or restart.knows_slow_places(scene, met):
+    if not model.following.slow.any() or restart.has_slow_places(scene, met):
         return state
     y = state.y.copy()
     motion = motion_at(model, y)

@@ -30,12 +30,12 @@ from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
 from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
 from hydrosim.tanks.surface import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.timeline import (
-    at_start,
     body_without,
     integrate_tanks,
     least_moment,
     loaded_body,
     symmetric_matrix,
+    tanks_at_start,
 )
 from hydrosim.water.current import currents_on
 
@@ -45,7 +45,7 @@ DENSITY_RTOL = 1e-9  # relative difference of densities
 def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
     """Refuse a body that without the contents of its tanks is heavier than its displacement [kg]:
     at rest, or of the whole hull if it ``sinks``."""
-    empty = body.mass - sum(t.density * volume for t, volume in at_start(body.tanks))
+    empty = body.mass - sum(t.density * volume for t, volume in tanks_at_start(body.tanks))
     if body.tanks and empty > displaced:
         raise InputError(
             f"bodies.{body.name}.lightship: found {empty:.4g} kg without the contents of tanks;"
@@ -136,7 +136,7 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
 
 def _check_lightship(body: Body) -> None:
     """Refuse a body whose tanks hold more than its mass."""
-    mass = body.mass - sum(t.density * volume for t, volume in at_start(body.tanks))
+    mass = body.mass - sum(t.density * volume for t, volume in tanks_at_start(body.tanks))
     if mass <= 0.0:
         raise InputError(
             f"bodies.{body.name}: found {body.mass:.4g} kg in all and {body.mass - mass:.4g} kg"
@@ -176,7 +176,9 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
     for body in scene.bodies:
         here = [(tank, next(held)) for tank in changing_tanks(body)]
         gone = [
-            (tank, volume) for tank, volume in at_start(body.tanks) if tank in changing_tanks(body)
+            (tank, volume)
+            for tank, volume in tanks_at_start(body.tanks)
+            if tank in changing_tanks(body)
         ]
         left = body_without(body, gone)
         least = least_moment(body, loaded_body(left.mass, left.centre, left.inertia, here).inertia)
@@ -393,14 +395,14 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
 
 def _supported_bodies(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
     """Names of the bodies that float, that are held, or that hang on or rest on such bodies."""
-    standing = {body.name for body in scene.bodies if _stands(body, alone)}
+    standing = {body.name for body in scene.bodies if _has_heave_restoring(body, alone)}
     links = list(_carrying_pairs(scene))
     for _ in scene.bodies:  # chains of bodies are at most this long
         standing |= {a for a, b in links if b is None or b in standing}
     return standing
 
 
-def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
+def _has_heave_restoring(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
     if "heave" not in body.dofs or body.hydrostatics is not None:
         return True
     if body.name not in alone:
@@ -415,7 +417,7 @@ def _carrying_pairs(scene: Scene) -> Iterator[tuple[str, str | None]]:
         if joint.to is not None:
             yield joint.to, joint.body
     for element in scene.forces.values():
-        if element.supports_weight():
+        if element.can_carry_weight():
             others = [name for _, name in element.connected_bodies()] or [None]
             for other in others:
                 yield element.body, other

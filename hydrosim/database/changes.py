@@ -13,7 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown_name_message
-from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
+from hydrosim.database.database import (
+    Complex,
+    HydroDatabase,
+    Real,
+    require_array,
+    select_frequencies,
+)
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
@@ -181,7 +187,7 @@ def _cut_frequencies(db: HydroDatabase, lowest: float, highest: float) -> HydroD
             f" {db.source} has {np.count_nonzero(keep)} frequencies; expected at least two, of"
             f" {db.frequency[0]:g} to {db.frequency[-1]:g} rad/s."
         )
-    return of_frequencies(db, keep)
+    return select_frequencies(db, keep)
 
 
 def _drop_part(db: HydroDatabase, part: Without) -> HydroDatabase:

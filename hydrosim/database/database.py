@@ -251,7 +251,7 @@ _BY_FREQUENCY = (
 )
 
 
-def of_frequencies(db: HydroDatabase, keep: NDArray[np.bool_]) -> HydroDatabase:
+def select_frequencies(db: HydroDatabase, keep: NDArray[np.bool_]) -> HydroDatabase:
     """Database with some of its frequencies (nw,). Quadratic transfer functions have their own
     frequencies and are unchanged."""
     values = {name: getattr(db, name) for name in _BY_FREQUENCY}

@@ -67,7 +67,7 @@ class Bushing(ForceElement):
     damping: np.ndarray
     to: str | None = None
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return bool(np.any(self.stiffness[:3, :3]))
 
     def restored_dofs(self) -> Collection[str]:

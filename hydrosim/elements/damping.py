@@ -60,7 +60,7 @@ class LinearDamping(ForceElement):
     damping_ratio: np.ndarray | None = None
     relative_to_current: bool = False
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def dragging_streams(self) -> Collection[str]:
@@ -182,7 +182,7 @@ class QuadraticDamping(ForceElement):
 
     damping: np.ndarray
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def dragging_streams(self) -> Collection[str]:

@@ -48,7 +48,7 @@ class LinearMooring(ForceElement):
     damping_ratio: np.ndarray | None = None
     natural_period: np.ndarray | None = None
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return "heave" in self.restored_dofs()
 
     def restored_dofs(self) -> Collection[str]:

@@ -98,7 +98,7 @@ class Link(ForceElement):
     drag: float = 0.0
     absorbs: bool = False
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return bool(np.any(self.force))
 
     def unit_names(self, name: str) -> Sequence[str]:
@@ -116,7 +116,7 @@ class Strut(TwoPointElement, Link):
     anchor_body: str | None = None
 
     def restored_dofs(self) -> Collection[str]:
-        return super().restored_dofs() if self.supports_weight() else ()
+        return super().restored_dofs() if self.can_carry_weight() else ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +135,7 @@ class TorsionSpring(Link):
     def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "to", self.to
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:

@@ -178,7 +178,7 @@ class DecayProblem:
         self.scales = np.array([1.0 / W, A, A * A * W, 1.0 / W, A * A])
         self.times = [W * (decay.time - decay.time[0]) for decay in decays]
         self.angles = [decay.angle / A for decay in decays]
-        self.means = [_drift_polynomials(t) for t in self.times]
+        self.means = [_trend_polynomials(t) for t in self.times]
         ends = LAW + np.cumsum([0, *(2 + mean.shape[1] for mean in self.means)])
         self.own = [slice(*pair) for pair in pairwise(ends.tolist())]
 
@@ -289,7 +289,7 @@ class DecayProblem:
             yield np.clip(np.nan_to_num(residual, nan=WILD), -WILD, WILD), np.nan_to_num(J)
 
 
-def _drift_polynomials(t: np.ndarray) -> np.ndarray:
+def _trend_polynomials(t: np.ndarray) -> np.ndarray:
     """Legendre polynomials (n, m) of a record at scaled times (n,), with half as many waves as the
     roll has at most."""
     degree = int(np.clip(t[-1] / (2.0 * np.pi), MIN_DEGREE, MAX_DEGREE))
@@ -316,7 +316,7 @@ class Interval(NamedTuple):
     high: float
 
     @property
-    def holds_zero(self) -> bool:
+    def includes_zero(self) -> bool:
         """True if the record does not tell it from zero."""
         return self.low <= 0.0 <= self.high
 

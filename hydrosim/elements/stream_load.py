@@ -66,7 +66,7 @@ class StreamLoad(ForceElement):
     sway: np.ndarray
     yaw: np.ndarray
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def mirrored_parts(self, y: float) -> Sequence[ForceElement]:

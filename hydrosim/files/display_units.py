@@ -66,22 +66,22 @@ class Units:
             return self._known[unit]
         if unit in WHOLE_UNITS:
             return DisplayUnit(*WHOLE_UNITS[unit])
-        display = self._compose(unit)
+        display = self._unit_of_product(unit)
         self._known[unit] = display
         return display
 
-    def _base(self, base: str) -> DisplayUnit:
+    def _unit_of_base(self, base: str) -> DisplayUnit:
         unit = self.chosen.get(base, DEFAULT_UNITS.get(base, base))
         return DisplayUnit(_unit_symbol(unit), _factor_from_si(base, unit))
 
-    def _compose(self, unit: str) -> DisplayUnit:
+    def _unit_of_product(self, unit: str) -> DisplayUnit:
         numerator, *denominators = unit.split("/")
         names = []
         scale = 1.0
         for sign, group in ((1, numerator), *((-1, factors) for factors in denominators)):
             read = []
             for base, power in _bases_of_product(group):
-                name, factor = self._base(base)
+                name, factor = self._unit_of_base(base)
                 read.append(name if power == 1 else f"{name}^{power}")
                 scale *= factor ** (sign * power)
             names.append(" ".join(read))

@@ -112,7 +112,7 @@ class Output:
             self._refuse(f"{path} is {other}, which is never replaced; expected a file")
         if not os.access(path, os.W_OK):
             self._refuse(f"{path} is write-protected; expected another name")
-        if self.reads_itself():
+        if self.is_own_input():
             self._refuse(f"{path} is an input and would be overwritten; expected another name")
         if not self.overwrite and content(path) != self._content:
             mark = content(path)
@@ -123,7 +123,7 @@ class Output:
             )
         return self
 
-    def reads_itself(self) -> bool:
+    def is_own_input(self) -> bool:
         """Whether the path is one of the inputs."""
         return any(_is_same_file(self.path, file) for file in self.inputs)
 

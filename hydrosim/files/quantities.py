@@ -249,7 +249,7 @@ def _require_steps(holds: Callable[[float, float], bool], expected: str) -> Afte
     return AfterValidator(check)
 
 
-def from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+def require_start_at_zero(values: tuple[float, ...]) -> tuple[float, ...]:
     """Refuses a table that does not begin at 0 or has only one point."""
     if len(values) < 2 or values[0] != 0.0:
         values_text = "[" + ", ".join(f"{x:g}" for x in values) + "]"
@@ -286,7 +286,7 @@ def require_entries(value: Any) -> Any:
     return value
 
 
-def at_least_two(values: tuple[Any, ...]) -> tuple[Any, ...]:
+def require_two_entries(values: tuple[Any, ...]) -> tuple[Any, ...]:
     """Refuses a list with fewer than two entries."""
     if len(values) < 2:
         raise problem(f"{len(values)} in the list", "two or more")
@@ -368,7 +368,7 @@ else:
 Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(require_entries), RISING]
-Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(at_least_two), RISING]
+Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(require_two_entries), RISING]
 WaveDensities = tuple[WaveDensity, ...]
 Position = tuple[Length, Length]
 Headings = Annotated[
@@ -379,10 +379,10 @@ Headings = Annotated[
 ]
 StreamForces = tuple[_StreamForce, ...]
 StreamMoments = tuple[_StreamMoment, ...]
-Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(from_zero)]
+Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(require_start_at_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
 Angles = Annotated[tuple[Angle, ...], RISING]
-NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(from_zero)]
+NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(require_start_at_zero)]
 
 
 # Keys of a mesh file: transformation of its coordinates to the database's frame.

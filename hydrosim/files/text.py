@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 # Files to read: plain ones alone, as a pipe or a device would wait without end.
 
 
-def no_file(path: Path) -> str:
+def unreadable_reason(path: Path) -> str:
     """Reason why a path cannot be read, in words; empty if it is a plain file."""
     try:
         mode = path.stat().st_mode
@@ -139,7 +139,7 @@ class Source:
 
     def head(self, size: int) -> bytes:
         """The beginning of the file; raises InputError if the file cannot be read."""
-        if reason := no_file(self.file):
+        if reason := unreadable_reason(self.file):
             self.wrong(f"{reason}; expected a recorded series")
         try:
             with self.file.open("rb") as opened:
@@ -211,7 +211,7 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
         source.wrong(
             f"found no numbers; expected lines of numbers, the first of them {first}{or_date}"
         )
-    columns = _read_heading(heading, separator, len(rows[0]))
+    columns = _read_header(heading, separator, len(rows[0]))
     return TextTable(*columns, np.array(rows), lines, dates and any(dated))
 
 
@@ -322,7 +322,7 @@ def _parse_numbers(
     return numbers
 
 
-def _read_heading(
+def _read_header(
     heading: Sequence[str], separator: str | None, count: int
 ) -> tuple[list[str], list[str]]:
     """Names and units of ``count`` columns; empty if the heading does not give them."""

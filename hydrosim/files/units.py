@@ -263,7 +263,7 @@ class AnyQuantity:
         return f'a {self.what}, such as "{self.example}"'
 
 
-def same_dimension(first: str, second: str, product: str) -> bool:
+def is_same_dimension(first: str, second: str, product: str) -> bool:
     """True if a quantity in ``first`` times one in ``second`` can be given in ``product``."""
     unit = registry().parse_units
     return bool((unit(first) * unit(second)).dimensionality == unit(product).dimensionality)

@@ -57,7 +57,7 @@ from hydrosim.integrate.state import (
 )
 from hydrosim.integrate.step import find_start_slope, knows_end_slope, take_step
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summing
-from hydrosim.multibody.heading import accelerations_along
+from hydrosim.multibody.heading import accelerations_in_heading
 from hydrosim.multibody.kinematics import LARGEST_TILT, accelerations, place_bodies
 from hydrosim.multibody.tree import switch_rotation_chart
 from hydrosim.tanks.pumping import share_of_step
@@ -404,7 +404,7 @@ def _append_velocity(t, run):
     accelerations(rates[n : 2 * n], bodies, work.motion, work.total)
     headings = run.model.headings
     hulls = work.hulls
-    accelerations_along(headings, work.motion, hulls.flow, work.total)
+    accelerations_in_heading(headings, work.motion, hulls.flow, work.total)
     u = hulls.velocity if headings.turned.size > 0 else work.motion.velocity
     append_node(history, t, u, work.total)
 

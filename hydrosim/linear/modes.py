@@ -114,7 +114,7 @@ def _admittances(
         yield Admittance(part.active, motions, units.T, velocities[:, :, moved] @ S[:, moved].T)
 
 
-def at_frequencies(w: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+def interpolate_frequencies(w: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
     """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``nodes`` (nk,),
     constant beyond."""
     k = np.clip(np.searchsorted(nodes, w), 1, nodes.size - 1)

@@ -27,17 +27,9 @@ from scipy import linalg
 
 from hydrosim.elements import given_frequencies, given_rows, resistances
 from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.integrate import exponential
 from hydrosim.integrate.dynamics import Model, new_work, rhs
 from hydrosim.integrate.exact import Resistances, add_energies, keep_states, sample_loads
-from hydrosim.integrate.exponential import (
-    NODES_BESIDE,
-    POLYNOMIAL_NODES,
-    PropagationInterval,
-    area_weights,
-    extend_nodes,
-    fill_recursion,
-    propagation_interval,
-)
 from hydrosim.integrate.state import STATUS, Clock, Run, State
 from hydrosim.jit.refs import StructReference
 from hydrosim.linear.linearise import find_components, linearise, without_waves
@@ -45,7 +37,7 @@ from hydrosim.multibody.kinematics import slopes_at_rest
 
 PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval
-MIN_PARTS = POLYNOMIAL_NODES
+MIN_PARTS = exponential.POLYNOMIAL_NODES
 USUAL_PARTS = 16
 MAX_PARTS = 24
 # intervals at a time, such that their data stay in a core's cache; fewer with more states
@@ -62,7 +54,7 @@ class PartResponse(NamedTuple):
 
     states: np.ndarray
     coordinates: np.ndarray
-    interval: PropagationInterval
+    interval: exponential.PropagationInterval
     by_state: np.ndarray
     by_load: np.ndarray
 
@@ -92,7 +84,7 @@ def _make_response(
     jacobian, mobility, force = arrays
     split = _independent_parts(jacobian, mobility, force)
     of = [_part_response(*part, jacobian, mobility, force, length, parts) for part in split]
-    return Response(tuple(of), length / parts * area_weights(parts))
+    return Response(tuple(of), length / parts * exponential.area_weights(parts))
 
 
 def _part_response(
@@ -106,7 +98,7 @@ def _part_response(
 ) -> PartResponse:
     """Response of the part with these ``states`` and ``coordinates``, by index."""
     n = coordinates.size
-    of = propagation_interval(
+    of = exponential.propagation_interval(
         J[np.ix_(states, states)], G[np.ix_(states, coordinates)], length, parts
     )
     force = memory[np.ix_(coordinates, states[2 * n :] - 2 * len(memory))]
@@ -373,7 +365,7 @@ def march(
     m = len(equation.J)
     parts = response.weights.size - 1
     first = 0
-    f = extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
+    f = exponential.extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
     for around, states in motions(y[:m], f, response, pieces):
         here = loads[first * parts :]
         gained = equation.gains(around, states[:-1], here, response, y.size - m)
@@ -395,14 +387,14 @@ def motions(
     together = (
         max(int(INTERVALS_PER_BLOCK * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
     )
-    for k in range(0, (len(f) - 2 * NODES_BESIDE - 1) // parts, together):
+    for k in range(0, (len(f) - 2 * exponential.NODES_BESIDE - 1) // parts, together):
         here = [np.ascontiguousarray(loads[k : k + together]) for loads in around]
         states = np.empty((len(here[0]) + 1, z.size))
         for part, transposed, forces in zip(of.parts, turned, here, strict=True):
             own_states = np.empty((len(states), part.states.size))
             own_states[0] = z[part.states]
             np.matmul(forces, part.interval.loads[-1].T, out=own_states[1:])
-            fill_recursion(transposed, own_states)
+            exponential.fill_recursion(transposed, own_states)
             states[:, part.states] = own_states
         z = states[-1]
         yield here, states

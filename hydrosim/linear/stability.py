@@ -159,7 +159,7 @@ def combinations(
     return mode_combinations
 
 
-def all_open(model: Model, state: State) -> Combination:
+def open_contacts_combination(model: Model, state: State) -> Combination:
     """The first of `combinations`, with all contacts open, alone."""
     time = max(
         (kind.time_of_largest_load(p) for kind, p in kinds_with_mode_sets(model)), default=0.0
@@ -283,7 +283,7 @@ def _limits_below(
     share = participation_factors(left, right)
     steps = _largest_steps(method, values)
     for k in np.flatnonzero(steps < bound):
-        what = what_moves(part.linear, share[:, k], layout)
+        what = largest_participant(part.linear, share[:, k], layout)
         yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
 
 
@@ -370,7 +370,7 @@ def _moving_sideways(model: Model, state: State, modes: np.ndarray, time: float)
     return state._replace(y=y)
 
 
-def what_moves(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
+def largest_participant(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
     """Name of the coordinate, node of a unit or radiation with the largest ``share`` (m,) of a
     mode."""
     shares: dict[str, float] = {}
@@ -530,7 +530,7 @@ def vibrations(
             memory = np.linalg.solve(part.inertia, K @ rate)
             value = complex(values[k] - felt @ memory / whole)
             if wrong(np.array([value])).any():
-                what = what_moves(part, share[:, k], layout)
+                what = largest_participant(part, share[:, k], layout)
                 amplitude = expand_to_active(2.0 * np.abs(right[:n, k]), part.active, active)
                 sensed = expand_to_active(felt / (felt @ rate), part.active, active)
                 at = combination.contact, combination.modes

@@ -128,7 +128,7 @@ CLOSED_MODES = (1, 2)  # stick and slip: their fractions of an interval; the res
 MODE_INTERVALS = 800  # of modes
 
 
-def stretch(count: int, lines: int) -> int:
+def records_per_interval(count: int, lines: int) -> int:
     """Number of records per interval, for so many ``lines`` of ``count`` records."""
     if 4 * count * lines <= MAX_SERIES_BYTES and count <= MAX_STRETCHES:
         return 1
@@ -245,7 +245,9 @@ def json_for_html(data: Any) -> str:
 def _data_of_charts(document: Document) -> dict[str, Any]:
     """Data for the scripts of the page."""
     charts, time = list(_nodes_of_kind(document, Chart)), document.time
-    size = stretch(time.size, sum(len(chart.series) for chart in charts if not chart.modes))
+    size = records_per_interval(
+        time.size, sum(len(chart.series) for chart in charts if not chart.modes)
+    )
     replays = [replay.data for replay in _nodes_of_kind(document, Replay)]
     return {
         "time": base64_of_floats(time[::size]),

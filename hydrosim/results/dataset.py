@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output, as_output, content
-from hydrosim.files.text import no_file
+from hydrosim.files.text import unreadable_reason
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -95,7 +95,7 @@ def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
 def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
     missing, is not netCDF or is not the result of a run. ``expected`` ends the message."""
-    if reason := no_file(path):
+    if reason := unreadable_reason(path):
         raise InputError(f"{path}: {reason}; {expected}.")
     import xarray as xr  # slow to load, and few cases start from a run
 

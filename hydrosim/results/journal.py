@@ -26,7 +26,15 @@ from numpy.lib.recfunctions import repack_fields
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output, has_mark, is_regular_file, remove_folder
 from hydrosim.results.dataset import differing
-from hydrosim.results.runs_file import BY_RUN, COMPLETE, LARGE, MISSING, RUN, in_common, open_runs
+from hydrosim.results.runs_file import (
+    BY_RUN,
+    COMPLETE,
+    LARGE,
+    MISSING,
+    RUN,
+    common_attributes,
+    open_runs,
+)
 
 FIRST_RUN_FILE = "first.nc"
 RUNS = "runs"
@@ -68,9 +76,9 @@ class Journal:
             self._file.write(_entry_of(dict(identity)))
             self._file.flush()
         else:
-            self._go_on()
+            self._continue_journal()
 
-    def _go_on(self) -> None:
+    def _continue_journal(self) -> None:
         """Index the entries; cut off an incomplete one."""
         self._file.seek(0)
         self._file.readline()
@@ -368,7 +376,7 @@ def _gather_runs(
         warnings[run] = entry.get("warnings", "")
         if values:
             table[run] = np.frombuffer(values, chosen)[0]
-            common = in_common(
+            common = common_attributes(
                 entry["attributes"] if common is None else common, entry["attributes"]
             )
     done = int(np.sum(status == COMPLETE))

@@ -27,7 +27,7 @@ from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.water.body import is_long
 from hydrosim.water.components import WaveComponents
-from hydrosim.water.quadratic_loads import second_order_at_rest
+from hydrosim.water.quadratic_loads import uses_second_order_at_rest
 from hydrosim.water.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
@@ -193,7 +193,7 @@ def _wave_position_warnings(compiled: Compiled, run: xr.Dataset, sea: SampledSea
                 yield from _drift_warnings(body, run, slow, sea)
             if chosen.headings == Place.MEAN:
                 yield from _first_order_yaw_warnings(body, run, slow, sea, alone[body.name])
-            if second_order_at_rest(chosen, alone[body.name]):
+            if uses_second_order_at_rest(chosen, alone[body.name]):
                 yield from _second_order_yaw_warnings(body, run, slow, sea, alone[body.name])
 
 

@@ -128,7 +128,7 @@ class RequestedStatistic(Protocol):
         """Whether a run must record impulses."""
 
     @property
-    def late_if_missing(self) -> bool:
+    def is_late_if_missing(self) -> bool:
         """Whether a run without it has not come to it yet."""
 
     @property
@@ -164,7 +164,7 @@ class ScalarResult(NamedTuple):
         return False
 
     @property
-    def late_if_missing(self) -> bool:
+    def is_late_if_missing(self) -> bool:
         """Whether a run without it has not come to it yet."""
         return False
 

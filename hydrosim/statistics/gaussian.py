@@ -161,7 +161,7 @@ class GaussianFit(NamedTuple):
         """Value that is exceeded once on average in ``ratio`` times the length."""
         return self.mean + self.std * self._level(ratio, np.exp(-1.0))
 
-    def confidence(self, ratio: float) -> np.ndarray:
+    def confidence_interval(self, ratio: float) -> np.ndarray:
         """Confidence interval (2,) of the `expected_maximum` value. If more groups were found than
         are possible, the interval is centred on the groups found, as far as possible."""
         u = self._level(ratio, np.exp(-1.0))
@@ -172,7 +172,9 @@ class GaussianFit(NamedTuple):
         size, beyond = self._error(u, counted=False), self.std * self.crossings.beyond / u
         return bounds + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
+    def prediction_interval(
+        self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS
+    ) -> np.ndarray:
         """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
         the probabilities of its ends. The scatter of the largest value and the error of the fit are
         added in squares."""
@@ -181,7 +183,7 @@ class GaussianFit(NamedTuple):
         apart = [np.hypot(self.std * (u - middle), self._error(u, odds=ends[1])) for u in levels]
         return self.mean + self.std * middle + np.array([-apart[0], apart[1]])
 
-    def doubtful(self) -> bool:
+    def is_doubtful(self) -> bool:
         """Whether the third or fourth moment is not that of a Gaussian record, and would change the
         largest value."""
         u = self._level(1.0, np.exp(-1.0))
@@ -193,7 +195,7 @@ class GaussianFit(NamedTuple):
                 return True
         return False
 
-    def unlikely(self, largest: float) -> bool:
+    def is_unlikely(self, largest: float) -> bool:
         """Whether the largest value is so far from its expectation that a Gaussian record is
         rejected."""
         u = (largest - self.mean) / self.std
@@ -349,12 +351,14 @@ class Impacts(NamedTuple):
         """Value that is exceeded once on average in ``ratio`` times the length."""
         return float(self.level + self.mean * np.log(self.number * ratio))
 
-    def confidence(self, ratio: float) -> np.ndarray:
+    def confidence_interval(self, ratio: float) -> np.ndarray:
         """Confidence interval (2,) of the `expected_maximum` value."""
         means, counts, _ = self._draws()
         return np.asarray(np.quantile(self.level + means * np.log(counts * ratio), INTERVAL_ENDS))
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
+    def prediction_interval(
+        self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS
+    ) -> np.ndarray:
         """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
         the probabilities of its ends."""
         means, counts, largest = self._draws()

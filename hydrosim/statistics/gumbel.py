@@ -58,12 +58,14 @@ class Gumbel(NamedTuple):
         """Mean number of exceedances of a value in so many windows."""
         return float(ratio * np.exp((self.location - value) / self.scale))
 
-    def confidence(self, ratio: float) -> np.ndarray:
+    def confidence_interval(self, ratio: float) -> np.ndarray:
         """Confidence interval (2,) of the `expected_maximum` value."""
         moved, wider = _draw_pivots(self.windows, self.memories)[:2]
         return self._ends(moved + np.log(ratio) * wider)
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
+    def prediction_interval(
+        self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS
+    ) -> np.ndarray:
         """Prediction interval (2,) of the largest value in so many windows; ``ends`` are the
         probabilities of its ends."""
         moved, wider, largest = _draw_pivots(self.windows, self.memories)
@@ -85,7 +87,7 @@ def fit_maxima(maxima: np.ndarray) -> Gumbel:
     return Gumbel(float(location), float(scale), maxima.size, None)
 
 
-def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
+def fits_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
     """Whether independent maxima (n,) are compatible with the ``law`` fitted to them, by the test
     of Anderson and Darling at 10 % (Stephens 1977, Biometrika 64)."""
     count = maxima.size

@@ -23,18 +23,9 @@ from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import RUN
 from hydrosim.results.validation import DESIGN
 from hydrosim.results.variables import LABELS
-from hydrosim.statistics import effects
+from hydrosim.statistics import effects, gumbel
 from hydrosim.statistics.effects import EffectRow, PlanRuns, combinations, plans
 from hydrosim.statistics.figures import SIDE_ATTRIBUTE, JudgedCriterion, judge_plan
-from hydrosim.statistics.gumbel import (
-    INTERVAL_PROBABILITY,
-    Gumbel,
-    find_confidence,
-    find_prediction,
-    fit_maxima,
-    follows_gumbel,
-    length_ratio,
-)
 from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
 from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, NAMED_CHANNELS
 
@@ -195,8 +186,8 @@ def find_extremes(ends: SmallestAndLargest) -> Iterator[tuple[str, SeedExtremes]
     none."""
     for side, sign, maxima in ends.sides():
         if maxima.size >= MIN_RUNS and np.ptp(maxima) > 0.0:
-            law = fit_maxima(maxima)
-            follows = follows_gumbel(maxima, law)
+            law = gumbel.fit_maxima(maxima)
+            follows = gumbel.fits_gumbel(maxima, law)
             extreme = _extreme_by_law(law, sign) if follows else _extreme_by_order(maxima, sign)
             yield side, _raise_to_lowest(extreme, ends.lowest)
 
@@ -295,15 +286,15 @@ def _interval_columns(name: str, interval: tuple[float, float]) -> dict[str, flo
     return {f"{name}_low": low, f"{name}_high": high}
 
 
-def _extreme_by_law(law: Gumbel, sign: float) -> SeedExtremes:
-    rare = length_ratio(P90)
+def _extreme_by_law(law: gumbel.Gumbel, sign: float) -> SeedExtremes:
+    rare = gumbel.length_ratio(P90)
     return SeedExtremes(
         sign * law.expected_maximum(1.0),
-        _signed_interval(law.confidence(1.0), sign),
+        _signed_interval(law.confidence_interval(1.0), sign),
         sign * law.expected_maximum(rare),
-        _signed_interval(law.confidence(rare), sign),
-        _signed_interval(law.prediction(1.0), sign),
-        INTERVAL_PROBABILITY,
+        _signed_interval(law.confidence_interval(rare), sign),
+        _signed_interval(law.prediction_interval(1.0), sign),
+        gumbel.INTERVAL_PROBABILITY,
         GUMBEL_METHOD,
         law.windows,
     )
@@ -312,12 +303,12 @@ def _extreme_by_law(law: Gumbel, sign: float) -> SeedExtremes:
 def _extreme_by_order(maxima: np.ndarray, sign: float) -> SeedExtremes:
     """By order statistics."""
     most_probable = np.exp(-1.0)
-    held = find_prediction(maxima)
+    held = gumbel.find_prediction(maxima)
     return SeedExtremes(
         sign * float(np.quantile(maxima, most_probable)),
-        _signed_interval(find_confidence(maxima, most_probable), sign),
+        _signed_interval(gumbel.find_confidence(maxima, most_probable), sign),
         sign * float(np.quantile(maxima, P90)),
-        _signed_interval(find_confidence(maxima, P90), sign),
+        _signed_interval(gumbel.find_confidence(maxima, P90), sign),
         _signed_interval((held.low, held.high), sign),
         held.probability,
         ORDER_METHOD,

@@ -207,7 +207,7 @@ class StageResult(ChannelFreeResult):
         return () if self.group is None else (self.group,)
 
     @property
-    def late_if_missing(self) -> bool:
+    def is_late_if_missing(self) -> bool:
         """Whether a run without this result has not come to it yet."""
         return self.result in TIME_RESULTS
 
@@ -262,7 +262,7 @@ class MotionCauseResult(ChannelFreeResult):
     mode: str | None = None
 
     needs_impulses: ClassVar[bool] = True
-    late_if_missing: ClassVar[bool] = False
+    is_late_if_missing: ClassVar[bool] = False
     at_least: ClassVar[bool] = False
 
     @property

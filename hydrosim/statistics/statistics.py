@@ -27,8 +27,8 @@ from hydrosim.statistics.extremes import (
     ExtremeModel,
     RecordExtremes,
     extremes,
-    no_extremes,
     refusal_reason,
+    undefined_extremes,
 )
 from hydrosim.statistics.figures import FENDER_NORMAL_FORCE, means_between_records
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
@@ -86,7 +86,7 @@ CHANNEL_VARIABLES = {
 }
 
 
-def enough_from(run: xr.Dataset, start: float) -> bool:
+def has_enough_records(run: xr.Dataset, start: float) -> bool:
     """Whether a run has enough records for `statistics` from ``start`` [s] on."""
     return int(np.count_nonzero(run.time.values >= start)) >= MIN_SAMPLES
 
@@ -104,19 +104,19 @@ def statistics(
     and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
     not exist."""
     variables, coords, attributes = columns(run, start, exposure, channels)
-    made = new_dataset({**variables, **of_units(run)}, coords, attributes)
+    made = new_dataset({**variables, **unit_statistics(run)}, coords, attributes)
     describe_coordinates(made)
     return made
 
 
-def of_units(run: xr.Dataset) -> dict[str, xr.DataArray]:
+def unit_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Statistics of the lines and contacts of a run, if it has any."""
     if "contact_group" not in run.dims:
-        return of_lines(run)
-    return {**of_lines(run), **contact_statistics(run), **stages(run)}
+        return line_statistics(run)
+    return {**line_statistics(run), **contact_statistics(run), **stages(run)}
 
 
-def of_lines(run: xr.Dataset) -> dict[str, xr.DataArray]:
+def line_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Of all that pulls, the tension at the start of a run; of what has a capacity, the largest
     share of it that was used, at output times."""
     variables = {}
@@ -351,7 +351,9 @@ def _channel_extremes(
 ) -> tuple[RecordExtremes, RecordExtremes]:
     """Extremes of a channel; none while the waves grow."""
     if growing and refusal_reason(x) is not ExtremeModel.CONSTANT:
-        return no_extremes(ExtremeModel.WAVES_GROW), no_extremes(ExtremeModel.WAVES_GROW)
+        return undefined_extremes(ExtremeModel.WAVES_GROW), undefined_extremes(
+            ExtremeModel.WAVES_GROW
+        )
     return extremes(x, *how)
 
 

@@ -30,16 +30,9 @@ import xarray as xr
 
 from hydrosim.elements import externals_of
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.files import outputs
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.locks import is_lock
-from hydrosim.files.outputs import (
-    Output,
-    as_output,
-    check_folder,
-    has_mark,
-    is_folder,
-    remove_folder,
-)
 from hydrosim.files.yaml_nodes import locating_in
 from hydrosim.results.dataset import write_run
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
@@ -155,7 +148,7 @@ def simulate_many(
         digest = partial(pad_to_layout, form=form, keep=partial(digest, lenient=True))
 
     shared = SceneCache()
-    result = None if output is None else as_output(output, "sweep")
+    result = None if output is None else outputs.as_output(output, "sweep")
     mark = "" if result is None else result.mark
     attributes_of_file = {
         "error_estimates": ESTIMATE_NOTE,
@@ -440,7 +433,7 @@ class _RunSet(NamedTuple):
 
 def run_study(
     study: ParameterStudy,
-    output: Path | Output,
+    output: Path | outputs.Output,
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
@@ -491,7 +484,7 @@ def run_until(
     seeds: tuple[int, ...],
     wanted: SeedTarget,
     run: Run,
-    output: Output,
+    output: outputs.Output,
     resume: bool = False,
 ) -> str:
     """Runs in rounds, each with as many seeds as all before it, into the file ``output``; says in
@@ -548,10 +541,10 @@ def _width_text(width: float, unit: str, count: int, wanted: SeedTarget) -> str:
     return text if width <= wide else f"{text}, not {wide:g}{unit} as asked for"
 
 
-def _begin_rounds(folder: Path, resume: bool, output: Output) -> None:
+def _begin_rounds(folder: Path, resume: bool, output: outputs.Output) -> None:
     """Begins anew, unless rounds are to be taken up; refuses to lose any that nobody has said may
     go, and to touch what is of others."""
-    check_folder(folder, _is_round)
+    outputs.check_folder(folder, _is_round)
     if not resume and any(folder.glob("*")) and not output.overwrite:
         raise InputError(
             f"{folder}: holds rounds of a study that did not come to its end; --resume goes on from"
@@ -566,9 +559,9 @@ def _is_round(path: Path) -> bool:
     """Whether a path is that of a round, of one on its way with all that is in it, or of the lock
     of one that was killed."""
     if re.fullmatch(ROUND_NAME_PATTERN, path.name):
-        return has_mark(path, "sweep")
+        return outputs.has_mark(path, "sweep")
     if re.fullmatch(rf"{ROUND_NAME_PATTERN}\.partial", path.name):
-        return is_folder(path) and all(map(is_part, path.iterdir()))
+        return outputs.is_folder(path) and all(map(is_part, path.iterdir()))
     return bool(re.fullmatch(rf"\.hydrosim-{ROUND_NAME_PATTERN}\.lock", path.name)) and is_lock(
         path
     )
@@ -578,7 +571,7 @@ def _clear_folder(folder: Path) -> None:
     for path in folder.glob("*.partial"):
         if _is_round(path):
             remove_journal(path)
-    remove_folder(folder, _is_round)
+    outputs.remove_folder(folder, _is_round)
 
 
 def _make_round(

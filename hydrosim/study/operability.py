@@ -39,17 +39,11 @@ from hydrosim.results.runs_file import COMPLETE
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
+from hydrosim.study import sweep
 from hydrosim.study.executors import RunOutcome, collected_here, outcome_of
-from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, in_sea, wind_sea
+from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, scene_in_sea, wind_sea
 from hydrosim.study.shared import SceneCache, identity
 from hydrosim.study.spectral_limits import Spectral, spectral
-from hydrosim.study.sweep import (
-    check_figures,
-    check_units,
-    fixed_settings,
-    read_study,
-    settings_with,
-)
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -320,7 +314,7 @@ class Limits:
         never came to a phase there is nothing to hold. A stage that never comes is later than any
         limit."""
         limits = np.array(self.limits)
-        late = np.array([figure.late_if_missing for figure in self.figures])
+        late = np.array([figure.is_late_if_missing for figure in self.figures])
         values = np.where(late & np.isnan(values), np.inf, values)
         held = np.where(self.least, ~(values < limits), ~(values > limits))
         return np.asarray(held & complete[:, None])
@@ -329,7 +323,7 @@ class Limits:
 def load_limits(path: Path) -> Limits:
     """The study of limits in a YAML file; InputError says what is not valid, and which criteria are
     on channels that the case has not."""
-    data = read_study(path)
+    data = sweep.read_study(path)
     if data.operability is None or not data.criteria:
         lacks = "operability" if data.operability is None else "criteria"
         raise InputError(
@@ -340,20 +334,20 @@ def load_limits(path: Path) -> Limits:
         )
     if data.parameters or data.studies:
         raise InputError(f"{path}: found parameters and operability; expected a file for each.")
-    case = load_case(path.parent / data.case, fixed_settings(data))
+    case = load_case(path.parent / data.case, sweep.fixed_settings(data))
     scene = prepare_scene(case)
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     with locating_in(path):
-        units = check_figures(path, [scene], figures)
-        check_units(path, data.bounds(), units)
+        units = sweep.check_figures(path, [scene], figures)
+        sweep.check_units(path, data.bounds(), units)
     limits = tuple(criterion.limit.value for criterion in data.criteria.values())
     criteria = zip(data.criteria.values(), figures, strict=True)
     least = tuple(criterion.is_lower_limit(figure) for criterion, figure in criteria)
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)
     inputs = (path, *case.inputs(), *files)
-    made_with = settings_with(data, case)
+    made_with = sweep.settings_with(data, case)
     wanted = data.operability
     return Limits(path, scene, data, wanted, figures, limits, least, units, inputs, made_with)
 
@@ -454,7 +448,8 @@ class _LimitTable:
 
         def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
             scenes = [
-                in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s]) for h, s in runs
+                scene_in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s])
+                for h, s in runs
             ]
             return study.limits_hold(*trials.values(scenes))
 

@@ -20,7 +20,7 @@ from hydrosim.compile.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Scene, SecondOrder
 from hydrosim.statistics.gaussian import LEVEL_RANGE, Excursions, find_excursions
-from hydrosim.study.seas import Sea, in_sea
+from hydrosim.study.seas import Sea, scene_in_sea
 from hydrosim.water.components import sea as drawn
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Spectral:
     ) -> float:
         """The significant height [m] up to which a ``figure`` stays within its ``limit`` with this
         probability, infinite where waves do not move it; 0 if it never does."""
-        (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
+        (waves,) = drawn(scene_in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
         name, body, dof = figure.channel.split(".")
         names = [body.name for body in self.scene.bodies]
         order = DERIVATIVE_ORDERS[name]

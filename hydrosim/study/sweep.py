@@ -195,7 +195,7 @@ def _criterion_record(name: str, criterion: Criterion) -> dict[str, Any]:
         "limit": criterion.limit.value,
         "source": criterion.source,
         "at_least": criterion.is_lower_limit(figure),
-        "never_is_late": figure.late_if_missing,
+        "never_is_late": figure.is_late_if_missing,
     }
 
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from hydrosim.scene import SecondOrder
 from hydrosim.water.body import WaveBody, turned_bodies
-from hydrosim.water.displaced_loads import waves_follow
+from hydrosim.water.displaced_loads import is_followed_by_waves
 from hydrosim.water.loads import SpectralLines, WaveLoads, add_sum, time_grid
-from hydrosim.water.quadratic_loads import moves_second_order
+from hydrosim.water.quadratic_loads import has_moving_second_order
 from hydrosim.water.second_order import (
     Factors,
     QuadraticFunctions,
@@ -86,7 +86,11 @@ def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLi
     locked DOFs, where none are asked for, and where waves follow the body (`FollowingLoads`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
-        if body.database is not None and body.wave_forces.first_order and not waves_follow(body):
+        if (
+            body.database is not None
+            and body.wave_forces.first_order
+            and not is_followed_by_waves(body)
+        ):
             transfer = excitation_at(body.database, body.relative_waves(waves).heading, waves.omega)
             elevation = waves.amplitudes_at(*body.location)[:, None]
             total[:, _dofs_of_body(body)] = elevation * body.in_earth_axes(transfer) * body.active
@@ -98,7 +102,9 @@ def second_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> list[Spec
     none where none are asked for, and where the waves follow the body (`quadratic_loads`)."""
     lines = []
     for body in bodies:
-        if body.database is not None and not (waves_follow(body) and moves_second_order(body)):
+        if body.database is not None and not (
+            is_followed_by_waves(body) and has_moving_second_order(body)
+        ):
             for body_lines in _second_order(waves, body, body.database):
                 load = np.where(body.active, body.in_earth_axes(body_lines.amplitude), 0.0)
                 lines.append(SpectralLines(body_lines.omega, load, body.offset))

@@ -50,15 +50,15 @@ from hydrosim.water.quadratic_loads import (
     fill_load_factors,
     forms_model,
     has_forms,
+    has_moving_second_order,
     join_once,
-    moves_second_order,
     new_filtered,
 )
 from hydrosim.water.transfer import (
     FrequencyNodes,
     NodeSpan,
     TransferFunctions,
-    all_round,
+    has_headings_around,
     nodes_model,
     span_of,
     transfer_table,
@@ -99,7 +99,7 @@ def reference_positions(scene: Scene, body: Body, database: TransferFunctions | 
     chosen = chosen_places(scene, body)
     asked = body.wave_forces
     wanted = {asked.headings, asked.position} & {Place.SLOW, Place.INSTANTANEOUS}
-    if wanted or database is None or all_round(database):
+    if wanted or database is None or has_headings_around(database):
         return chosen
     return replace(chosen, headings=Place.MEAN, position=Place.MEAN)
 
@@ -115,10 +115,10 @@ def met_by_waves(scene: Scene, databases: Mapping[str, TransferFunctions]) -> di
 def slow_bodies(scene: Scene, met: Mapping[str, WaveForces]) -> list[str]:
     """Names of the bodies whose slow motion the waves follow. ``met`` has the `reference_positions`
     of all."""
-    return [body.name for body in scene.bodies if _follows_slowly(scene, body, met[body.name])]
+    return [body.name for body in scene.bodies if _is_followed_slowly(scene, body, met[body.name])]
 
 
-def _follows_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
+def _is_followed_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
     loaded = body.hydrodynamics is not None and met.has_loads and bool(scene.environment.waves)
     return loaded and Place.SLOW in (met.position, met.headings)
 
@@ -246,7 +246,7 @@ class _Part(NamedTuple):
         return body_bands(body, seas, self.waves, self.forms, self.frequency, nodes, span, missed)
 
 
-def waves_follow(body: WaveBody) -> bool:
+def is_followed_by_waves(body: WaveBody) -> bool:
     """True if the waves follow the body."""
     asked = body.wave_forces
     moving = {Place.SLOW, Place.INSTANTANEOUS} & {asked.position, asked.headings}
@@ -255,7 +255,7 @@ def waves_follow(body: WaveBody) -> bool:
 
 def is_slow(body: WaveBody) -> bool:
     """True if the waves follow the slow motion of the body."""
-    return waves_follow(body) and Place.SLOW in (
+    return is_followed_by_waves(body) and Place.SLOW in (
         body.wave_forces.position,
         body.wave_forces.headings,
     )
@@ -270,7 +270,7 @@ def following_model(
     """The waves of all ``seas`` on the bodies that they follow. A slow path is renewed after each
     ``block`` [s]. Its loads are interpolated with an error of ``missed`` of the sea's standard
     deviation."""
-    chosen = [body for body in bodies if waves_follow(body)] if seas else []
+    chosen = [body for body in bodies if is_followed_by_waves(body)] if seas else []
     parts = [
         _part_of_body(seas, body, body.database) for body in chosen if body.database is not None
     ]
@@ -343,7 +343,7 @@ def _part_of_body(
     size = np.abs(elevation)
     first = (columns[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
     loaded = (size > NEGLIGIBLE_WAVE_RATIO * size.max(initial=0.0)) & (
-        first | moves_second_order(body)
+        first | has_moving_second_order(body)
     )
     order = np.lexsort((columns[0], _heading_numbers(columns[2]), sea))
     order = order[loaded[order]]

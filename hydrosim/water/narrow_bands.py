@@ -38,7 +38,7 @@ from hydrosim.water.quadratic_loads import (
     BodyForms,
     Waves,
     cells_of,
-    moves_second_order,
+    has_moving_second_order,
 )
 from hydrosim.water.transfer import (
     MAX_NODES,
@@ -165,7 +165,7 @@ def _has_bands(body: WaveBody) -> bool:
     slow = Place.INSTANTANEOUS not in (wanted.position, wanted.headings)
     without_bands = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT)
     second = wanted.second_order in without_bands and not wanted.sum_frequency
-    return slow and not np.any(body.centre[:2]) and (second or not moves_second_order(body))
+    return slow and not np.any(body.centre[:2]) and (second or not has_moving_second_order(body))
 
 
 def _are_regular(waves: Waves, w: np.ndarray) -> bool:
@@ -502,7 +502,7 @@ def _add_two(first, near, second, far, out):
 
 
 @root
-def follow_path(k, t, middle, apart, path, p, work):
+def interpolate_path(k, t, middle, apart, path, p, work):
     """Envelopes of a body that drifts, at `STENCIL_POINTS` times ``apart``, from t on. The block is
     about the time ``middle``; ``path`` has the displacement at t and the velocity."""
     bands = p.bands
@@ -548,7 +548,7 @@ def find_phases(k, t, interval, path, bands, work):
 def add_bands(k, t, part, sample, p, work, first, second):
     """Add the loads of both orders at the time t on the k-th body to ``first`` and ``second`` (6,),
     in heading axes; ``part`` is the fraction of the way between the loads at the two yaws. The time
-    is ``sample`` samples behind the first one of `follow_path`."""
+    is ``sample`` samples behind the first one of `interpolate_path`."""
     bands = p.bands
     drifts = has_nodes(k, p.gathered)
     start = bands.span[bands.sets[k]]

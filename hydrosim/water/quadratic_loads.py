@@ -28,9 +28,9 @@ from hydrosim.scene import Place, SecondOrder, WaveForces
 from hydrosim.water.loads import lagrange, rise
 from hydrosim.water.second_order import (
     QuadraticFunctions,
+    has_qtf_around,
     newman,
     newman_square_root,
-    qtf_all_round,
     turned_qtf,
 )
 from hydrosim.water.transfer import drift_above, drift_table
@@ -134,14 +134,14 @@ class Waves(NamedTuple):
     ramp: np.ndarray
 
 
-def moves_second_order(body: WaveBody) -> bool:
+def has_moving_second_order(body: WaveBody) -> bool:
     """True if second-order loads move with a body that the waves follow."""
     wanted = body.wave_forces
     second = wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
     return body.database is not None and second and not _is_fixed(wanted, body.database)
 
 
-def second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bool:
+def uses_second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bool:
     """True if second-order loads on a turning body are those of its heading at rest."""
     second = wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
     return second and (wanted.headings == Place.MEAN or _is_fixed(wanted, database))
@@ -150,13 +150,13 @@ def second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bo
 def _is_fixed(wanted: WaveForces, database: QuadraticFunctions) -> bool:
     """True if the loads are known for a few headings only, as QTFs may be."""
     quadratic = wanted.second_order == SecondOrder.QTF or wanted.sum_frequency
-    return quadratic and not qtf_all_round(database)
+    return quadratic and not has_qtf_around(database)
 
 
 def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms:
     """The forms of a body in these waves of complex ``elevation`` (nw,) at its position at rest."""
     database = body.database
-    if database is None or not moves_second_order(body):
+    if database is None or not has_moving_second_order(body):
         return BodyForms(elevation, [], no_drift(waves.omega.size))
     wanted = body.wave_forces.second_order
     forms: list[QuadraticForm] = []

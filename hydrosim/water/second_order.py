@@ -58,7 +58,7 @@ from hydrosim.water.transfer import (
     NOISE,
     TransferFunctions,
     angle_between,
-    evenly_round,
+    are_evenly_spaced,
     heading_weights,
     mean_drift_at,
 )
@@ -216,14 +216,14 @@ def sum_factors(database: QuadraticFunctions, waves: WaveComponents) -> Factors:
     return _factors_of_database(database, waves, "qtf_sum")
 
 
-def separate_headings(database: QuadraticFunctions, waves: WaveComponents) -> bool:
+def has_separate_headings(database: QuadraticFunctions, waves: WaveComponents) -> bool:
     """True if waves of different headings load a body together at first order only."""
     pairs = pairs_of(database)
     nodes = unique_headings(pairs).size
     return unique_headings(waves.heading).size > 1 and len(pairs) < nodes * (nodes + 1) // 2
 
 
-def qtf_all_round(database: QuadraticFunctions) -> bool:
+def has_qtf_around(database: QuadraticFunctions) -> bool:
     """True if any heading has QTFs around it, or the database has no QTF."""
     if database.qtf_heading is None:
         return True
@@ -394,7 +394,7 @@ def turned_qtf(
     headings = sea_headings(database, heading) if blocks is None else unique_headings(heading)
     splines = _splines_over_frequency(np.asarray(database.qtf_frequency), omega)
     nodes = unique_headings(pairs)
-    if blocks is not None and _use_harmonics(nodes.size, headings.size):
+    if blocks is not None and _are_harmonics_fewer(nodes.size, headings.size):
         yield _form_of_harmonics(nodes, blocks, splines, heading, hermitian)
         return
     filters = [
@@ -500,7 +500,7 @@ def _form_of_harmonics(
     return _make_form(filters, core[None], splines)
 
 
-def _use_harmonics(nodes: int, headings: int) -> bool:
+def _are_harmonics_fewer(nodes: int, headings: int) -> bool:
     """True if harmonics of the heading need fewer filters than the headings of the sea one by
     one."""
     return (2 * nodes + 1) * headings**2 > nodes**2 and headings > 1
@@ -508,13 +508,13 @@ def _use_harmonics(nodes: int, headings: int) -> bool:
 
 def _sample_angles(nodes: np.ndarray, degree: int) -> np.ndarray:
     """Angles round the circle that determine a trigonometric polynomial of this degree."""
-    count = 2 * degree + 1 if evenly_round(nodes) else 2 * SAMPLES_PER_HEADING * degree + 1
+    count = 2 * degree + 1 if are_evenly_spaced(nodes) else 2 * SAMPLES_PER_HEADING * degree + 1
     return 2.0 * np.pi / count * np.arange(count)
 
 
 def _heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray:
     weights = heading_weights(nodes, heading)
-    assert weights is not None  # `qtf_all_round`
+    assert weights is not None  # `has_qtf_around`
     return weights
 
 

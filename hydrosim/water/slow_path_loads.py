@@ -33,6 +33,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.jit.kernels import assign, clear, kernel, root
+from hydrosim.water import quadratic_loads
 from hydrosim.water.displaced_loads import (
     STATES_PER_FOLLOWED_BODY,
     FollowingLoads,
@@ -45,19 +46,12 @@ from hydrosim.water.narrow_bands import (
     add_bands,
     add_waves,
     find_phases,
-    follow_path,
     has_bands,
+    interpolate_path,
     new_band_sums,
     rotate_phase,
     turn_phases,
     weigh_bands,
-)
-from hydrosim.water.quadratic_loads import (
-    Filtered,
-    add_forms,
-    fill_load_factors,
-    has_forms,
-    new_filtered,
 )
 from hydrosim.water.transfer import has_nodes
 
@@ -88,7 +82,7 @@ class SlowBlock(NamedTuple):
     waves: np.ndarray
     ends: np.ndarray
     cell: np.ndarray
-    filtered: Filtered
+    filtered: quadratic_loads.Filtered
     bands: BandSums
     path: np.ndarray
     steady: np.ndarray
@@ -108,7 +102,7 @@ def new_block(p: FollowingLoads) -> SlowBlock:
         np.zeros((4, most)),
         np.zeros((24, most)),
         np.zeros((2, 2, 6), complex),
-        new_filtered(p.second, p.offset),
+        quadratic_loads.new_filtered(p.second, p.offset),
         new_band_sums(p.body.size, p.bands, p.gathered),
         np.zeros(4),
         np.zeros((slow, p.rows, 2, 6)),
@@ -225,7 +219,7 @@ def _sum_bands(k, y, p, block):
     samples = (STENCIL_POINTS - 1) / (p.rows - 1)
     if has_nodes(k, p.gathered):
         middle = begin + p.block / 2.0
-        follow_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
+        interpolate_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
     find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
@@ -297,10 +291,10 @@ def _sum_waves(k, y, p, block):
     waves = block.waves
     loads_at_heading(k, _yaw_on_path(k, 0.0, y, p), p, block.cell, block.ends[:12])
     loads_at_heading(k, _yaw_on_path(k, p.block, y, p), p, block.cell, block.ends[12:])
-    second = has_forms(k, p.second)
+    second = quadratic_loads.has_forms(k, p.second)
     if second:
-        fill_load_factors(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.filtered)
-        fill_load_factors(k, _yaw_on_path(k, p.block, y, p), 1, p, block.filtered)
+        quadratic_loads.fill_load_factors(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.filtered)
+        quadratic_loads.fill_load_factors(k, _yaw_on_path(k, p.block, y, p), 1, p, block.filtered)
     _find_waves(k, block.first[k] * p.row_step, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]
@@ -316,8 +310,8 @@ def _sum_waves(k, y, p, block):
         other = block.rows[k, r, 1]
         clear(other)
         if second:
-            add_forms(k, t, 0, 1.0 - part, waves, p.second, block.filtered, other)
-            add_forms(k, t, 1, part, waves, p.second, block.filtered, other)
+            quadratic_loads.add_forms(k, t, 0, 1.0 - part, waves, p.second, block.filtered, other)
+            quadratic_loads.add_forms(k, t, 1, part, waves, p.second, block.filtered, other)
         count = p.offset[k + 1] - start
         rotate_phase(waves[2, :count], waves[3, :count], waves[0, :count], waves[1, :count])
 

@@ -140,7 +140,7 @@ def lagrange_weights(nodes: np.ndarray, omega: np.ndarray) -> np.ndarray:
 def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) -> FrequencyNodes:
     """The nodes of all bodies as arrays; a body that is not summed by nodes has no sets."""
     sets = [node_set for body_sets in bodies for node_set in body_sets]
-    at = [_share_places(body_sets) for body_sets in bodies]
+    at = [_share_layout(body_sets) for body_sets in bodies]
 
     def join_arrays(arrays: Sequence[np.ndarray], kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(array.ravel() for array in arrays)])
@@ -175,7 +175,7 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) 
     )
 
 
-def _share_places(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _share_layout(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of all shares of a body: its node, where its first sample is, and the bands of its set."""
     places = [np.zeros((3, 0), np.int64)]
     nodes = 0
@@ -454,7 +454,7 @@ def _largest_values(values: np.ndarray) -> np.ndarray:
     return np.repeat(np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1), 3)
 
 
-def all_round(database: TransferFunctions) -> bool:
+def has_headings_around(database: TransferFunctions) -> bool:
     """True if any heading has headings of the database around it."""
     every = np.radians(np.arange(0.0, 360.0, 5.0))
     return database.heading.size > 0 and heading_weights(database.heading, every) is not None
@@ -563,7 +563,7 @@ def _weights_between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) ->
     return np.asarray(CubicSpline(np.append(angle, _TURN), nodes, bc_type="periodic")(x))
 
 
-def evenly_round(nodes: np.ndarray) -> bool:
+def are_evenly_spaced(nodes: np.ndarray) -> bool:
     """True if headings are evenly spaced round the circle. Values between them then follow from a
     trigonometric polynomial."""
     _, angle = _round_the_circle(nodes)

@@ -507,7 +507,7 @@ def test_the_roll_beside_sloshing_is_that_of_the_linear_analysis() -> None:
     waves = (replace(scene.environment.waves[0], spectrum=RegularWave(1.0, 15.0)),)
     scene = replace(scene, environment=replace(scene.environment, waves=waves))
     (text,) = asked_of(scene, Question.SLOSHING)
-    (roll,) = (mode for mode in responder(scene).modes() if mode.dof == "roll")
+    (roll,) = (mode for mode in responder(scene).natural_modes() if mode.dof == "roll")
     assert roll.natural_period > 14.0
     assert f"a roll of about {roll.natural_period:.3g} s" in text
 

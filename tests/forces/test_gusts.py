@@ -30,7 +30,7 @@ from hydrosim.scene import (
     WindLaw,
     WindProfile,
 )
-from hydrosim.study.seas import Sea, in_sea
+from hydrosim.study.seas import Sea, scene_in_sea
 from hydrosim.study.sweep import scenes_with_seeds
 from hydrosim.water.components import GUSTS, phases
 from hydrosim.water.wind import (
@@ -326,7 +326,7 @@ def test_seeds_of_studies_draw_gusts_too() -> None:
     train = WaveTrain(hs.scene.Jonswap(2.0, 8.0))
     water = replace(gusty(), waves=(train,))
     still = moored(water)
-    for one in (scenes_with_seeds(still, [7])[0], in_sea(still, Sea(8.0, 0.0), 2.0, 7)):
+    for one in (scenes_with_seeds(still, [7])[0], scene_in_sea(still, Sea(8.0, 0.0), 2.0, 7)):
         assert one.environment.seeds == [7, 7]
     known = replace(still, environment=water.with_seed(5)).environment.without_waves()
     assert known == water.without_waves()

@@ -16,8 +16,8 @@ from hydrosim.report.charts import pictures
 from hydrosim.report.charts.panels import (
     PictureFrame,
     TimeWindow,
-    bands,
     lines,
+    mode_strips,
     picture,
     thin_records,
 )
@@ -165,7 +165,7 @@ def test_the_crawl_starts_with_the_first_contact_and_keeps_still_while_open() ->
 
 def test_bands_share_their_height_as_the_modes_share_the_time() -> None:
     modes = np.repeat([0, 1, 2, 1], 40)
-    figure = picture([bands(np.arange(160.0), {"deck 1": modes})], "")
+    figure = picture([mode_strips(np.arange(160.0), {"deck 1": modes})], "")
     assert legend(figure, 0) == ["slip", "stick", "open"]
     steps = (patch.get_data() for patch in figure.axes[0].patches)
     area = {

@@ -10,7 +10,7 @@ from known_qtf import FREQUENCY, difference, with_qtf
 from hydrosim.database.readers.assembly import Pairs, quadratic
 from hydrosim.errors import InputError
 from hydrosim.water.components import WaveComponents
-from hydrosim.water.second_order import difference_factors, separate_headings, sum_factors
+from hydrosim.water.second_order import difference_factors, has_separate_headings, sum_factors
 
 W = np.array([0.41, 0.55, 0.83, 1.17])
 
@@ -54,14 +54,14 @@ def test_pairs_of_headings_either_way_round() -> None:
     exact = np.array([[difference(W[i], W[j], b[i], b[j]) for j in range(4)] for i in range(4)])
     for pairs in ([(0.0, 0.0), (0.0, 0.5), (0.5, 0.5)], [(0.0, 0.0), (0.5, 0.0), (0.5, 0.5)]):
         database = with_qtf(pairs)
-        assert not separate_headings(database, waves)
+        assert not has_separate_headings(database, waves)
         np.testing.assert_allclose(found(database, waves), exact, atol=2e-4 * np.abs(exact).max())
 
 
 def test_without_pairs_headings_do_not_interact() -> None:
     waves = waves_to([0.0, 0.5, 0.0, 0.5])
     database = with_qtf([(0.0, 0.0), (0.5, 0.5)])
-    assert separate_headings(database, waves)
+    assert has_separate_headings(database, waves)
     T = found(database, waves)
     apart = waves.heading[:, None] != waves.heading
     assert np.all(T[apart] == 0.0)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class OffsetTable(SchemaModel):
     """A smooth curve through the offsets at some times, which never overshoots."""
 
-    time: Annotated[of.Times, AfterValidator(of.at_least_two)]
+    time: Annotated[of.Times, AfterValidator(of.require_two_entries)]
     """Times that rise, from the start of the run to its end."""
     offset: Annotated[tuple[of.Length, ...], AfterValidator(of.require_entries)]
     """Offset at each time. Equal neighbours are a rest."""
@@ -37,7 +37,7 @@ class OffsetTable(SchemaModel):
 class AngleTable(SchemaModel):
     """A smooth curve through the angles at some times, which never overshoots."""
 
-    time: Annotated[of.Times, AfterValidator(of.at_least_two)]
+    time: Annotated[of.Times, AfterValidator(of.require_two_entries)]
     """Times that rise, from the start of the run to its end."""
     angle: Annotated[tuple[of.Angle, ...], AfterValidator(of.require_entries)]
     """Angle at each time. Equal neighbours are a rest."""

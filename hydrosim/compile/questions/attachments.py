@@ -61,7 +61,7 @@ def ask_about_attachments(about: SceneContext) -> Iterator[Query]:
         size = sizes.get(line.body)
         if isinstance(line, Catenary) and size is not None:
             yield from _ask_about_depth_under_keel(name, line, size)
-            yield from _off_hull(name, line, size)
+            yield from _ask_about_place_off_hull(name, line, size)
 
 
 def _attachment_points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
@@ -104,7 +104,7 @@ def _ask_about_depth_under_keel(name: str, line: Catenary, size: Extents) -> Ite
         yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.2g} m", FRAME)
 
 
-def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
+def _ask_about_place_off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     """Ask about a fairlead of a mooring line far beside a hull, or far above the water."""
     if line.anchor_body is not None or line.anchor[2] >= 0.0:
         return
@@ -202,7 +202,7 @@ def _ask_about_softness(about: SceneContext, line: LineShape, of: Catenary) -> I
     """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
     if of.anchor_body is not None or of.body not in about.derived.databases:
         return
-    weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
+    weight = about.scene.environment.gravity * about.scene.bodies[about.body_numbers[of.body]].mass
     stiffness = float(line.line_pieces["stiffness"].min())
     if stiffness < MIN_STIFFNESS_OVER_WEIGHT * weight:
         found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
@@ -230,7 +230,7 @@ def _ask_about_crossing_under_hull(
     at_keel = of.point[2] < size.centre[2] - KEEL * size.draught
     if size.filled < COMPACT or at_keel or np.abs(aside).max() < SIDE_FRACTION:
         return
-    turn = about.motion.rotation[about.index[of.body]]
+    turn = about.motion.rotation[about.body_numbers[of.body]]
     away = turn.T @ np.array([*line.ends.e, 0.0])
     inside = _length_inside(aside, away[:2] / size.half)
     limit = CROSSING * 2.0 * float(size.half.min())

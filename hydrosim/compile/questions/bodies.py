@@ -25,7 +25,7 @@ from hydrosim.elements.damping import QuadraticDamping
 from hydrosim.elements.signal import Harmonic, Signal
 from hydrosim.scene import Body, Question, Weight
 from hydrosim.scene.body import Box
-from hydrosim.tanks.timeline import at_start, body_without, least_moment
+from hydrosim.tanks.timeline import body_without, least_moment, tanks_at_start
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question
 HOPELESS = 10.0  # ratio of mass to displaced mass, or its inverse, that no mooring can hold
@@ -87,7 +87,7 @@ def ask_about_inertia(about: SceneContext) -> Iterator[Query]:
             found_text = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
             usual = "the largest moment of a rigid body is at most the sum of the others"
             yield Query(f"bodies.{body.name}.inertia, radii_of_gyration", found_text, usual)
-        empty = least_moment(body, body_without(body, at_start(body.tanks)).inertia)
+        empty = least_moment(body, body_without(body, tanks_at_start(body.tanks)).inertia)
         if empty <= 0.0 and not body.constant_inertia:
             yield Query(
                 f"bodies.{body.name}.inertia, radii_of_gyration",
@@ -179,7 +179,7 @@ def _static_tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.nd
 
 def ask_about_stability(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that capsize, or whose centre of gravity is a draught above the water."""
-    yield from _high_centres(about)
+    yield from _ask_about_high_centres(about)
     gravity = about.scene.environment.gravity
     for _, body, db in about.afloat():
         stiffness = require_array(db, "hydrostatic_stiffness")
@@ -192,7 +192,7 @@ def ask_about_stability(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
 
 
-def _high_centres(about: SceneContext) -> Iterator[Query]:
+def _ask_about_high_centres(about: SceneContext) -> Iterator[Query]:
     """Ask about closed hulls with a centre of gravity more than a draught above the water."""
     for _, body, db in about.afloat():
         size = extents(body, db)
@@ -426,7 +426,7 @@ def _projected_extents(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centre of a hull's rectangle (2,), and its extent from there in all directions
     `DIRECTION_VECTORS`."""
-    b = about.index[body.name]
+    b = about.body_numbers[body.name]
     R = about.motion.rotation[b]
     middle = (about.centre(b) + R @ size.centre)[:2]
     return middle, np.abs(DIRECTION_VECTORS @ R[:2, :2]) @ size.half

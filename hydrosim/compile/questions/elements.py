@@ -51,15 +51,15 @@ SHARED_LOAD_COSINE = 0.7  # cosine of the largest angle between normals of fende
 
 def ask_about_bending(about: SceneContext) -> Iterator[Query]:
     """Ask about the bending stiffness of lines in files of other programs."""
-    yield from _left_out(about, Question.BENDING)
+    yield from _ask_about_omitted_entries(about, Question.BENDING)
 
 
 def ask_about_files(about: SceneContext) -> Iterator[Query]:
     """Tell what else files of other programs say and the scene has not."""
-    yield from _left_out(about, Question.FILES)
+    yield from _ask_about_omitted_entries(about, Question.FILES)
 
 
-def _left_out(about: SceneContext, question: Question) -> Iterator[Query]:
+def _ask_about_omitted_entries(about: SceneContext, question: Question) -> Iterator[Query]:
     for element in about.scene.forces.values():
         for entry in element.left_out if isinstance(element, Catenary) else ():
             if entry.question is question:
@@ -106,12 +106,14 @@ def _ask_about_compression_by_weight(
     about: SceneContext, name: str, fender: Contact, stiffness: float
 ) -> Iterator[Query]:
     """Ask about dry bodies whose weight alone compresses the fenders below them by metres."""
-    body = about.scene.bodies[about.index[fender.body]]
+    body = about.scene.bodies[about.body_numbers[fender.body]]
     normal = np.array(fender.planes()[0].normal, float)
     upward = normal[2] / np.linalg.norm(normal)
     dry = body.name not in about.derived.databases
     hangs = any(
-        element.body == body.name and element.supports_weight() and not isinstance(element, Contact)
+        element.body == body.name
+        and element.can_carry_weight()
+        and not isinstance(element, Contact)
         for element in about.scene.forces.values()
     )
     if body.weight != Weight.CARRIED or not dry or hangs or upward < SHARED_LOAD_COSINE:
@@ -166,10 +168,10 @@ def ask_about_friction(about: SceneContext) -> Iterator[Query]:
             usual = "usual is 0.05 to 0.8: greased steel has 0.1, PTFE 0.04"
             yield Query(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
         if isinstance(fender, Contact) and isinstance(law, StickSlip) and largest <= ROUGHEST:
-            yield from _friction_stiffness(about, name, fender, law)
+            yield from _ask_about_friction_stiffness(about, name, fender, law)
 
 
-def _friction_stiffness(
+def _ask_about_friction_stiffness(
     about: SceneContext, name: str, fender: Contact, law: StickSlip
 ) -> Iterator[Query]:
     """Ask about the tangential stiffness of a fender, at the load of a body at berthing speed."""
@@ -195,10 +197,10 @@ def ask_about_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about damping ratios above critical, about decay tests that are not of this body, and
     about drag of another size."""
     yield from ask_about_drag(about)
-    yield from _roll_damping(about)
-    yield from _linear_damping(about)
-    yield from _roll_forms(about)
-    yield from _fender_damping(about)
+    yield from _ask_about_roll_damping(about)
+    yield from _ask_about_linear_damping(about)
+    yield from _ask_about_roll_forms(about)
+    yield from _ask_about_fender_damping(about)
     for name, element in about.scene.forces.items():
         if not isinstance(element, LinearMooring | LinearDamping) or element.damping_ratio is None:
             continue
@@ -213,7 +215,7 @@ def ask_about_damping(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
 
 
-def _linear_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_linear_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about linear damping far below or above critical, where hydrostatics or moorings restore
     a body."""
     wet = {body.name: (i, body, db) for i, body, db in about.afloat()}
@@ -223,7 +225,9 @@ def _linear_damping(about: SceneContext) -> Iterator[Query]:
         i, body, db = wet[of.body]
         restored = list(natural_inertias(about, i, body, db))
         unrestored = {*DOFS[:2]} - {dof for dof, _, _ in restored}
-        yield from _slow_damping(about, name, of.damping, body, extents(body, db), unrestored)
+        yield from _ask_about_slow_damping(
+            about, name, of.damping, body, extents(body, db), unrestored
+        )
         for dof, inertia, period in restored:
             damping = float(of.damping[DOFS.index(dof), DOFS.index(dof)])
             ratio = damping * period / (4.0 * np.pi * inertia)
@@ -234,7 +238,7 @@ def _linear_damping(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Check its unit.")
 
 
-def _roll_forms(about: SceneContext) -> Iterator[Query]:
+def _ask_about_roll_forms(about: SceneContext) -> Iterator[Query]:
     """Ask about dimensions of a barge, for its roll damping, that its hull has not."""
     sizes = {body.name: extents(body, db) for _, body, db in about.afloat()}
     for name, of in about.scene.forces.items():
@@ -254,7 +258,7 @@ def _roll_forms(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.ikeda.{key}", found_text, usual)
 
 
-def _fender_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_fender_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about dampers of contacts that are far above critical."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Contact) or not isinstance(of.normal, NormalCurve):
@@ -273,7 +277,7 @@ def _fender_damping(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.{key}", text, usual, "Check its unit.")
 
 
-def _slow_damping(
+def _ask_about_slow_damping(
     about: SceneContext,
     name: str,
     matrix: np.ndarray,
@@ -296,7 +300,7 @@ def _slow_damping(
             yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Is it in kN s/m?")
 
 
-def _roll_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_roll_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
     rolling = ROLLS.constants_in(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
@@ -363,8 +367,8 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
-        yield from _plane_inside(name, fender, sizes)
-        normal = _normal_in_motion(about.motion, about.index, fender)
+        yield from _ask_about_plane_inside(name, fender, sizes)
+        normal = _normal_in_motion(about.motion, about.body_numbers, fender)
         deep = np.array([_distance_inside(size, point, normal) for point in fender.points])
         worst = int(np.argmax(deep))
         if deep[worst] > 0.0:
@@ -379,7 +383,7 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
 
 
-def _plane_inside(
+def _ask_about_plane_inside(
     name: str, fender: Fender, sizes: Mapping[str, Extents | None]
 ) -> Iterator[Query]:
     """Ask about a plane at the other side of the hull that it is fixed to."""

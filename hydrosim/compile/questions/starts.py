@@ -93,7 +93,7 @@ def ask_about_speed(about: SceneContext) -> Iterator[Query]:
             key, usual = f"bodies.{body.name}.initial.velocity", f"usual is up to {FASTEST:g} m/s"
             yield Query(key, f"{fastest:g} m/s", usual)
     for branch in arrangement(about.scene).branches:
-        b = about.index[branch.child]
+        b = about.body_numbers[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
         if fastest > FASTEST and any(
             resistance.velocity for resistance in branch.joint.resistances
@@ -105,7 +105,7 @@ def ask_about_speed(about: SceneContext) -> Iterator[Query]:
 def ask_about_overlap(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points deep behind their planes, and joints far beyond their stops, at the
     start."""
-    yield from _pressed_stops(about)
+    yield from _ask_about_pressed_stops(about)
     for name, fender, deep in _fender_starts(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > MAX_START_COMPRESSION_M:
@@ -118,7 +118,7 @@ def ask_about_overlap(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}", found_text, usual, advice)
 
 
-def _pressed_stops(about: SceneContext) -> Iterator[Query]:
+def _ask_about_pressed_stops(about: SceneContext) -> Iterator[Query]:
     bodies = about.model.bodies
     n = bodies.active.size
     places = iter(about.state.y[n - bodies.tree.coordinates : n])
@@ -148,7 +148,7 @@ def _degrees_text(angle: float) -> str:
 def ask_about_planes(about: SceneContext) -> Iterator[Query]:
     """Ask about planes with their body on the wrong side."""
     for name, fender, deep in _fender_starts(about):
-        here = about.centre(about.index[fender.body])
+        here = about.centre(about.body_numbers[fender.body])
         behind = _depth_inside_plane(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
             found_text = (
@@ -163,12 +163,12 @@ def ask_about_planes(about: SceneContext) -> Iterator[Query]:
 def ask_about_fall(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that fall by metres before a contact carries them, and about hulls that
     start far above or below their draught."""
-    yield from _off_draught(about)
+    yield from _ask_about_draught_at_start(about)
     acting = about.scene.forces.values()
     held = {
         element.body
         for element in acting
-        if element.supports_weight() and not _can_carry_body(element)
+        if element.can_carry_weight() and not _can_carry_body(element)
     }
     carried = arrangement(about.scene).children
     deepest: dict[str, float] = {}
@@ -190,7 +190,7 @@ def ask_about_fall(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _off_draught(about: SceneContext) -> Iterator[Query]:
+def _ask_about_draught_at_start(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls with linear hydrostatics that start out of the water, or as deep again."""
     for _, body, db in about.afloat():
         size = extents(body, db) if body.hydrostatics is None else None
@@ -301,7 +301,7 @@ def _fender_starts(about: SceneContext) -> Iterator[tuple[str, Contact, np.ndarr
     """Fenders with the compressions (n,) of their points at the start."""
     for name, fender in about.scene.forces.items():
         if isinstance(fender, Contact):
-            b = about.index[fender.body]
+            b = about.body_numbers[fender.body]
             places = [_place_at_start(about, b, point) for point in np.asarray(fender.points)]
             pairs = zip(fender.planes(), places, strict=True)
             deep = [_depth_inside_plane(about, plane, place) for plane, place in pairs]
@@ -317,7 +317,7 @@ def _depth_inside_plane(about: SceneContext, plane: Plane, place: np.ndarray) ->
     """Distance of a ``place`` behind a plane [m]."""
     normal, point = np.array(plane.normal, float), np.array(plane.point, float)
     if plane.body is not None:
-        b = about.index[plane.body]
+        b = about.body_numbers[plane.body]
         normal, point = about.motion.rotation[b] @ normal, _place_at_start(about, b, point)
     return float(normal @ (point - place) / np.linalg.norm(normal))
 

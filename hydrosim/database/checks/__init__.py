@@ -60,7 +60,7 @@ def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
     return [*order, *(order_check(db, use) for order_check in CHECKS[len(ORDER_CHECKS) :])]
 
 
-def in_order(db: HydroDatabase) -> HydroDatabase:
+def require_ascending(db: HydroDatabase) -> HydroDatabase:
     """Return the database. Raises `InputError` if frequencies or headings are out of order."""
     refuse_database(db, [order_check(db) for order_check in ORDER_CHECKS])
     return db

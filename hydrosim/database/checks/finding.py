@@ -142,7 +142,7 @@ class LeftOut(Exception):
     """Raised if the figure cannot be computed for this database; the message is the reason."""
 
 
-def proves_always(db: HydroDatabase) -> bool:
+def is_always_proof(db: HydroDatabase) -> bool:
     """Default: the figure is a proof in any database."""
     return True
 
@@ -168,7 +168,7 @@ class Check:
     of: frozenset[CheckSubject]
     refusal: float = np.inf
     needs: tuple[str, ...] = ()
-    proves: Callable[[HydroDatabase], bool] = proves_always
+    proves: Callable[[HydroDatabase], bool] = is_always_proof
     of_all: bool = False
     cause: Callable[[HydroDatabase], str] = no_cause
 

@@ -29,7 +29,13 @@ from hydrosim.database.checks.finding import (
     reaches_long_waves,
 )
 from hydrosim.database.checks.finding import length as sides
-from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
+from hydrosim.database.database import (
+    Complex,
+    HydroDatabase,
+    Real,
+    require_array,
+    select_frequencies,
+)
 from hydrosim.water.spectra import wavenumber
 
 _COUPLED_INERTIA_FRACTION = 0.3
@@ -160,7 +166,7 @@ def _wave_of_loads(db: HydroDatabase) -> _Wave:
 def _moment_errors(db: HydroDatabase) -> RelativeErrors:
     """Errors in the longest wave, and in a shorter one with the phases of the heave load."""
     row = _static_row(db)
-    shorter = of_frequencies(db, np.arange(db.frequency.size) == row)
+    shorter = select_frequencies(db, np.arange(db.frequency.size) == row)
     longest, other = _moments_in(db), _moments_in(_with_heave_in_phase(shorter))
     relative, size = (np.full((row + 1, *longest.relative.shape[1:]), np.nan) for _ in range(2))
     for k, errors in ((row, other), (0, longest)):

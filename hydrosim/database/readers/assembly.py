@@ -35,7 +35,7 @@ def invertible_quotient(value: Real, factor: Real | float) -> Real:
     return bitwise_inverse(lambda x: x * factor, value / factor, value)
 
 
-def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:
+def are_bodies_symmetric(added_mass: Real, heading: Real, excitation: Complex) -> bool:
     """Whether each body is symmetric about y = 0, as far as the coefficients show. Then surge,
     heave and pitch do not couple with sway, roll and yaw, and waves along x excite only the
     former."""
@@ -156,7 +156,7 @@ def assemble(
     infinite frequency separated. Frequencies outside those that are ``used``, see `Given`, are left
     out if they have no numbers. If ``symmetric`` is not given, port-starboard symmetry is
     determined from the coefficients. Other fields are passed on unchanged."""
-    omega, fields = without_unused(omega, fields, used)
+    omega, fields = drop_unused_frequencies(omega, fields, used)
     rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
     if rows.size == 0:
@@ -183,11 +183,11 @@ def assemble(
     if symmetric is not None:
         return db
     with np.errstate(all="ignore"):  # without added mass
-        seen = mirror_image(db.added_mass, db.heading, db.excitation)
+        seen = are_bodies_symmetric(db.added_mass, db.heading, db.excitation)
     return replace(db, port_starboard_symmetric=seen)
 
 
-def without_unused(
+def drop_unused_frequencies(
     omega: Real, fields: Mapping[str, Any], used: tuple[float, float] | None
 ) -> tuple[Real, dict[str, Any]]:
     """Frequencies (nw,) and fields without the rows outside the ``used`` frequencies that have no

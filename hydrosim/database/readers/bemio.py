@@ -29,11 +29,11 @@ import numpy as np
 from hydrosim.database.changes import move_reference
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 from hydrosim.database.readers.assembly import (
+    are_bodies_symmetric,
     bitwise_inverse,
+    drop_unused_frequencies,
     invertible_quotient,
-    mirror_image,
     preferred_drift,
-    without_unused,
 )
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
@@ -283,7 +283,7 @@ def _read_database(source: _Source, given: Given) -> HydroDatabase:
     drift, method = _mean_drift(source, layout)
     symmetric = given.port_starboard_symmetric
     if symmetric is None:
-        symmetric = mirror_image(added_mass, layout.heading, excitation)
+        symmetric = are_bodies_symmetric(added_mass, layout.heading, excitation)
     points, assumed = _read_points(source, given, layout.bodies), ""
     if points["reference_point"] is None:
         points["reference_point"] = points["centre_of_gravity"]
@@ -302,7 +302,9 @@ def _read_database(source: _Source, given: Given) -> HydroDatabase:
         "froude_krylov": _read_loads(source, layout, "excitation/froude-krylov"),
         "mean_drift": drift,
     }
-    frequency, by_frequency = without_unused(layout.frequency, by_frequency, given.frequencies)
+    frequency, by_frequency = drop_unused_frequencies(
+        layout.frequency, by_frequency, given.frequencies
+    )
     return HydroDatabase(
         source=str(source.path),
         frequency=frequency,

@@ -86,7 +86,7 @@ def read_table(path: Path, columns: tuple[int, ...]) -> NumberTable:
     values, numbers = array("d"), array("q")
     for number, line in enumerate(_read_lines(path), 1):
         tokens = _split_tokens(line)
-        if not tokens or (not numbers and _is_heading(tokens)):
+        if not tokens or (not numbers and _is_header_line(tokens)):
             continue
         row = _read_row(path, number, tokens, columns)
         values.extend(row + [math.nan] * (width - len(row)))
@@ -132,7 +132,7 @@ def _split_tokens(line: str) -> list[str]:
     return line.replace(", ", " ").split()
 
 
-def _is_heading(tokens: list[str]) -> bool:
+def _is_header_line(tokens: list[str]) -> bool:
     return 2 * sum(math.isnan(number_in(token)) for token in tokens) > len(tokens)
 
 

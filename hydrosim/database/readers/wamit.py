@@ -26,7 +26,7 @@ import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers import wamit_header
-from hydrosim.database.readers.assembly import mirror_image, preferred_drift
+from hydrosim.database.readers.assembly import are_bodies_symmetric, preferred_drift
 from hydrosim.database.readers.text import Index, NumberTable, read_table
 from hydrosim.database.readers.wamit_writer import write as write
 from hydrosim.errors import InputError
@@ -144,7 +144,7 @@ def _build_database(
     drift, method = _mean_drift(files, units, frequency, heading) if excitation else (None, "")
     symmetric = facts.port_starboard_symmetric
     if symmetric is None:
-        symmetric = mirror_image(added_mass, np.radians(heading), total)
+        symmetric = are_bodies_symmetric(added_mass, np.radians(heading), total)
     remarks = {"assumed": ", ".join(assumed), "mean_drift_method": method}
     return HydroDatabase(
         source=str(path),

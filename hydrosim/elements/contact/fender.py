@@ -474,7 +474,7 @@ def residual_energy(i, modes, contact, p):
 
 
 @kernel
-def stored_in_plane(i, t, y, modes, contact, p):
+def node_energy(i, t, y, modes, contact, p):
     """Energy in the stretched node of point ``i``."""
     k = p.state + CONTACT_STATES * i
     point = p.points[i]
@@ -491,7 +491,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     for i in range(p.points.size):
         contact = geometry.contact_kinematics(p.points[i], bodies, motion)
         row = p.points[i].row
-        stored[row] += stored_in_plane(i, t, y, modes, contact, p)
+        stored[row] += node_energy(i, t, y, modes, contact, p)
         if modes[p.mode + i, MODE] != OPEN:
             stored[row] += stored_along_normal(i, t, y, modes, contact, p)
         else:

@@ -166,7 +166,7 @@ class DrumLoad(NamedTuple):
 
 
 @kernel
-def hold_speed(bound, pull):
+def speed_at_bound(bound, pull):
     """The speed of pay-out that keeps the tension on a ``bound``."""
     if pull.by_speed < 0.0:
         return (bound - pull.still) / pull.by_speed
@@ -180,9 +180,9 @@ def payout_speed(drum, mode, ramp_speed, demand, pull):
     if mode == PRESCRIBED:
         return demand
     if mode == SLIPPING_OUT:
-        return hold_speed(drum.high, pull)
+        return speed_at_bound(drum.high, pull)
     if mode == SLIPPING_IN:
-        return hold_speed(drum.low, pull)
+        return speed_at_bound(drum.low, pull)
     if mode == FAST_OUT:
         return drum.fastest
     if mode == FAST_IN:
@@ -306,7 +306,7 @@ def turning_mode(drum, way, pull, taut, l0):
     jumps = pull.by_speed < 0.0  # then the tension can be on the bound at once
     if not taut or (not jumps and way * (pull.still - bound) > ON_BOUND * drum.tension):
         return fast
-    s = way * hold_speed(bound, pull)
+    s = way * speed_at_bound(bound, pull)
     if s >= drum.fastest:
         return fast
     if s < -AT_REST * drum.fastest:
@@ -376,7 +376,7 @@ def next_mode(drum, mode, taut, w):
         return initial_mode(drum, w.pull, taut, w.length, w.target, w.demand)
     if drum.acceleration > 0.0:
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
-    back = way * hold_speed(_tension_bound(drum, way), w.pull)
+    back = way * speed_at_bound(_tension_bound(drum, way), w.pull)
     if back <= 0.0:
         return STUCK
     return SLIPPING_OUT if way > 0.0 else SLIPPING_IN

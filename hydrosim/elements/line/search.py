@@ -21,19 +21,7 @@ from __future__ import annotations
 from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
-from hydrosim.elements.line.hang import (
-    LineReach,
-    Touchdown,
-    find_touchdown,
-    first_and_stop,
-    hanging_reach,
-    hanging_touchdown,
-    lying_part,
-    pull_at_touchdown,
-    rest_energy,
-    stretch_span,
-    weight_after_piece,
-)
+from hydrosim.elements.line import hang
 from hydrosim.jit.kernels import kernel, root_giving
 
 ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
@@ -128,18 +116,18 @@ def line_reach(line, H, V, lies, ex, ez):
     """Where the line leads from the fairlead: to its other end or, if it ``lies``, to the bed and
     along it."""
     if lies:
-        touch = find_touchdown(line, 1, V)
+        touch = hang.find_touchdown(line, 1, V)
     else:
-        touch = hanging_touchdown(line, 1, V)
-    r = hanging_reach(line, 1, H, V, touch, ex, ez)
+        touch = hang.hanging_touchdown(line, 1, V)
+    r = hang.hanging_reach(line, 1, H, V, touch, ex, ez)
     if touch.hangs:
         return r
-    behind = pull_at_touchdown(line, V, touch)
-    length, stretch, _, live, _, _ = lying_part(line, H, behind, touch)
+    behind = hang.pull_at_touchdown(line, V, touch)
+    length, stretch, _, live, _, _ = hang.lying_part(line, H, behind, touch)
     along = r.along - length * ez * ez / (1.0 + ex) + stretch * ex
     across = r.across - (length + stretch) * ez
     xV = r.xV + line.friction * live
-    return LineReach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
+    return hang.LineReach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
 
 
 @kernel
@@ -149,8 +137,8 @@ def depth_excess(line, f, step, H, V, depth, whole, lies):
     if whole:
         r = line_reach(line, H, V, lies, f.ex, f.ez)
         return f.ez * (r.along + f.short) + f.ex * r.across, r.zV
-    touch = find_touchdown(line, step, V)
-    r = hanging_reach(line, step, H, V, touch, 1.0, 0.0)
+    touch = hang.find_touchdown(line, step, V)
+    r = hang.hanging_reach(line, step, H, V, touch, 1.0, 0.0)
     return r.across - depth, r.zV
 
 
@@ -186,9 +174,9 @@ def find_vertical_pull(line, f, step, H, V, depth, whole, lies):
 @kernel
 def resting_ends(line, H, V, Va):
     """The `LineReach` of both hanging parts of a line that rests on the bed between them."""
-    a = hanging_reach(line, 1, H, V, find_touchdown(line, 1, V), 1.0, 0.0)
-    touch = find_touchdown(line, -1, Va)
-    return a, hanging_reach(line, -1, H, Va, touch, 1.0, 0.0)
+    a = hang.hanging_reach(line, 1, H, V, hang.find_touchdown(line, 1, V), 1.0, 0.0)
+    touch = hang.find_touchdown(line, -1, Va)
+    return a, hang.hanging_reach(line, -1, H, Va, touch, 1.0, 0.0)
 
 
 @kernel
@@ -335,12 +323,12 @@ def lengthen_hanging(line, step, H, V, touch, k):
     end = touch.piece + step
     dx = dz = 0.0
     below = False
-    i, _ = first_and_stop(line, step)
+    i, _ = hang.first_and_stop(line, step)
     while i != end:
         piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
         if below:
-            s = stretch_span(H, V, piece.weight, length, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(H, V, piece.weight, length, piece.stiffness, 1.0, 0.0)
             dx -= line.pieces[k].weight * s.zH
             dz -= line.pieces[k].weight * s.zV
         V -= piece.weight * length
@@ -350,7 +338,7 @@ def lengthen_hanging(line, step, H, V, touch, k):
             dz += V / T + V / piece.stiffness
             below = True
         if i != touch.piece:
-            V -= weight_after_piece(line, i, step)
+            V -= hang.weight_after_piece(line, i, step)
         i += step
     return dx, dz
 
@@ -359,15 +347,15 @@ def lengthen_hanging(line, step, H, V, touch, k):
 def shift_by_length(line, H, V, lies, k):
     """dx/dL, dz/dL at constant H and V of a line that hangs or lies up to its anchor."""
     if lies:
-        touch = find_touchdown(line, 1, V)
+        touch = hang.find_touchdown(line, 1, V)
     else:
-        touch = hanging_touchdown(line, 1, V)
+        touch = hang.hanging_touchdown(line, 1, V)
     dx = dz = 0.0
     if hangs_whole(line, touch, 1, k):
         dx, dz = lengthen_hanging(line, 1, H, V, touch, k)
         if not touch.hangs:
-            behind = pull_at_touchdown(line, V, touch)
-            _, _, _, live, _, _ = lying_part(line, H, behind, touch)
+            behind = hang.pull_at_touchdown(line, V, touch)
+            _, _, _, live, _, _ = hang.lying_part(line, H, behind, touch)
             dx -= line.pieces[k].weight * line.friction * live
         return dx, dz
     low = V
@@ -376,8 +364,8 @@ def shift_by_length(line, H, V, lies, k):
     low -= line.pieces[k].weight * line.pieces[k].length
     dx = 1.0 + max(H + line.friction * low, 0.0) / line.pieces[k].stiffness
     if k + 1 < line.last:
-        rest = Touchdown(k + 1, 0.0, 0.0, 0.0, False)
-        _, _, _, live, _, _ = lying_part(line, H, low - line.pieces[k].hung, rest)
+        rest = hang.Touchdown(k + 1, 0.0, 0.0, 0.0, False)
+        _, _, _, live, _, _ = hang.lying_part(line, H, low - line.pieces[k].hung, rest)
         dx -= line.pieces[k].weight * line.friction * live
     return dx, dz
 
@@ -385,31 +373,31 @@ def shift_by_length(line, H, V, lies, k):
 @kernel
 def lengthen_resting(line, H, pull, k):
     """The same of a line that rests on the bed between two hanging parts."""
-    touch = find_touchdown(line, 1, pull.V)
+    touch = hang.find_touchdown(line, 1, pull.V)
     if hangs_whole(line, touch, 1, k):
         return lengthen_hanging(line, 1, H, pull.V, touch, k)
-    touch = find_touchdown(line, -1, -pull.anchor_V)
+    touch = hang.find_touchdown(line, -1, -pull.anchor_V)
     if not hangs_whole(line, touch, -1, k):
         return 1.0 + H / line.pieces[k].stiffness, 0.0
     dx, dz = lengthen_hanging(line, -1, H, -pull.anchor_V, touch, k)
-    b = hanging_reach(line, -1, H, -pull.anchor_V, touch, 1.0, 0.0)
+    b = hang.hanging_reach(line, -1, H, -pull.anchor_V, touch, 1.0, 0.0)
     return dx - b.zH * dz / b.zV, 0.0
 
 
 @kernel
 def hanging_energy(line, step, H, V, touch, depth):
     """Elastic energy and gravity of a hanging part [J], from its lower end up by ``depth``."""
-    r = hanging_reach(line, step, H, V, touch, 1.0, 0.0)
+    r = hang.hanging_reach(line, step, H, V, touch, 1.0, 0.0)
     energy = H * (r.along + touch.arc) + V * depth
     end = touch.piece + step
-    i, _ = first_and_stop(line, step)
+    i, _ = hang.first_and_stop(line, step)
     while i != end:
         piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
-        energy -= rest_energy(H, V, piece.weight, length, piece.stiffness)
+        energy -= hang.rest_energy(H, V, piece.weight, length, piece.stiffness)
         V -= piece.weight * length
         if i != touch.piece:
-            V -= weight_after_piece(line, i, step)
+            V -= hang.weight_after_piece(line, i, step)
         i += step
     return energy
 
@@ -423,18 +411,18 @@ def stored_energy(line, pull):
     V = pull.V
     lies = is_on_bed(line, f)
     if not lies and pull.touch >= f.length:
-        touch = hanging_touchdown(line, 1, V)
+        touch = hang.hanging_touchdown(line, 1, V)
         return hanging_energy(line, 1, H, V, touch, line.z)
-    touch = find_touchdown(line, 1, V)
+    touch = hang.find_touchdown(line, 1, V)
     if lies:
         energy = hanging_energy(line, 1, H, V, touch, line.z)
         if touch.hangs:
             return energy
-        behind = pull_at_touchdown(line, V, touch)
-        _, _, elastic, _, _, _ = lying_part(line, H, behind, touch)
+        behind = hang.pull_at_touchdown(line, V, touch)
+        _, _, elastic, _, _, _ = hang.lying_part(line, H, behind, touch)
         return energy + elastic
     energy = f.weight * line.bed + hanging_energy(line, 1, H, V, touch, line.z - line.bed)
     a, b = resting_ends(line, H, V, -pull.anchor_V)
-    touch = find_touchdown(line, -1, -pull.anchor_V)
+    touch = hang.find_touchdown(line, -1, -pull.anchor_V)
     energy += hanging_energy(line, -1, H, -pull.anchor_V, touch, -line.bed)
     return energy + 0.5 * H * H * (f.soft - a.soft - b.soft)

@@ -33,17 +33,7 @@ from __future__ import annotations
 from math import inf, isfinite, nan, sqrt
 from typing import NamedTuple
 
-from hydrosim.elements.line.hang import (
-    SuspendedLine,
-    find_touchdown,
-    first_and_stop,
-    hanging_reach,
-    hanging_touchdown,
-    lying_part,
-    pull_at_touchdown,
-    stretch_span,
-    weight_after_piece,
-)
+from hydrosim.elements.line import hang
 from hydrosim.elements.line.search import (
     ON_BED,
     ZERO_DISTANCE,
@@ -75,11 +65,11 @@ def find_profile(line, pull):
     slack = SLACK_CODE if is_slack(f, pull) else 0
     if pull.touch >= f.length:
         return HANGS + slack
-    touch = find_touchdown(line, 1, pull.V)
+    touch = hang.find_touchdown(line, 1, pull.V)
     place = PLACE_CODE * place_of(line, touch, 1)
     if is_on_bed(line, f):
         return LIES + slack + (DEAD_CODE if pull.dead > 0.0 else 0) + place
-    touch = find_touchdown(line, -1, -pull.anchor_V)
+    touch = hang.find_touchdown(line, -1, -pull.anchor_V)
     return RESTS + slack + place + PLACE_CODE * PLACE_CODES * place_of(line, touch, -1)
 
 
@@ -142,15 +132,15 @@ def place_room(line, step, V, place):
         piece = line.first + place // 2
     else:
         piece = line.first + (place + 1) // 2
-    i, _ = first_and_stop(line, step)
+    i, _ = hang.first_and_stop(line, step)
     while i != piece:
         piece_weight = line.pieces[i].weight * line.pieces[i].length
-        V -= piece_weight + weight_after_piece(line, i, step)
+        V -= piece_weight + hang.weight_after_piece(line, i, step)
         i += step
     low = V - line.pieces[piece].weight * line.pieces[piece].length
     if place % 2 == 0:
         return min(V, -low)
-    return min(low, weight_after_piece(line, piece, step) - low)
+    return min(low, hang.weight_after_piece(line, piece, step) - low)
 
 
 @kernel
@@ -176,7 +166,7 @@ def hanging_down(piece, depth):
 @root_giving(float)
 def reach_of_slack(line, f, rests, V):
     """The distance that a line reaches without pull, less x [m]."""
-    smooth = SuspendedLine(
+    smooth = hang.SuspendedLine(
         line.pieces, line.first, line.last, line.x, line.z, line.bed, friction=0.0
     )
     off, _, _, _ = balance_at_pull(smooth, f, not rests, rests, f.least, V, 0.0)
@@ -194,9 +184,9 @@ def lowest_height(line, z, H, V):
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
             part = V / piece.weight
-            s = stretch_span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
             least = min(least, height - s.across)
-        s = stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        s = hang.stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
         height -= s.across
         V = low
         if i + 1 < line.last:
@@ -269,7 +259,11 @@ def solve(line, H, V):
         V = max(f.weight, 0.0)
     if lies or not isfinite(line.bed):
         return hang_or_lie(line, f, lies, H, V)
-    if f.heavy and H > 0.0 and V + guess_below(line.pieces[line.last - 1], H, -line.bed) < f.weight:
+    if (
+        f.heavy
+        and H > 0.0
+        and V + guess_vertical_pull(line.pieces[line.last - 1], H, -line.bed) < f.weight
+    ):
         p = rest_on_bed(line, f, H, V)
         if p.V - p.anchor_V <= f.weight:
             return p
@@ -318,7 +312,7 @@ def hang_or_lie(line, f, lies, H, V):
             has_converged = reason == SOLVED
     if not has_converged and lies and not f.heavy:
         H1, V1, has_converged = search_pull(line, f, False, H, V)
-        has_converged &= hanging_touchdown(line, 1, V1).hangs
+        has_converged &= hang.hanging_touchdown(line, 1, V1).hangs
         has_converged = has_converged and refusal_code(line, f, H1, V1) == SOLVED
     if not has_converged:
         return no_solution(reason)
@@ -343,20 +337,20 @@ def search_pull(line, f, lies, H, V):
 def pull_of(line, f, lies, H, V):
     """The `LinePull` of a line that hangs or ``lies`` from some place on, with H and V."""
     if not lies or f.load == 0.0:
-        end = hanging_touchdown(line, 1, V)
+        end = hang.hanging_touchdown(line, 1, V)
         return LinePull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
-    touch = find_touchdown(line, 1, V)
+    touch = hang.find_touchdown(line, 1, V)
     if touch.hangs:
         return LinePull(H, V, touch.V, H, f.length, 0.0, True, SOLVED)
-    behind = pull_at_touchdown(line, V, touch)
-    _, _, _, _, tension, dead = lying_part(line, H, behind, touch)
+    behind = hang.pull_at_touchdown(line, V, touch)
+    _, _, _, _, tension, dead = hang.lying_part(line, H, behind, touch)
     return LinePull(H, V, 0.0, tension, touch.arc, dead, True, SOLVED)
 
 
 @kernel
 def rest_on_bed(line, f, H, V):
     """The `LinePull` of a line that rests on the bed between two hanging parts."""
-    Va = guess_below(line.pieces[line.last - 1], H, -line.bed)
+    Va = guess_vertical_pull(line.pieces[line.last - 1], H, -line.bed)
     has_converged = False
     if H > 0.0:
         H, V, Va, has_converged = iterate_resting(line, f, H, V, Va)
@@ -364,7 +358,7 @@ def rest_on_bed(line, f, H, V):
         H, V, Va, has_converged = search(line, f, True, True, H, V, Va)
         if not has_converged:
             return no_solution(NO_PULL_FOUND)
-    touch = find_touchdown(line, 1, V)
+    touch = hang.find_touchdown(line, 1, V)
     return LinePull(H, V, -Va, H, touch.arc, 0.0, True, SOLVED)
 
 
@@ -393,7 +387,7 @@ def newton_pull(line, f, lies, H, V):
 
 
 @kernel
-def guess_below(piece, H, depth):
+def guess_vertical_pull(piece, H, depth):
     """V at the upper end of a single piece that comes to lie at ``depth`` below it."""
     H = max(H, 0.0)
     energy = piece.weight * depth
@@ -433,8 +427,8 @@ def iterate_resting(line, f, H, V, Va):
 @kernel
 def refusal_code(line, f, H, V):
     """Why a line of which something floats cannot lie as found: a key of `REASONS`, or 0."""
-    touch = find_touchdown(line, 1, V)
-    r = hanging_reach(line, 1, max(H, f.least), V, touch, 1.0, 0.0)
+    touch = hang.find_touchdown(line, 1, V)
+    r = hang.hanging_reach(line, 1, max(H, f.least), V, touch, 1.0, 0.0)
     if abs(r.across - f.z) > ZERO_DISTANCE * f.length:
         return FLOATS
     for i in range(touch.piece, line.last):
@@ -449,10 +443,10 @@ def refusal_code(line, f, H, V):
         piece = line.pieces[i]
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
-            s = stretch_span(H, V, piece.weight, V / piece.weight, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(H, V, piece.weight, V / piece.weight, piece.stiffness, 1.0, 0.0)
             if height - s.across < 0.0:
                 return TWICE
-        s = stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        s = hang.stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
         height -= s.across
         if height < 0.0:
             return TWICE

@@ -24,8 +24,8 @@ from hydrosim.report.charts.panels import (
     STYLES,
     Panel,
     axis_label,
-    bands,
     lines,
+    mode_strips,
     picture,
     thin_records,
     wrap_title,
@@ -111,7 +111,9 @@ def _contact_panels(run: xr.Dataset, axis: str) -> Iterator[Panel]:
         moved = group_forces.contact_moved.mean("fender")
         moved_by_mode = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
         yield lines(time, f"moved{of}", units.display_unit("m"), moved_by_mode)
-    yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
+    yield mode_strips(
+        time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values}
+    )
 
 
 def _draw_runs(explanations: xr.Dataset, body: str, direction: str, units: Units) -> Figure:

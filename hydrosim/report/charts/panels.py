@@ -116,7 +116,7 @@ def separate_panels(
         yield Panel(partial(_plot_named, time, axis_label(label, shown.unit), line))
 
 
-def bands(time: np.ndarray, modes: Series) -> Panel:
+def mode_strips(time: np.ndarray, modes: Series) -> Panel:
     """A band for each contact point, whose height is divided like the time in each mode."""
     return Panel(
         partial(_plot_bands, time, modes), max(PANEL_HEIGHT_INCH, BAND_HEIGHT_INCH * len(modes))

@@ -29,10 +29,10 @@ from hydrosim.report.charts.panels import (
     Series,
     ShadedPhase,
     TimeWindow,
-    bands,
     coarse,
     lines,
     merge_equal_lines,
+    mode_strips,
     peak,
     picture,
     separate_panels,
@@ -364,7 +364,7 @@ def _clearance_panels(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _mode_panel(run: xr.Dataset) -> Panel:
-    return bands(run.time.values, _lines_of(run.fender_mode, "fender"))
+    return mode_strips(run.time.values, _lines_of(run.fender_mode, "fender"))
 
 
 def _crawl_panels(run: xr.Dataset) -> Iterator[Panel]:

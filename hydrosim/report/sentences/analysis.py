@@ -455,7 +455,7 @@ def _term_cells(name: str, interval: Interval, used: float) -> list[Cell]:
 
 def _undetermined_terms(fit: DecayFit) -> Node:
     """Terms that the records do not tell from zero."""
-    names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).holds_zero]
+    names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).includes_zero]
     if not names:
         return Sentence("The records tell p1, p2 and p3 from zero.", [])
     text = (

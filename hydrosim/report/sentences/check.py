@@ -16,7 +16,7 @@ from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import add_waves, compile_calm, compile_scene
 from hydrosim.compile.compiled import Compiled, Notes, solution
 from hydrosim.compile.drives import drives_of, is_turn, motion_at, sample_times
-from hydrosim.compile.hydrodynamic_groups import in_states
+from hydrosim.compile.hydrodynamic_groups import scene_with_states
 from hydrosim.compile.questions.query import SceneContext, describe_start, extents
 from hydrosim.compile.restart import resumed_state, started_from
 from hydrosim.database.database import HydroDatabase, require_array
@@ -201,7 +201,7 @@ def _floating_row(
     size = extents(body, db)
     stiffness = require_array(db, "hydrostatic_stiffness")
     transverse, longitudinal = (float(stiffness[k, k]) / (body.mass * gravity) for k in (3, 4))
-    height = float(about.centre(about.index[body.name])[2])
+    height = float(about.centre(about.body_numbers[body.name])[2])
     return [
         body.name,
         Value(heading, "rad", 3),
@@ -284,7 +284,7 @@ def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
     empty for other lines."""
     if not isinstance(line, Catenary) or line.anchor_body is not None:
         return ["", ""]
-    b = about.index[line.body]
+    b = about.body_numbers[line.body]
     place = about.centre(b) + about.motion.rotation[b] @ np.array(line.point, float)
     above = about.scene.environment.water_depth + line.anchor[2]
     return [Value(float(place[2]), "m", 3), Value(above, "m", 3) if isfinite(above) else ""]
@@ -302,8 +302,8 @@ def check_document(
     whole_scene = compile_scene(scene, in_plane=True)
     with source_context(scene.places):
         check_criteria(whole_scene)
-    compiled = with_linear_memory(whole_scene)
-    whole = with_linear_memory(whole_scene.whole) if whole_scene.whole else compiled
+    compiled = with_linearisable_memory(whole_scene)
+    whole = with_linearisable_memory(whole_scene.whole) if whole_scene.whole else compiled
     nodes: list[Node] = [*_describe_verdicts(whole_scene, compiled, watch)]
     nodes += _lists({"Waves": whole_scene.notes.seas})
     nodes += describe_floating(whole_scene.whole or whole_scene)
@@ -465,11 +465,11 @@ def _step_texts(whole: Compiled, compiled: Compiled) -> Iterator[str]:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
 
 
-def with_linear_memory(compiled: Compiled) -> Compiled:
+def with_linearisable_memory(compiled: Compiled) -> Compiled:
     """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
     if compiled.model.convolution.row.size == 0:
         return compiled
-    scene, wet = in_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
+    scene, wet = scene_with_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
     fresh = compile_calm(replace(scene, initial=None), wet)
     state = fresh.state
     if scene.initial is not None:

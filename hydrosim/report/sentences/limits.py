@@ -23,15 +23,7 @@ from hydrosim.files.document_nodes import (
     Value,
     Verdict,
 )
-from hydrosim.report.sentences.sections import (
-    Sections,
-    attribute_text,
-    build_sections,
-    case_nodes,
-    lines_of,
-    title_block,
-    title_of,
-)
+from hydrosim.report.sentences import sections
 from hydrosim.statistics.weather import MAX_HEADING_GAP, image_of, without_images
 from hydrosim.statistics.weather import MIRROR_REASON as SIDES
 
@@ -73,14 +65,14 @@ def is_limits(limits: xr.Dataset) -> bool:
 def limits_document(limits: xr.Dataset) -> Document:
     """The report of limits of operation."""
     units = units_of(limits.attrs)
-    nodes = [*title_block(limits), *build_sections(LIMIT_SECTIONS, limits)]
-    return Document(title_of(limits), nodes, _subtitle_text(limits), units)
+    nodes = [*sections.title_block(limits), *sections.build_sections(LIMIT_SECTIONS, limits)]
+    return Document(sections.title_of(limits), nodes, _subtitle_text(limits), units)
 
 
 def limits_tables(limits: xr.Dataset) -> Document:
     """Criteria, limits and what they are worth, without the case and its assumptions."""
     return Document(
-        title_of(limits),
+        sections.title_of(limits),
         list(_describe_outcome(limits)),
         _subtitle_text(limits),
         units_of(limits.attrs),
@@ -93,7 +85,7 @@ def _subtitle_text(limits: xr.Dataset) -> str:
 
 
 def _describe_outcome(limits: xr.Dataset) -> Iterator[Node]:
-    criteria = lines_of(limits, "criteria") or ["none are named"]
+    criteria = sections.lines_of(limits, "criteria") or ["none are named"]
     yield List(criteria, "Criteria")
     if "failed" in limits.attrs:
         yield Verdict(Outcome.BAD, "{}", [str(limits.attrs["failed"])])
@@ -237,7 +229,8 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     for name, line in _limits_by_heading(at):
         for k, (other, earlier) in enumerate(lines):
             if all(
-                _arrays_equal(line[part].values, earlier[part].values) for part in LIMIT_VARIABLES
+                _are_arrays_equal(line[part].values, earlier[part].values)
+                for part in LIMIT_VARIABLES
             ):
                 lines[k] = f"{other}; {name}", earlier
                 break
@@ -246,7 +239,7 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return lines
 
 
-def _arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
+def _are_arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
     return np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
 
 
@@ -312,13 +305,13 @@ def _describe_case(limits: xr.Dataset) -> Iterator[Node]:
     yield Sentence(
         "The case of all seas. Heights, peak periods, headings and seeds are those of the study."
     )
-    yield from case_nodes(limits)
+    yield from sections.case_nodes(limits)
 
 
 def _limit_assumptions(limits: xr.Dataset) -> Iterator[Node]:
     spectra = _are_from_spectra(limits)
     assumptions = {
-        label: attribute_text(limits.attrs[name])
+        label: sections.attribute_text(limits.attrs[name])
         for name, label in ASSUMPTION_LABELS.items()
         if name in limits.attrs and not (spectra and name in RUN_ATTRIBUTES)
     }
@@ -338,7 +331,7 @@ def _describe_convergence(limits: xr.Dataset) -> Iterator[Node]:
     yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 
-LIMIT_SECTIONS: Sections[xr.Dataset] = {
+LIMIT_SECTIONS: sections.Sections[xr.Dataset] = {
     "outcome": ("Limits", _describe_outcome),
     "case": ("Case", _describe_case),
     "assumptions": ("Assumptions", _limit_assumptions),

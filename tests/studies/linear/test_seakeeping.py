@@ -69,7 +69,7 @@ def test_stuck_periods_are_those_of_decays(dof: str, figure: Figure) -> None:
     compared is the exponent of the decay, by a matrix pencil, once the modes of the memory are
     gone (of roll, from 20 s on, 5e-5 are left); rk4's own error at 0.05 s is 1e-6."""
     about = responder(pressed(), contacts=Contacts.STUCK)
-    mode = next(m for m in about.modes() if m.dof == dof)
+    mode = next(m for m in about.natural_modes() if m.dof == dof)
     push = np.zeros(6)
     push[mode.coordinate] = 1e-3 if dof != "roll" else 1e-5
     run = hs.simulate(replace(with_body(pressed(), velocity=tuple(push)), duration=140.0))
@@ -207,8 +207,8 @@ def test_the_databases_radiation_needs_no_fit(figure: Figure) -> None:
     impossible = with_body(case, radiation=StateSpaceRadiation(tolerance=1e-30))
     compiled = compile_for_linear(impossible, Radiation.DATABASE)
     assert not compiled.wet[0].fits
-    own = {m.dof: m for m in responder(compiled, radiation=Radiation.DATABASE).modes()}
-    model = {m.dof: m for m in responder(case).modes()}
+    own = {m.dof: m for m in responder(compiled, radiation=Radiation.DATABASE).natural_modes()}
+    model = {m.dof: m for m in responder(case).natural_modes()}
     for dof in ("surge", "heave", "roll", "pitch"):
         error = own[dof].natural_period / model[dof].natural_period - 1
         figure(f"{dof}: natural period, database against model", error)

@@ -21,7 +21,7 @@ from hydrosim.results.runs_file import LARGE
 from hydrosim.scene import Scene, Solver, Start, Unstable, WaveTrain
 from hydrosim.statistics.statistics import statistics
 from hydrosim.study import shared
-from hydrosim.study.run_layout import scenes_equal
+from hydrosim.study.run_layout import are_scenes_equal
 
 SHORT = 60.0  # s: with contact from the start
 
@@ -245,16 +245,16 @@ def test_scenes_are_alike_entry_by_entry() -> None:
     """Two readings of one file are alike; any number, array or name that differs tells."""
     one, other = (hs.load_case(CASES / "base.yaml").scene() for _ in range(2))
     assert one is not other
-    assert scenes_equal(one, other)
-    assert scenes_equal(one.bodies, other.bodies)
+    assert are_scenes_equal(one, other)
+    assert are_scenes_equal(one.bodies, other.bodies)
     (barge,) = one.bodies
     inertia = barge.inertia.copy()
     inertia[0, 0] += 1.0
     for change in ({"inertia": inertia}, {"name": "ship"}, {"dofs": ("surge",)}, {"mass": 1.0}):
-        assert not scenes_equal(one, with_body(other, **change))
-    assert not scenes_equal(one, replace(other, forces={}))
-    assert not scenes_equal(one, scene_of("free_floating"))
-    assert not scenes_equal(object(), object())
+        assert not are_scenes_equal(one, with_body(other, **change))
+    assert not are_scenes_equal(one, replace(other, forces={}))
+    assert not are_scenes_equal(one, scene_of("free_floating"))
+    assert not are_scenes_equal(object(), object())
 
 
 def test_what_every_run_is_refused_for_is_told_once_and_at_once(tmp_path: Path) -> None:
