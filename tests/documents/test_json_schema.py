@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from copy import deepcopy
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,17 @@ FILES = {
 }
 BASE, STUDY = ROOT / "cases" / "reverse_float_over" / "base.yaml", FILES[FileKind.STUDY][0]
 WHOLE = [(kind, path) for kind, paths in FILES.items() for path in paths]
-VALIDATORS = {kind: Draft202012Validator(schema_of(kind)) for kind in FileKind}
 BARGE, FENDER = "bodies.barge", "forces.interface"
 GONE = object()
 
 
 def content(path: Path) -> Any:
     return plain_values(compose_nodes(path.read_text(), str(path)))
+
+
+@cache
+def validator(kind: FileKind) -> Draft202012Validator:
+    return Draft202012Validator(schema_of(kind))
 
 
 @pytest.mark.parametrize("kind", few(sorted(FileKind, reverse=True), 2))
@@ -41,7 +46,7 @@ def test_schemas_are_schemas(kind: FileKind) -> None:
 
 @pytest.mark.parametrize(("kind", "path"), WHOLE, ids=lambda x: getattr(x, "stem", str(x)))
 def test_shipped_files_are_valid(kind: FileKind, path: Path) -> None:
-    assert not list(VALIDATORS[kind].iter_errors(content(path)))
+    assert not list(validator(kind).iter_errors(content(path)))
 
 
 @pytest.mark.parametrize(
@@ -122,7 +127,7 @@ def test_mistakes_are_found_where_they_are(key: str, value: object) -> None:
         del place[last]
     else:
         place[last] = value
-    errors = list(VALIDATORS[FileKind.CASE].iter_errors(case))
+    errors = list(validator(FileKind.CASE).iter_errors(case))
     assert errors
     assert all(found(error)[: len(above)] == above for error in errors)
 
@@ -138,7 +143,7 @@ def test_mistakes_are_found_where_they_are(key: str, value: object) -> None:
 def test_directions_by_name_are_taken(key: str, value: object) -> None:
     case = deepcopy(content(BASE))
     case["bodies"]["barge"][key] = value
-    assert not list(VALIDATORS[FileKind.CASE].iter_errors(case))
+    assert not list(validator(FileKind.CASE).iter_errors(case))
 
 
 def found(error: ValidationError) -> list[str]:
@@ -154,7 +159,7 @@ def test_a_file_over_another_may_leave_keys_out_and_remove_them() -> None:
         "bodies": {"barge": {"mass": "3 tonne"}},
         "forces": {"lift": None},
     }
-    case = VALIDATORS[FileKind.CASE]
+    case = validator(FileKind.CASE)
     assert not list(case.iter_errors(over))
     assert list(case.iter_errors(over | {"bodies": {"barge": {"mas": 3}}}))
     assert list(case.iter_errors({"title": "alone", "duration": 3}))
