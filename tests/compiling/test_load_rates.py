@@ -105,7 +105,7 @@ def rest_of_cubics(series: np.ndarray, points: int) -> float:
 
 def summed(omega: np.ndarray, amplitude: np.ndarray, phase: np.ndarray, h: float) -> np.ndarray:
     """A sum of waves at 30 times in each third of ``h``."""
-    t = np.arange(60_000) * h / 90.0
+    t = np.arange(15_000) * h / 90.0
     return sum(a * np.cos(w * t + e) for w, a, e in zip(omega, amplitude, phase, strict=True))
 
 

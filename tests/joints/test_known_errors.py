@@ -30,6 +30,7 @@ def known(name: str) -> Known:
     return ALL[name]()
 
 
+@cache
 def ran(name: str, output_step: float, solver: Solver) -> xr.Dataset:
     made = known(name).scene
     return hs.simulate(replace(made, output_step=output_step, solver=solver))

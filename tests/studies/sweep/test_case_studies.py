@@ -3,6 +3,7 @@ made for is asked in one file."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -19,8 +20,13 @@ WHY = CASES / "studies" / "why.yaml"
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: f"{path.parents[1].name}-{path.stem}")
-def test_studies_can_be_read(path: Path) -> None:
+def test_studies_can_be_read(path: Path, tmp_path: Path) -> None:
+    """A design of hundreds of samples, with eight."""
     text = path.read_text()
+    if "samples:" in text:
+        path = tmp_path / path.name
+        text = text.replace("case: ../base.yaml", f"case: {CASES / 'base.yaml'}")
+        path.write_text(re.sub("^samples: .*", "samples: 8", text, flags=re.M))
     found = load_limits(path) if "operability:" in text else load_study(path)
     assert found.seeds or "sobol" in text
 
