@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from markers import few
-from scenes import block, moving, on_floor, scene_of
+from scenes import block, in_waves, moving, on_floor, scene_of, with_body
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs
@@ -70,17 +70,14 @@ def warnings(scene: Scene) -> list[str]:
 
 
 def afloat(**changes: object) -> Scene:
-    """The moored barge of the base case, its body changed."""
-    scene = scene_of("free_floating")
-    (body,) = scene.bodies
-    return replace(scene, bodies=(replace(body, **changes),))  # type: ignore[arg-type]
+    """The moored barge of the base case in calm water, its body changed."""
+    return with_body(in_waves(scene_of("free_floating")), **changes)
 
 
 def in_sea(spectrum: Jonswap | RegularWave, **train: float) -> Scene:
     """The barge in another sea."""
-    scene = afloat()
-    waves = (replace(scene.environment.waves[0], spectrum=spectrum, **train),)  # type: ignore[arg-type]
-    return replace(scene, environment=replace(scene.environment, waves=waves))
+    (waves,) = scene_of("free_floating").environment.waves
+    return in_waves(afloat(), replace(waves, spectrum=spectrum, **train))  # type: ignore[arg-type]
 
 
 def around(**changes: object) -> Scene:
@@ -228,7 +225,7 @@ ODD = {
     Question.HULL: (with_mesh(34.0), "a hull 32 m aside of the centre of gravity of block"),
     Question.STEP: (
         replace(
-            afloat(),
+            scene_of("free_floating"),
             solver=replace(afloat().solver, step=1.0, linear=LinearScenes.STEP),
             output_step=1.0,
         ),
