@@ -47,7 +47,7 @@ def base_run() -> xr.Dataset:
 def fits_made_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """No fit of radiation is read from a store: another processor that made one may have rounded
     otherwise, and a fit of the same numbers then has other states."""
-    for name in ("stored", "shipped"):
+    for name in ("stored", "read_shipped"):
         monkeypatch.setattr(kept, name, lambda *_: None)
     monkeypatch.setattr(kept, "store", lambda *_: None)
 

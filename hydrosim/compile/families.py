@@ -117,7 +117,7 @@ def _family(
         member_group = member_group.with_states(
             radiation.TOLERANCE
         )  # a family cannot use convolutions
-        radiation.check(member_group.fits, member_group.database.source)
+        radiation.check_fits(member_group.fits, member_group.database.source)
         members.append(replace(member_group, draught=member.draught))
     return _at_start(body, rest, tuple(members), scene)
 

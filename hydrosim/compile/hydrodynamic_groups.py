@@ -267,7 +267,7 @@ def _with_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGr
         case StateSpaceRadiation(tolerance):
             return _chosen(wet, _fits(wet, tolerance), before, radiation.is_tolerable)
         case ConvolutionRadiation():
-            memory = radiation.free_groups(wet.memory, wet.free_dofs)
+            memory = radiation.groups_free_to_reduce(wet.memory, wet.free_dofs)
             return replace(wet, convolved=tuple(map(Convolved, memory)))
         case AutomaticRadiation(tolerance):
             return _chosen(wet, _fits(wet, tolerance), before, radiation.is_within_tolerance)
@@ -278,8 +278,10 @@ def _fits(wet: HydrodynamicGroup, tolerance: float) -> tuple[StateSpace, ...]:
     """State-space fits of all groups of DOFs of a database, with no more states than its bodies
     need."""
     db = wet.database
-    fits = radiation.fit(db.checksum, wet.memory, db.frequency, wet.free_dofs, tolerance)
-    return radiation.reduce(fits, db.checksum, wet.memory, db.frequency, floating_of(wet))
+    fits = radiation.fit_state_space(
+        db.checksum, wet.memory, db.frequency, wet.free_dofs, tolerance
+    )
+    return radiation.reduce_states(fits, db.checksum, wet.memory, db.frequency, floating_of(wet))
 
 
 def floating_of(wet: HydrodynamicGroup) -> radiation.Floating:

@@ -161,4 +161,4 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
 def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
     """Arrays for the memory of a convolution."""
     own_dofs = model.bodies.each.size + model.family.owner.size
-    return radiation.history_for(model.convolution, 6 * own_dofs, grid_step(scene))
+    return radiation.new_history(model.convolution, 6 * own_dofs, grid_step(scene))

@@ -39,7 +39,7 @@ from hydrosim.compile.start import first_state
 from hydrosim.dofs import DOFS, LATERAL, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.elements import is_mirrored
 from hydrosim.integrate.names import Coordinate, coordinates
-from hydrosim.linear.linearise import find_components, linearise
+from hydrosim.linear.linearise import STEP, differentiate, find_components
 from hydrosim.scene import (
     Active,
     Body,
@@ -424,8 +424,7 @@ def _is_mirrored_state(model: Model, state: State) -> bool:
 def _growth(calm: Compiled, aside: np.ndarray) -> float:
     """Fastest growth of motions out of the plane about a start from rest [1/s]."""
     state = calm.state if calm.scene.initial is None else first_state(calm.scene, calm.model)
-    jacobian = linearise(calm.model, state, time=calm.begin).jacobian
-    J = jacobian[: aside.size, : aside.size][np.ix_(aside, aside)]
+    J = differentiate(calm.model, state, calm.begin, STEP, np.flatnonzero(aside))
     blocks = (J[np.ix_(component, component)] for component in find_components(J))
     return max(float(linalg.eigvals(block).real.max()) for block in blocks)
 

@@ -15,7 +15,7 @@ c), and F includes the forces of flow.
 
 A and the retardation functions are constant in axes that turn with the yaw of each body;
 F_turning is the resulting force (`multibody.heading`). Constraints, such as rigid friction, add J
-q'' = c, with J^T lambda on the right.
+u' = c, with J^T lambda on the right.
 
 The state is y = (q, u, radiation states, contact points, energies, impulses). The energies are
 integrals: for every row of forces its work (waves, applied forces) or its dissipation (all others),
@@ -445,22 +445,34 @@ def project_velocities(y, modes, model, work):
 
 
 @root
-def jacobian(t, y, modes, history, model, work, states, step, scratch, J):
-    """Derivative ``J`` (m, m) of y' by y over the entries ``states`` (m,) of y, by central
-    differences of size ``step``; ``scratch`` (3, ny)."""
+def fill_jacobian(t, y, modes, history, model, work, states, shifts, step, scratch, J):
+    """Fill columns of the derivative ``J`` (m, m) of y' by y over the entries ``states`` (m,) of y,
+    by central differences of size ``step``, with the `Shifts` that say which; ``scratch`` (3, ny).
+    """
     shifted = scratch[0]
     ahead = scratch[1]
     behind = scratch[2]
     assign(shifted, y)
-    for j in range(states.size):
-        k = states[j]
-        shifted[k] = y[k] + step
+    columns, number, part = shifts.columns, shifts.number, shifts.part
+    first = 0
+    while first < columns.size:
+        last = first
+        while last < columns.size and number[last] == number[first]:
+            k = states[columns[last]]
+            shifted[k] = y[k] + step
+            last += 1
         rhs(t, shifted, modes, history, model, work, ahead)
-        shifted[k] = y[k] - step
+        for c in range(first, last):
+            k = states[columns[c]]
+            shifted[k] = y[k] - step
         rhs(t, shifted, modes, history, model, work, behind)
-        shifted[k] = y[k]
-        for i in range(states.size):
-            J[i, j] = (ahead[states[i]] - behind[states[i]]) / (2.0 * step)
+        for c in range(first, last):
+            j = columns[c]
+            shifted[states[j]] = y[states[j]]
+            for i in range(states.size):
+                if part[i] == part[j]:
+                    J[i, j] = (ahead[states[i]] - behind[states[i]]) / (2.0 * step)
+        first = last
 
 
 @kernel

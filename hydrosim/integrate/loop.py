@@ -62,7 +62,7 @@ from hydrosim.multibody.kinematics import LARGEST_TILT, accelerations, place_bod
 from hydrosim.multibody.tree import switch_rotation_chart
 from hydrosim.tanks.pumping import share_of_step
 from hydrosim.tanks.surface import find_clearances, first_passage
-from hydrosim.water.radiation.history import count_anew, drop, push
+from hydrosim.water.radiation.history import append_node, recount_integrals, remove_newest_node
 from hydrosim.water.slow_path_loads import BLOCK_BEGIN, begin_block
 
 PITCH_DOF = 4  # among a body's six coordinates
@@ -132,7 +132,7 @@ def _next_block(t, run):
     begin_block(t, run.state.y[model.slow :], model.following)
     cache[START_SLOPE] = 0
     cache[START_MARGINS] = STALE
-    if drop(t, run.state.history):
+    if remove_newest_node(t, run.state.history):
         append_velocity_history(t, run)
 
 
@@ -167,7 +167,7 @@ def _advance_to_gridpoint(goal, enough, run):
         paced = t + _adapt_step(t, stop - t, run)
         if stop - paced > rounding_of_step(t, stop):
             stop = paced
-        count_anew(state.history)
+        recount_integrals(state.history)
         accepted, reached, left = _attempt_step(t, stop, run)
         if not accepted:
             counters[REJECTED] += 1
@@ -406,7 +406,7 @@ def _append_velocity(t, run):
     hulls = work.hulls
     accelerations_along(headings, work.motion, hulls.flow, work.total)
     u = hulls.velocity if headings.turned.size > 0 else work.motion.velocity
-    push(history, t, u, work.total)
+    append_node(history, t, u, work.total)
 
 
 @kernel

@@ -379,17 +379,35 @@ class Filters(NamedTuple):
 NO_FILTERS = Filters(*(np.zeros(0, dtype=np.int64),) * 2, *(np.zeros(0),) * 2)
 
 
+class Shifts(NamedTuple):
+    """Columns of a Jacobian in the order in which differences fill them.
+
+    Those of equal ``number`` follow each other and are shifted at once. Each acts only on states of
+    its own ``part``.
+    """
+
+    columns: np.ndarray  # (k,) int64
+    number: np.ndarray  # (k,) int64
+    part: np.ndarray  # (m,) int64, of every state
+
+
+def shift_each(columns: np.ndarray, states: int) -> Shifts:
+    """Shift one of the ``columns`` (k,) at a time; each may act on all of so many ``states``."""
+    return Shifts(columns, np.arange(columns.size), np.zeros(states, dtype=np.int64))
+
+
 class Newton(NamedTuple):
     """Scratch for Newton's method.
 
-    ``states`` (m,) of y are solved together, ``filters`` one by one. ``J`` and the ``factors`` of I
-    - g J are (m, m), the latter with their ``order`` of rows (m,). ``change`` is (m,). ``status``
-    (1,) is `STALE` or `READY`, ``weight`` g (1,) is that of the factors, and ``shifted`` (3, ny) is
-    work space.
+    ``states`` (m,) of y are solved together, ``filters`` one by one. ``shifts`` fill the Jacobian.
+    ``J`` and the ``factors`` of I - g J are (m, m), the latter with their ``order`` of rows (m,).
+    ``change`` is (m,). ``status`` (1,) is `STALE` or `READY`, ``weight`` g (1,) is that of the
+    factors, and ``shifted`` (3, ny) is work space.
     """
 
     states: np.ndarray
     filters: Filters
+    shifts: Shifts
     J: np.ndarray
     factors: np.ndarray
     order: np.ndarray
@@ -405,7 +423,8 @@ def new_newton(states: np.ndarray, size: int, filters: Filters = NO_FILTERS) -> 
     flags, order = np.zeros(1, dtype=np.int64), np.zeros(m, dtype=np.int64)
     J, factors = np.zeros((m, m)), np.zeros((m, m))
     room = np.zeros((3, size))
-    return Newton(states, filters, J, factors, order, np.zeros(m), flags, np.zeros(1), room)
+    shifts = shift_each(np.arange(m), m)
+    return Newton(states, filters, shifts, J, factors, order, np.zeros(m), flags, np.zeros(1), room)
 
 
 @kernel

@@ -6,7 +6,7 @@ again in every process.
 
 from __future__ import annotations
 
-from hydrosim.integrate.dynamics import jacobian, may_hold, rhs
+from hydrosim.integrate.dynamics import fill_jacobian, may_hold, rhs
 from hydrosim.integrate.methods import (
     MAX_ITERATIONS,
     READY,
@@ -102,8 +102,9 @@ def _solve_stage(i, t, weight, run):
     for _ in range(2):
         if newton.status[0] == STALE:
             y, modes, history = state.y, state.modes, state.history
-            states, room, J = newton.states, newton.shifted, newton.J
-            jacobian(t, y, modes, history, run.model, run.work, states, JACOBIAN_OFFSET, room, J)
+            states, shifts, room, J = newton.states, newton.shifts, newton.shifted, newton.J
+            model, work, offset = run.model, run.work, JACOBIAN_OFFSET
+            fill_jacobian(t, y, modes, history, model, work, states, shifts, offset, room, J)
             run.counters[EVALUATIONS] += 2 * states.size
             newton.weight[0] = 0.0
             newton.status[0] = READY

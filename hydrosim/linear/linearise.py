@@ -56,13 +56,14 @@ from hydrosim.integrate.dynamics import (
     Model,
     add_constraints,
     dynamic_states,
+    fill_jacobian,
     find_mass,
-    jacobian,
     most_constraints,
     new_work,
     rhs,
     update_contents,
 )
+from hydrosim.integrate.methods import Shifts, shift_each
 from hydrosim.multibody.kinematics import acceleration_map, moving_dofs, place_bodies
 from hydrosim.multibody.tree import BALL, NO_BODY, SLIDE, fill_rates
 from hydrosim.scene import Scene, Turns
@@ -453,9 +454,7 @@ def linearise(
     held = state.modes if modes is None else modes
     states = dynamic_states(model) if states is None else states
     at = state._replace(modes=held)
-    J = _differentiate(model, at, time, step, states)
-    if model.bodies.tree.branches.size > 0:  # its places are curved: removes the error of order two
-        J = (4.0 * J - _differentiate(model, at, time, 2.0 * step, states)) / 3.0
+    J = differentiate(model, at, time, step, states)
     _use_rates(J, model, state.y)
     rows = find_constraint_rows(model, state.y, held)
     freedom = nullspace_of(rows, inertia(model, state.y))
@@ -467,16 +466,61 @@ def linearise(
     )
 
 
-def _differentiate(
+def differentiate(
     model: Model, state: State, time: float, step: float, states: np.ndarray
 ) -> np.ndarray:
-    """Derivatives (m, m) of the ``states`` (m,) of y' by those of y, by central differences."""
+    """Derivatives (m, m) of the ``states`` (m,) of y' by those of y, by central differences.
+
+    The memory of bodies that do not feel each other is shifted at once.
+    """
     J = np.zeros((states.size, states.size))
     scratch = np.zeros((3, model.size))
     work = new_work(model)
-    y, modes, history = state.y, state.modes, state.history
-    jacobian(time, y, modes, history, model, work, states, step, scratch, J)
+
+    def fill(shifts: Shifts, offset: float) -> None:
+        y, modes, history = state.y, state.modes, state.history
+        fill_jacobian(time, y, modes, history, model, work, states, shifts, offset, scratch, J)
+
+    def fill_curved(shifts: Shifts) -> None:
+        fill(shifts, step)
+        if model.bodies.tree.branches.size == 0:
+            return
+        near = J[:, shifts.columns]  # places of a tree are curved: removes the error of order two
+        fill(shifts, 2.0 * step)
+        J[:, shifts.columns] = (4.0 * near - J[:, shifts.columns]) / 3.0
+
+    remembers = (states >= model.radiation) & (states < model.own)
+    fill_curved(shift_each(np.flatnonzero(~remembers), states.size))
+    part = _find_parts(model, state, states, J)
+    driven = J.any(axis=1)
+    fill_curved(shift_each(np.flatnonzero(remembers & ~driven), states.size))
+    fill_curved(_shift_parts(np.flatnonzero(remembers & driven), part))
     return J
+
+
+def _find_parts(model: Model, state: State, states: np.ndarray, J: np.ndarray) -> np.ndarray:
+    """The part (m,) of every state. Parts do not feel each other, by the filled columns of their
+    derivatives ``J`` (m, m), their inertia and their constraints."""
+    n = model.bodies.active.size
+    rows = find_constraint_rows(model, state.y, state.modes)
+    coupled = (inertia(model, state.y) != 0.0) | (np.abs(rows.T) @ np.abs(rows) != 0.0)
+    moves = np.flatnonzero(states < 2 * n)
+    coordinate = states[moves] % n
+    edges = J != 0.0
+    edges[np.ix_(moves, moves)] |= coupled[np.ix_(coordinate, coordinate)]
+    part = np.zeros(states.size, dtype=np.int64)
+    for label, component in enumerate(find_components(edges)):
+        part[component] = label
+    return part
+
+
+def _shift_parts(columns: np.ndarray, part: np.ndarray) -> Shifts:
+    """Shift one of the ``columns`` of every ``part`` at once."""
+    by_part = columns[np.argsort(part[columns], kind="stable")]
+    _, begin, count = np.unique(part[by_part], return_index=True, return_counts=True)
+    number = np.arange(by_part.size) - np.repeat(begin, count)
+    order = np.argsort(number, kind="stable")
+    return Shifts(by_part[order], number[order], part)
 
 
 def _use_rates(J: np.ndarray, model: Model, y: np.ndarray) -> None:

@@ -16,7 +16,7 @@ from hydrosim.errors import InputError
 from hydrosim.integrate.names import memory_names
 from hydrosim.multibody.kinematics import new_motion, place_bodies
 from hydrosim.multibody.tree import NO_TREE
-from hydrosim.water.radiation.history import NOW, THEN, VelocityHistory, push
+from hydrosim.water.radiation.history import NOW, THEN, VelocityHistory, append_node
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -190,7 +190,7 @@ def push_again(run: xr.Dataset, until: float, dofs: np.ndarray, history: Velocit
     for i in range(count):
         for velocity, acceleration in ((past[2, :, i], ends[:, i]), (past[3, :, i], starts[:, i])):
             v[dofs], a[dofs] = velocity, acceleration
-            push(history, time[i], v, a)
+            append_node(history, time[i], v, a)
 
 
 def _accelerations(time: np.ndarray, past: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

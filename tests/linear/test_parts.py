@@ -64,6 +64,25 @@ def test_components_of_a_graph() -> None:
     assert find_components(np.zeros((0, 0))) == []
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_memory_of_parts_is_differentiated_at_once(
+    count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To the bit as one column after the other, with fewer evaluations."""
+    compiled = hs.compile_scene(barges(count, line=line(1e6)) if count > 1 else barges(1))
+    shifts: list[np.ndarray] = []
+    fill = module.fill_jacobian
+    monkeypatch.setattr(
+        module, "fill_jacobian", lambda *args: (shifts.append(args[7].number), fill(*args))
+    )
+    at_once = linearise(*compiled).jacobian
+    together = sum(np.unique(number).size for number in shifts)
+    shifts.clear()
+    monkeypatch.setattr(module, "_find_parts", lambda _, __, states, ___: np.zeros_like(states))
+    assert np.array_equal(at_once, linearise(*compiled).jacobian)
+    assert together < sum(np.unique(number).size for number in shifts)
+
+
 def test_eigenvalues_of_components_are_those_of_the_whole(figure) -> None:
     linear = linear_of(barges())
     parts = parts_of(linear)

@@ -24,7 +24,7 @@ from hydrosim.scene import (
     Start,
     StateSpaceRadiation,
 )
-from hydrosim.water.radiation.retardation import LONGER, tabulated, transfer_function
+from hydrosim.water.radiation.retardation import LONGER, tabulate_retardation, transfer_function
 
 SURGE, LENGTH, STEP = 0, 40.0, 0.05
 AUTOMATIC = AutomaticRadiation(3e-4, LENGTH, STEP)
@@ -54,7 +54,7 @@ def test_the_table_does_to_smooth_motions_what_the_kernel_does(figure) -> None:
 
     def found(step: float) -> np.ndarray:
         time = step * np.arange(round(40.0 / step) + 1)
-        return transfer_function(time, tabulated(w, transfer(w).real, time), at)
+        return transfer_function(time, tabulate_retardation(w, transfer(w).real, time), at)
 
     exact = found(0.05)
     assert exact == pytest.approx(transfer(at), abs=1e-2)  # the spacing of the frequencies

@@ -20,13 +20,13 @@ from hydrosim.water.radiation import (
     history_for,
 )
 from hydrosim.water.radiation.convolution import (
-    bit_reversed,
+    find_bit_reversal,
     radiation_memory,
     roots_of_unity,
     transform,
     untransform,
 )
-from hydrosim.water.radiation.history import count_anew, drop, push
+from hydrosim.water.radiation.history import append_node, recount_integrals, remove_newest_node
 
 SIZES = np.array([[2.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 0.0]])  # of K between three DOFs
 W = np.array([0.7, 1.1, 0.9])  # the velocities are sin(W t)
@@ -64,7 +64,7 @@ def exact_force(t: float, model: ConvolutionKernel, motion=velocity, corners=(0.
 def filled(nodes, model: ConvolutionKernel) -> VelocityHistory:
     history = history_for(model, 3, 1.0)
     for t in nodes:
-        push(history, t, velocity(t), acceleration(t))
+        append_node(history, t, velocity(t), acceleration(t))
     return history
 
 
@@ -116,9 +116,9 @@ def test_order_4_through_a_jump_of_the_acceleration():
         history = history_for(model, 3, step)
         grid = step * np.arange(round(8.4 / step) + 1)
         for t in (*grid[grid < corner], corner):
-            push(history, t, bounced(t), acceleration(t))
+            append_node(history, t, bounced(t), acceleration(t))
         for t in (corner, *grid[grid > corner]):
-            push(history, t, bounced(t), np.array([-1.0, 1.0, 1.0]) * acceleration(t))
+            append_node(history, t, bounced(t), np.array([-1.0, 1.0, 1.0]) * acceleration(t))
         expected = exact_force(8.4, model, bounced, (0.0, corner))
         found = convolved(8.4, history, model, bounced(8.4))
         errors.append(np.abs(found - expected).max())
@@ -168,7 +168,7 @@ def test_exact_for_steps_of_one_or_several_intervals(length, factor):
     step, pieces, largest = 0.1 * factor, [], 0.0
     history = history_for(model, 3, step)
     v, a = rng.standard_normal((2, 3))
-    push(history, 0.0, v, a)
+    append_node(history, 0.0, v, a)
     for n in range(1, 260):
         t, before, v, a = (n - 1) * step, (v, a), *rng.standard_normal((2, 3))
         for part in (0.25, 0.5, 1.0):
@@ -179,13 +179,13 @@ def test_exact_for_steps_of_one_or_several_intervals(length, factor):
             largest = max(largest, np.abs(expected).max())
             assert found == pytest.approx(expected, abs=1e-11)
         pieces.append(cubic(t, *before, t + step, v, a))
-        push(history, t + step, v, a)
+        append_node(history, t + step, v, a)
         assert np.array_equal(convolved(t + step, history, model, v), found)
-        count_anew(history)
+        recount_integrals(history)
         assert convolved(t + step, history, model, v) == pytest.approx(found, abs=1e-11)
         if n % 5 == 2:
             v, a = rng.standard_normal((2, 3))
-            push(history, t + step, v, a)
+            append_node(history, t + step, v, a)
     assert largest > 0.1
     assert length > 10.0 or history.place[3] > 0
 
@@ -197,14 +197,14 @@ def test_what_happens_between_the_points_of_the_grid_is_felt_as_it_should():
     history, rng, pieces = history_for(model, 3, 0.5), np.random.default_rng(1), []
     times = np.sort(np.append(10.0 * rng.random(120), 0.5 * np.arange(21)))
     v, a = rng.standard_normal((2, 3))
-    push(history, 0.0, v, a)
+    append_node(history, 0.0, v, a)
     for t0, t1 in pairwise(times):
         before, v, a = (v, a), *rng.standard_normal((2, 3))
         pieces.append(cubic(t0, *before, t1, v, a))
-        push(history, t1, v, a)
+        append_node(history, t1, v, a)
         if rng.random() < 0.2:
             v, a = rng.standard_normal((2, 3))
-            push(history, t1, v, a)
+            append_node(history, t1, v, a)
     for t in (10.1, 10.5, 11.3):
         end = rng.standard_normal(3)
         expected = parabola(10.0, v, a, t, end).force(t, model)
@@ -216,9 +216,9 @@ def test_a_node_that_is_taken_away_was_never_there():
     model, rng = table(0.1, 5.0), np.random.default_rng(2)
     nodes = np.cumsum(rng.random(80) * 0.2)
     whole, other = filled(nodes, model), filled(nodes, model)
-    assert not drop(float(nodes[-1]) - 0.01, other)
-    assert drop(float(nodes[-1]), other)
-    push(other, nodes[-1], velocity(nodes[-1]), acceleration(nodes[-1]))
+    assert not remove_newest_node(float(nodes[-1]) - 0.01, other)
+    assert remove_newest_node(float(nodes[-1]), other)
+    append_node(other, nodes[-1], velocity(nodes[-1]), acceleration(nodes[-1]))
     for t in nodes[-1] + np.array([0.03, 0.4]):
         assert np.array_equal(convolved(t, whole, model), convolved(t, other, model))
 
@@ -230,8 +230,8 @@ def test_a_drift_does_not_cost_digits():
     model = table(0.1, 40.0)
     history, v, none = history_for(model, 3, 0.1), np.array([5.0, 0.0, 0.0]), np.zeros(3)
     for n in range(40000):
-        push(history, 0.1 * n, v, none)
-        count_anew(history)
+        append_node(history, 0.1 * n, v, none)
+        recount_integrals(history)
     weight = np.full(len(model.K), 0.1)
     weight[[0, -1]] = 0.05
     expected = -5.0 * weight @ model.K[:, (model.row == 0) & (model.column == 0)][:, 0]
@@ -266,7 +266,7 @@ def test_constant_velocity_feels_the_whole_table_and_no_more():
     model = convolution_model(1.0, np.array([3.0, 1.0])[:, None, None])
     history, force = history_for(model, 1, 0.3), np.zeros(1)
     for node in 0.3 * np.arange(40):
-        push(history, node, np.ones(1), np.zeros(1))
+        append_node(history, node, np.ones(1), np.zeros(1))
     radiation_memory(11.83, np.ones(1), history, model, force)
     assert force[0] == pytest.approx(-2.0, abs=1e-12)
 
@@ -302,12 +302,12 @@ def test_blocks_add_what_their_points_add(monkeypatch: pytest.MonkeyPatch) -> No
     largest = 0.0
     for n, t in enumerate(np.cumsum(lengths)):
         for history in histories:
-            push(history, t, velocity(t), acceleration(t))
+            append_node(history, t, velocity(t), acceleration(t))
             if n % 97 == 0:
-                push(history, t, velocity(t) + 0.5, acceleration(t))
+                append_node(history, t, velocity(t) + 0.5, acceleration(t))
             if n % 101 == 0:
-                drop(t, history)
-            count_anew(history)
+                remove_newest_node(t, history)
+            recount_integrals(history)
         for ahead in (0.04, 0.1, 7.0):
             pair = zip(histories, (blocks, points), strict=True)
             one, other = (convolved(t + ahead, history, model) for history, model in pair)
@@ -321,6 +321,6 @@ def test_a_block_is_transformed_as_numpy_does() -> None:
     turns = roots_of_unity(32)
     changed = values.copy()
     transform.py_func(changed, turns)
-    assert changed == pytest.approx(np.fft.fft(values)[bit_reversed(64)], abs=1e-13)
+    assert changed == pytest.approx(np.fft.fft(values)[find_bit_reversal(64)], abs=1e-13)
     untransform.py_func(changed, turns)
     assert changed == pytest.approx(values, abs=1e-15)

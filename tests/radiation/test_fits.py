@@ -40,21 +40,21 @@ def refuse(*_):
 
 
 def test_cached_equals_fresh(memory, tmp_path, monkeypatch):
-    fresh = fits.fit("a", memory, BAND, FREE)
+    fresh = fits.fit_state_space("a", memory, BAND, FREE)
     assert [list(model.dofs) for model in fresh] == [[2], [3]]
     assert [file.suffix for file in (tmp_path / "fits").iterdir()] == [".npz", ".npz"]
     monkeypatch.setattr(fits, "fit_group", refuse)
-    assert same(fits.fit("a", memory, BAND, FREE), fresh)
+    assert same(fits.fit_state_space("a", memory, BAND, FREE), fresh)
 
 
 @pytest.mark.parametrize("change", ["checksum", "band", "tolerance", "sources", "table"])
 def test_another_fit_is_another_file(memory, monkeypatch, change):
-    fits.fit("a", memory, BAND, FREE)
+    fits.fit_state_space("a", memory, BAND, FREE)
     monkeypatch.setattr(fits, "fit_group", refuse)
     if change == "sources":
         monkeypatch.setattr(kept, "_version", lambda: "edited")
     with pytest.raises(AssertionError, match="fitted again"):
-        fits.fit(
+        fits.fit_state_space(
             "b" if change == "checksum" else "a",
             replace(memory, time=2.0 * TIME) if change == "table" else memory,
             BAND + 1.0 if change == "band" else BAND,
@@ -67,29 +67,34 @@ def test_only_what_can_move_is_fitted_and_kept_for_others(memory, monkeypatch):
     """Roll that is locked is not fitted; what is coupled with it alone is not either."""
     memory.kernel[:, 3, 4] = memory.kernel[:, 4, 3] = 0.5 * memory.kernel[:, 3, 3]
     memory.kernel[:, 4, 4] = memory.kernel[:, 3, 3]
-    groups = [list(model.dofs) for model in fits.fit("a", memory, BAND, FREE)]
+    groups = [list(model.dofs) for model in fits.fit_state_space("a", memory, BAND, FREE)]
     assert groups == [[2], [3, 4]]
-    assert [list(group) for group in fits.free_groups(memory, np.array([2, 4]))] == [[2], [4]]
+    assert [list(group) for group in fits.groups_free_to_reduce(memory, np.array([2, 4]))] == [
+        [2],
+        [4],
+    ]
     monkeypatch.setattr(fits, "fit_group", refuse)
-    assert [list(model.dofs) for model in fits.fit("a", memory, BAND, np.array([2]))] == [[2]]
+    assert [
+        list(model.dofs) for model in fits.fit_state_space("a", memory, BAND, np.array([2]))
+    ] == [[2]]
     with pytest.raises(AssertionError, match="fitted again"):
-        fits.fit("a", memory, BAND, np.array([2, 4]))
+        fits.fit_state_space("a", memory, BAND, np.array([2, 4]))
 
 
 @pytest.mark.parametrize("damage", [b"", b"not a zip file", None])
 def test_damaged_file_is_made_again(memory, tmp_path, monkeypatch, damage):
-    fresh = fits.fit("a", memory, BAND, FREE)
+    fresh = fits.fit_state_space("a", memory, BAND, FREE)
     file = next((tmp_path / "fits").iterdir())
     content = file.read_bytes()
     file.write_bytes(content[: len(content) // 2] if damage is None else damage)
-    assert same(fits.fit("a", memory, BAND, FREE), fresh)
+    assert same(fits.fit_state_space("a", memory, BAND, FREE), fresh)
     monkeypatch.setattr(fits, "fit_group", refuse)
-    assert same(fits.fit("a", memory, BAND, FREE), fresh)
+    assert same(fits.fit_state_space("a", memory, BAND, FREE), fresh)
 
 
 def test_folder_that_cannot_be_written_is_no_error(memory, tmp_path):
     (tmp_path / "fits").write_text("in the way")
-    assert len(fits.fit("a", memory, BAND, FREE)) == 2
+    assert len(fits.fit_state_space("a", memory, BAND, FREE)) == 2
 
 
 def negative(depth: float) -> tuple[np.ndarray, Retardation]:
@@ -110,17 +115,17 @@ def test_negative_damping_is_mended_within_reason_or_refused(tmp_path, monkeypat
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     w, memory = negative(depth)
     assert -1.2 * depth < memory.report.smallest_eigenvalue < -0.95 * depth
-    models = fits.fit("a", memory, w, FREE)
+    models = fits.fit_state_space("a", memory, w, FREE)
     assert not any(model.report.holds for model in models)
     if depth > 10 * TOLERANCE:
         with pytest.raises(InputError) as caught:
-            fits.check(models, "hull.nc")
+            fits.check_fits(models, "hull.nc")
         for text in ("hull.nc", "of heave: ", "; roll: ", "passive", "db check", "automatic"):
             assert text in str(caught.value)
         suggested = float(str(caught.value).split("tolerance: ")[1].split("}")[0])
-        models = fits.fit("a", memory, w, FREE, suggested)
+        models = fits.fit_state_space("a", memory, w, FREE, suggested)
         assert all(model.report.holds for model in models)
-    fits.check(models, "hull.nc")
+    fits.check_fits(models, "hull.nc")
     for model in models:
         dof = model.dofs[0]
         assert model.report.passivity_before < -0.9 * depth or depth > 10 * TOLERANCE

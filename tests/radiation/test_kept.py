@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hydrosim.files.cache import DIGEST
-from hydrosim.water.radiation.kept import kept
+from hydrosim.water.radiation.kept import read_or_make
 
 NUMBERS = {"one": np.array([0.1, -0.0, np.inf]), "two": np.arange(6).reshape(2, 3)}
 
@@ -28,7 +28,7 @@ def numbers(*settings: object, made: bool = False) -> dict[str, np.ndarray]:
         calls.append(1)
         return NUMBERS
 
-    found = kept("numbers", settings, make, dict, dict)
+    found = read_or_make("numbers", settings, make, dict, dict)
     assert bool(calls) == made
     return found
 

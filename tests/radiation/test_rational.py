@@ -9,8 +9,8 @@ from scipy.special import roots_legendre
 
 from hydrosim.water.radiation.rational import (
     Emphasis,
-    balanced,
-    modes,
+    balance,
+    find_modes,
     partial_fractions,
     pole_blocks,
     vector_fit,
@@ -56,7 +56,7 @@ def test_weights_move_the_error_to_where_they_are_small():
 def test_all_states_have_the_transfer_function_with_and_without_emphasis():
     values, residues = exact_system()
     for emphasis in (Emphasis(1.0, 1.0), Emphasis(1.0)):
-        system = modes(*balanced(POLES, residues, emphasis))
+        system = find_modes(*balance(POLES, residues, emphasis))
         assert system.transfer_function(1j * W) == pytest.approx(values, abs=1e-9)
         assert np.linalg.norm(system.b, axis=1) == pytest.approx(np.linalg.norm(system.c, axis=0))
 
@@ -76,7 +76,7 @@ def gramian(A: np.ndarray, B: np.ndarray, emphasis: Emphasis) -> np.ndarray:
 def test_balanced_states_are_as_controllable_as_observable(ratio):
     _, residues = exact_system()
     emphasis = Emphasis(0.7, ratio)
-    A, B, C = balanced(POLES, residues, emphasis)
+    A, B, C = balance(POLES, residues, emphasis)
     controllable, observable = gramian(A, B, emphasis), gramian(A.T, C.T, emphasis)
     hankel = np.diag(controllable)
     assert np.all(np.diff(hankel) <= 1e-12)
@@ -87,10 +87,10 @@ def test_balanced_states_are_as_controllable_as_observable(ratio):
 
 def test_truncation_is_stable_and_within_the_bound_of_the_dropped_hankel_values():
     values, residues = exact_system()
-    A, B, C = balanced(POLES, residues, Emphasis(1.0, 1.0))
+    A, B, C = balance(POLES, residues, Emphasis(1.0, 1.0))
     hankel = np.diag(solve_continuous_lyapunov(A, -B @ B.T))
     for k in range(1, len(A)):
-        reduced = modes(A[:k, :k], B[:k], C[:, :k])
+        reduced = find_modes(A[:k, :k], B[:k], C[:, :k])
         error = np.linalg.norm(reduced.transfer_function(1j * W) - values, 2, axis=(1, 2))
         assert error.max() <= 2.0 * hankel[k:].sum() * (1.0 + 1e-6)  # Enns 1984, Glover 1984
         assert np.all(reduced.poles.real < 0.0)
@@ -98,9 +98,9 @@ def test_truncation_is_stable_and_within_the_bound_of_the_dropped_hankel_values(
 
 def test_truncation_of_a_reciprocal_system_is_reciprocal():
     _, residues = exact_system()
-    A, B, C = balanced(POLES, residues, Emphasis(1.0))
+    A, B, C = balance(POLES, residues, Emphasis(1.0))
     for k in range(1, len(A)):
-        K = modes(A[:k, :k], B[:k], C[:, :k]).transfer_function(1j * W)
+        K = find_modes(A[:k, :k], B[:k], C[:, :k]).transfer_function(1j * W)
         assert np.swapaxes(K, 1, 2) == pytest.approx(K, abs=1e-12 * np.abs(K).max())
 
 

@@ -12,7 +12,7 @@ import pytest
 import hydrosim as hs
 from hydrosim.compile.hydrodynamic_groups import floating_of
 from hydrosim.water.radiation import FitReport, Floating, Retardation, StateSpace, fits
-from hydrosim.water.radiation.fits import PART, Felt, reduced
+from hydrosim.water.radiation.fits import PART, Felt, reduce_stored
 from hydrosim.water.radiation.passivity import Reciprocal
 from hydrosim.water.radiation.rational import Emphasis
 from hydrosim.water.radiation.retardation import SLOWEST, transfer_function
@@ -34,13 +34,13 @@ class Hull(NamedTuple):
 def hull() -> Hull:
     (wet,) = hs.compile_scene(hs.load_case(CASE).scene()).wet
     db = wet.database
-    in_plane, _ = fits.fit(db.checksum, wet.memory, db.frequency, wet.free_dofs)
+    in_plane, _ = fits.fit_state_space(db.checksum, wet.memory, db.frequency, wet.free_dofs)
     return Hull(float(db.frequency[-1]), wet.memory, floating_of(wet), in_plane)
 
 
 @pytest.fixture(scope="module")
 def model(hull: Hull) -> StateSpace:
-    return reduced(hull.full, hull.memory, hull.band, hull.floating)
+    return reduce_stored(hull.full, hull.memory, hull.band, hull.floating)
 
 
 def change_of_motion(model: StateSpace, memory: Retardation, floating: Floating) -> float:
@@ -102,13 +102,13 @@ def test_what_does_not_become_better_stays(
         return simple, FitReport(tolerance, error, 0.0, 0.0, margin)
 
     monkeypatch.setattr(fits, "fit_once", found)
-    assert reduced(hull.full, hull.memory, hull.band, hull.floating) is hull.full
+    assert reduce_stored(hull.full, hull.memory, hull.band, hull.floating) is hull.full
 
 
 def test_bodies_that_hardly_feel_their_memory_get_a_passive_model(hull: Hull) -> None:
     """A mass of 1e15 kg leaves a model that cannot be lifted everywhere: it is not taken."""
     heavy = hull.floating._replace(inertia=np.diag(np.full(len(hull.floating.inertia), 1e15)))
-    model = reduced(hull.full, hull.memory, hull.band, heavy)
+    model = reduce_stored(hull.full, hull.memory, hull.band, heavy)
     assert model.report.passive
     assert model.report.holds
 
@@ -132,14 +132,14 @@ def test_reduced_fits_are_kept_by_their_bodies(
     frequency = np.array([0.1, hull.band])
 
     def reduce(floating: Floating, fit: StateSpace = hull.full) -> tuple[StateSpace, ...]:
-        return fits.reduce([fit], "a", hull.memory, frequency, floating)
+        return fits.reduce_states([fit], "a", hull.memory, frequency, floating)
 
     def refuse(*_: object) -> StateSpace:
         raise AssertionError("reduced again")
 
-    monkeypatch.setattr(fits, "reduced", lambda full, *_: full)
+    monkeypatch.setattr(fits, "reduce_stored", lambda full, *_: full)
     reduce(hull.floating)
-    monkeypatch.setattr(fits, "reduced", refuse)
+    monkeypatch.setattr(fits, "reduce_stored", refuse)
     (again,) = reduce(hull.floating)
     assert again.report == hull.full.report
     assert np.array_equal(again.B, hull.full.B)

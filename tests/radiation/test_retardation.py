@@ -16,10 +16,10 @@ from validation_data import unpacked
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.water.radiation.retardation import (
+    find_radiating,
     fourier_integral,
     infinite_added_mass,
     memory_length,
-    radiating,
     relative_size,
     retardation,
     retardation_function,
@@ -156,8 +156,8 @@ def test_negative_damping_is_flagged_even_where_the_diagonal_is_positive():
 def test_rounding_is_not_radiation():
     B = np.zeros((1, 12, 12))
     np.fill_diagonal(B[0], [1, 1, 1, 5, 5, 1e-12, 1e-13, 0, 0, 0, 1e-15, 0])
-    assert list(radiating(B)) == [0, 1, 2, 3, 4, 6, 10]
-    assert radiating(np.zeros((1, 6, 6))).size == 0
+    assert list(find_radiating(B)) == [0, 1, 2, 3, 4, 6, 10]
+    assert find_radiating(np.zeros((1, 6, 6))).size == 0
 
 
 def test_wrong_data_are_refused_with_their_place():

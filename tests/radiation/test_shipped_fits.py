@@ -14,7 +14,7 @@ import hydrosim as hs
 from hydrosim.files.cache import SHIPPED_FITS
 from hydrosim.integrate.dynamics import Model
 from hydrosim.water.radiation import StateSpace, fits
-from hydrosim.water.radiation.kept import shipped
+from hydrosim.water.radiation.kept import read_shipped
 from hydrosim.water.radiation.ship import pack
 
 SAME = 1e-6  # of the largest entry: fits of one database agree to this rounding
@@ -53,7 +53,7 @@ def test_fits_made_anew_are_those_that_were_shipped(
     """Another processor rounds in another way, so a model at the edge of its tolerance may take two
     more states. Both are then as near to each other as their reports say."""
     brought = fits_of_base()
-    monkeypatch.setattr("hydrosim.water.radiation.kept.shipped", lambda name: None)
+    monkeypatch.setattr("hydrosim.water.radiation.kept.read_shipped", lambda name: None)
     anew = fits_of_base()
     assert fits_made
     for one, other in zip(brought, anew, strict=True):
@@ -84,13 +84,13 @@ def test_a_damaged_archive_is_not_believed(tmp_path: Path) -> None:
     (tmp_path / "fits").mkdir()
     (tmp_path / "fits" / "one.npz").write_bytes(bytes(32) + b"content" * 9)
     assert pack(tmp_path, archive) == ["fits/one.npz"]
-    assert shipped("fits/one.npz", archive) == b"content" * 9
-    assert shipped("fits/two.npz", archive) is None
+    assert read_shipped("fits/one.npz", archive) == b"content" * 9
+    assert read_shipped("fits/two.npz", archive) is None
     content = bytearray(archive.read_bytes())
     content[45] ^= 0x10
     archive.write_bytes(content)
-    assert shipped("fits/one.npz", archive) is None
-    assert shipped("fits/one.npz", tmp_path / "none.zip") is None
+    assert read_shipped("fits/one.npz", archive) is None
+    assert read_shipped("fits/one.npz", tmp_path / "none.zip") is None
 
 
 def test_tests_bring_only_what_the_package_lacks() -> None:

@@ -11,10 +11,15 @@ from scipy.linalg import expm
 from validation_data import unpacked
 
 from hydrosim.water.radiation import FitReport, KernelReport, Retardation, StateSpace, retardation
-from hydrosim.water.radiation.passivity import passive
-from hydrosim.water.radiation.rational import Emphasis, modes
+from hydrosim.water.radiation.passivity import make_passive
+from hydrosim.water.radiation.rational import Emphasis, find_modes
 from hydrosim.water.radiation.retardation import relative_size, transfer_function
-from hydrosim.water.radiation.state_space import coupled_groups, fit_group, reciprocal, target_of
+from hydrosim.water.radiation.state_space import (
+    coupled_groups,
+    find_target,
+    fit_group,
+    make_reciprocal,
+)
 
 NO_REPORT = KernelReport(0.0, 0.0, 0.0, 0.0, np.zeros((0, 0)))
 
@@ -95,7 +100,7 @@ def test_kernel_that_feeds_energy_in_is_made_passive():
     model = fit_group(memory_of(late[:, None, None], time), np.array([0]), 3.0)
     w = np.linspace(0.0, 30.0, 20000)
     exact = 0.5 / ((1j * w + 0.5) ** 2 + 0.25)
-    target = target_of(memory_of(late[:, None, None], time), np.array([0]), 3.0)
+    target = find_target(memory_of(late[:, None, None], time), np.array([0]), 3.0)
     counted = target.emphasis.at(w) * exact.real / np.abs(exact).max()
     assert target.gain == pytest.approx(-counted[w <= 3.0].min(), rel=0.02)
     A, B, C = (
@@ -103,7 +108,9 @@ def test_kernel_that_feeds_energy_in_is_made_passive():
         np.array([[0.0], [1.0]]),
         np.array([[1.0, 0.0]]),
     )
-    changed, before, after = passive(reciprocal(modes(A, B, C)), 3.0, Emphasis(1.0, 1.0))
+    changed, before, after = make_passive(
+        make_reciprocal(find_modes(A, B, C)), 3.0, Emphasis(1.0, 1.0)
+    )
     weighted = (1.0 + (w / 3.0) ** 2) * exact.real
     assert before == pytest.approx(weighted.min() / np.abs(exact.real).max(), rel=0.02)
     assert after >= -1e-7

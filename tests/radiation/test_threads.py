@@ -30,7 +30,7 @@ for name in ("sphere", "h851"):
     told(name, memory.kernel, memory.added_mass_infinite)
     print(memory.report)
     if name == "sphere":
-        for model in radiation.fit(name, memory, db.frequency, np.arange(6)):
+        for model in radiation.fit_state_space(name, memory, db.frequency, np.arange(6)):
             of_fit(name, model)
     else:
         of_fit(name, fit_group(memory, np.array([0, 2, 4]), db.frequency[-1]))

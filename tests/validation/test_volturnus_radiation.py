@@ -47,7 +47,7 @@ def test_ours_is_closer_to_the_coefficients_than_the_supplied_one(
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     w, B = database.frequency, database.radiation_damping
     memory = retardation(w, database.added_mass, B)
-    models = fits.fit("volturnus", memory, w, np.arange(6), tolerance)
+    models = fits.fit_state_space("volturnus", memory, w, np.arange(6), tolerance)
     ours = np.zeros((w.size, 6, 6), dtype=complex)
     for model in models:
         ours[:, model.dofs[:, None], model.dofs] = model.modes.transfer_function(1j * w)
@@ -98,6 +98,6 @@ def test_the_default_tolerance_is_refused_for_data_with_negative_damping(
     w = database.frequency
     memory = retardation(w, database.added_mass, database.radiation_damping)
     assert memory.report.smallest_eigenvalue < -5e-3
-    models = fits.fit("volturnus", memory, w, np.arange(6))
+    models = fits.fit_state_space("volturnus", memory, w, np.arange(6))
     with pytest.raises(InputError, match=r"volturnus.1.* passive .*tolerance: 0\.0(0[5-9]|[1-9])"):
-        fits.check(models, database.source)
+        fits.check_fits(models, database.source)

@@ -21,7 +21,7 @@ from hydrosim.database.database import Complex, HydroDatabase, Real, require_arr
 from hydrosim.water.radiation.retardation import (
     TAIL_EXPONENTS,
     diagonal_scale,
-    radiating,
+    find_radiating,
     retardation_function,
 )
 from hydrosim.water.spectra import wavenumber
@@ -69,7 +69,7 @@ def _memory(db: HydroDatabase) -> RelativeErrors:
     _at_least(db, 4)
     resolved = np.pi / np.diff(db.frequency).max()
     time = np.concatenate([[0.0], np.linspace(resolved, 2 * resolved, _MEMORY_LAGS)])
-    active = radiating(db.radiation_damping)
+    active = find_radiating(db.radiation_damping)
     damping = db.radiation_damping[:, active[:, None], active]
     kernel = retardation_function(db.frequency, damping, time)
     relative = np.full(db.radiation_damping.shape[1:], np.nan)

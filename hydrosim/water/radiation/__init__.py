@@ -1,16 +1,16 @@
 """Radiated waves: retardation functions, their state-space fit and the memory force."""
 
-from hydrosim.water.radiation.convolution import ConvolutionKernel, convolution_model, history_for
+from hydrosim.water.radiation.convolution import ConvolutionKernel, convolution_model, new_history
 from hydrosim.water.radiation.fits import (
     Floating,
-    check,
-    fit,
-    free_groups,
+    check_fits,
+    fit_state_space,
+    groups_free_to_reduce,
     is_tolerable,
     is_within_tolerance,
-    reduce,
+    reduce_states,
 )
-from hydrosim.water.radiation.history import VelocityHistory, velocity_history
+from hydrosim.water.radiation.history import VelocityHistory, new_velocity_history
 from hydrosim.water.radiation.memory import (
     ConstantDamping,
     RadiationStates,

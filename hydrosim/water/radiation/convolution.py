@@ -38,8 +38,8 @@ from hydrosim.water.radiation.history import (
     TWICE,
     VELOCITY,
     VelocityHistory,
+    new_velocity_history,
     point_time,
-    velocity_history,
 )
 from hydrosim.water.radiation.memory import dot
 from hydrosim.water.radiation.state_space import coupled_groups
@@ -55,7 +55,7 @@ def roots_of_unity(half: int) -> np.ndarray:
     return np.exp(-1j * np.pi * np.arange(half) / half)
 
 
-def bit_reversed(size: int) -> np.ndarray:
+def find_bit_reversal(size: int) -> np.ndarray:
     """The frequencies (size,) in the order that `transform` leaves them in."""
     order = np.zeros(1, dtype=np.int64)
     while order.size < size:
@@ -98,8 +98,8 @@ def add_products(a, b, total):
         total[k] += a[k] * b[k]
 
 
-BLOCK_PER_ROOT = 4.0
-"""Square of a block's points, over the lags of the table."""
+SQUARED_BLOCK_PER_LAG = 4.0
+"""Square of the points of a block, over the lags of the table."""
 FEWEST_BLOCKS = 4
 """Blocks in the table of K from which on they are worth their transforms."""
 
@@ -134,7 +134,7 @@ def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel
     K = np.ascontiguousarray(retardation[:, row, column], dtype=np.float64)
     slopes = np.diff(K, axis=0, prepend=K[:1], append=K[-1:]) / step
     bend = np.ascontiguousarray(np.diff(slopes, axis=0).T)
-    block = _block_size(len(K))
+    block = _choose_block_size(len(K))
     return ConvolutionKernel(
         step=float(step),
         K=K,
@@ -147,9 +147,9 @@ def convolution_model(step: float, retardation: np.ndarray) -> ConvolutionKernel
     )
 
 
-def _block_size(lags: int) -> int:
+def _choose_block_size(lags: int) -> int:
     """Points of a block, a power of two: about as much work for blocks as for single points."""
-    return 2 ** round(log2(sqrt(BLOCK_PER_ROOT * lags)))
+    return 2 ** round(log2(sqrt(SQUARED_BLOCK_PER_LAG * lags)))
 
 
 def _transform_bends(bend: np.ndarray, block: int) -> np.ndarray:
@@ -163,16 +163,16 @@ def _transform_bends(bend: np.ndarray, block: int) -> np.ndarray:
         ahead = padded[:, (d + 1) * block : (d + 2) * block]
         behind = padded[:, d * block + 1 : (d + 1) * block]
         around = np.hstack([ahead, np.zeros((entries, 1)), behind])
-        spectrum[d] = np.fft.fft(around)[:, bit_reversed(2 * block)]
+        spectrum[d] = np.fft.fft(around)[:, find_bit_reversal(2 * block)]
     return spectrum
 
 
-def history_for(kernel: ConvolutionKernel, dofs: int, longest: float) -> VelocityHistory:
+def new_history(kernel: ConvolutionKernel, dofs: int, longest: float) -> VelocityHistory:
     """An empty history of ``dofs`` velocities for steps of ``longest`` [s] at most. It has no room
     if the kernel is empty."""
     points = len(kernel.K) + 1
     distances, block = len(kernel.spectrum), kernel.turns.size
-    return velocity_history(
+    return new_velocity_history(
         dofs if kernel.row.size else 0, kernel.step, points, longest, distances, block
     )
 
@@ -207,9 +207,9 @@ def _add_lag(k, t, v, base, known, history, p, force):
     """Subtract b_k Y(t - k H), with X at both ends, for a time after the grid."""
     motion, last = history.memo.motion, p.bend.shape[1] - 1
     if k == 0 or t - k * p.step >= history.time[base]:
-        _along_parabola(k * p.step, t, v, history.node[base], history.time[base], motion)
+        _follow_parabola(k * p.step, t, v, history.node[base], history.time[base], motion)
     else:
-        _along_gap(t - k * p.step, base, known, history, motion)
+        _bridge_gap(t - k * p.step, base, known, history, motion)
     for e in range(p.row.size):
         j = p.column[e]
         total = p.bend[e, k] * motion[TWICE, j]
@@ -221,7 +221,7 @@ def _add_lag(k, t, v, base, known, history, p, force):
 
 
 @kernel
-def _along_parabola(lag, t, v, node, begin, motion):
+def _follow_parabola(lag, t, v, node, begin, motion):
     """Y and X at ``t - lag``, in the step from the node at ``begin``."""
     h = t - begin
     s = h - lag
@@ -235,14 +235,14 @@ def _along_parabola(lag, t, v, node, begin, motion):
 
 
 @kernel
-def _along_gap(time, base, known, history, motion):
+def _bridge_gap(time, base, known, history, motion):
     """Y and X at a ``time`` between the grid's point ``known`` and a later node."""
     grid, node = history.grid, history.node[base]
     column = history.place[0] + history.place[1] - known
     begin = point_time(known, history)
     h = history.time[base] - begin
-    y0, x0, v0, y1, x1, v1 = quintic((time - begin) / h, h)
-    d0, e0, f0, d1, e1, f1 = quintic_slope((time - begin) / h, h)
+    y0, x0, v0, y1, x1, v1 = quintic_weights((time - begin) / h, h)
+    d0, e0, f0, d1, e1, f1 = quintic_slope_weights((time - begin) / h, h)
     for j in range(motion.shape[1]):
         Y0, X0, V0 = grid[TWICE, j, column], grid[ONCE, j, column], grid[AFTER, j, column]
         Y1, X1, V1 = node[TWICE, j], node[ONCE, j], node[VELOCITY, j]
@@ -261,10 +261,10 @@ def _add_grid(upper, known, part, history, p, force):
     if near >= last:
         return
     sums = history.memo.sums
-    high = sums[_sums(upper, known, history, p)]
-    low = sums[_sums(upper - 1, known, history, p)]
-    y0, x0, v0, y1, x1, v1 = quintic(part, p.step)
-    d0, e0, f0, d1, e1, f1 = quintic_slope(part, p.step)
+    high = sums[_find_sums(upper, known, history, p)]
+    low = sums[_find_sums(upper - 1, known, history, p)]
+    y0, x0, v0, y1, x1, v1 = quintic_weights(part, p.step)
+    d0, e0, f0, d1, e1, f1 = quintic_slope_weights(part, p.step)
     for i in p.dofs:
         total = y1 * high[TWICE, i] + x1 * high[ONCE, i] + v1 * high[BEFORE, i]
         total += y0 * low[TWICE, i] + x0 * low[ONCE, i] + v0 * low[AFTER, i]
@@ -284,7 +284,7 @@ def _add_grid(upper, known, part, history, p, force):
 
 
 @kernel
-def _sums(point, known, history, p):
+def _find_sums(point, known, history, p):
     """Index in the memo of the sums of b_k times each row of the grid at ``point`` - k. The sums
     run over the lags k > 0 for which that is a grid point up to ``known``."""
     memo = history.memo
@@ -305,7 +305,7 @@ def _sums(point, known, history, p):
         block = p.turns.size
         complete = (known + 1) // block - 1
         count = min(count, known + 1 - (complete + 1) * block)
-        later = memo.later[_sums_of_blocks(point // block, complete, history, p)]
+        later = memo.later[_find_block_sums(point // block, complete, history, p)]
         for i in p.dofs:
             for m in range(4):
                 sums[m, i] = later[m, i, point % block]
@@ -317,7 +317,7 @@ def _sums(point, known, history, p):
 
 
 @kernel
-def _sums_of_blocks(block, complete, history, p):
+def _find_block_sums(block, complete, history, p):
     """Index in the memo of the same sums for all points of a ``block``, over the points of blocks
     up to ``complete``."""
     memo, distances = history.memo, p.spectrum.shape[0]
@@ -328,7 +328,7 @@ def _sums_of_blocks(block, complete, history, p):
     total = memo.total
     total[:] = 0.0
     for distance in range(block - complete, distances + 1):
-        past = memo.blocks[_transformed_block(block - distance, history, p)]
+        past = memo.blocks[_find_block_transform(block - distance, history, p)]
         for e in range(p.row.size):
             for pair in range(2):
                 add_products(
@@ -344,7 +344,7 @@ def _sums_of_blocks(block, complete, history, p):
 
 
 @kernel
-def _transformed_block(block, history, p):
+def _find_block_transform(block, history, p):
     """Index in the memo of the transforms of a ``block`` of the grid: Y + i X, and v before
     + i v after a jump."""
     memo, size = history.memo, p.turns.size
@@ -356,7 +356,7 @@ def _transformed_block(block, history, p):
     for j in p.dofs:
         for pair in range(2):
             values = memo.blocks[place, pair, j]
-            values[:] = 0.0
+            values[size:] = 0.0
             for n in range(size):
                 values[n] = complex(
                     history.grid[2 * pair, j, first - n], history.grid[2 * pair + 1, j, first - n]
@@ -366,7 +366,7 @@ def _transformed_block(block, history, p):
 
 
 @kernel
-def quintic(x, h):
+def quintic_weights(x, h):
     """Polynomial of degree 5 at the fraction x of an interval h: weights of value, slope and
     curvature at its start, and at its end."""
     y = 1.0 - x
@@ -382,7 +382,7 @@ def quintic(x, h):
 
 
 @kernel
-def quintic_slope(x, h):
+def quintic_slope_weights(x, h):
     """The derivatives of the weights of `quintic` by h x."""
     y = 1.0 - x
     end = 30.0 * x * x * y * y / h

@@ -22,7 +22,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.water.radiation.kept import Arrays, kept
+from hydrosim.water.radiation.kept import Arrays, read_or_make
 from hydrosim.water.radiation.retardation import SLOWEST, Retardation
 from hydrosim.water.radiation.state_space import (
     HELD_DOWN,
@@ -31,10 +31,10 @@ from hydrosim.water.radiation.state_space import (
     StateSpace,
     Target,
     coupled_groups,
+    find_state_space,
+    find_target,
     fit_group,
     fit_once,
-    state_space_of,
-    target_of,
 )
 from hydrosim.water.radiation.threads import one_thread
 
@@ -86,14 +86,16 @@ class FeltTarget(Target):
 
     admittance: np.ndarray
 
-    def error(self, found: np.ndarray) -> float:
+    def error(self, fitted: np.ndarray) -> float:
         """Largest change of motion in the band if K^ is replaced by ``found`` (nw, m, m)."""
-        change = self.admittance @ (found - self.values)
+        change = self.admittance @ (fitted - self.values)
         return float(np.linalg.norm(change, 2, axis=(1, 2))[: self.inside].max())
 
 
 @one_thread
-def reduced(full: StateSpace, memory: Retardation, band: float, floating: Floating) -> StateSpace:
+def reduce_stored(
+    full: StateSpace, memory: Retardation, band: float, floating: Floating
+) -> StateSpace:
     """A passive model with fewer states than the fit ``full``, which changes the motions of
     ``floating`` bodies by at most `PART` of its tolerance. Returns ``full`` itself if none was
     found.
@@ -107,8 +109,8 @@ def reduced(full: StateSpace, memory: Retardation, band: float, floating: Floati
     if not good or model.decay.size >= full.order:
         return full
     felt = replace(report, tolerance=tolerance, motion_error=report.frequency_error)
-    result = state_space_of(model, felt, target, memory)
-    plain = target_of(memory, full.dofs, band)
+    result = find_state_space(model, felt, target, memory)
+    plain = find_target(memory, full.dofs, band)
     K = result.modes.transfer_function(1j * plain.w) / np.outer(plain.scale, plain.scale)
     return replace(result, report=replace(result.report, frequency_error=plain.error(K)))
 
@@ -118,7 +120,7 @@ def felt_target(
 ) -> FeltTarget:
     """K^ between the ``dofs`` (m,) as in `target_of`, with the admittance of the `floating`
     bodies."""
-    plain = target_of(memory, dofs, band)
+    plain = find_target(memory, dofs, band)
     inertia, stiffness = floating.among(dofs)
     inertia = inertia + memory.added_mass_infinite[dofs[:, None], dofs]
     scale = np.sqrt(np.diag(inertia))
@@ -148,7 +150,7 @@ ARRAYS = tuple(field.name for field in fields(StateSpace) if field.name != "repo
 TOLERABLE = 10.0  # times the tolerance: largest error of an accepted passive fit
 
 
-def fit(
+def fit_state_space(
     checksum: str,
     memory: Retardation,
     frequency: np.ndarray,
@@ -164,18 +166,18 @@ def fit(
     band = float(frequency[-1])
     settings = (checksum, memory.time.size, float(memory.time[-1]), band, tolerance)
     return tuple(
-        kept(
+        read_or_make(
             "fits",
             (*settings, *dofs.tolist()),
             partial(fit_group, memory, dofs, band, tolerance),
-            _to_arrays,
-            _of_arrays,
+            _state_space_arrays,
+            _read_state_space,
         )
-        for dofs in free_groups(memory, free, tolerance)
+        for dofs in groups_free_to_reduce(memory, free, tolerance)
     )
 
 
-def reduce(
+def reduce_states(
     models: Sequence[StateSpace],
     checksum: str,
     memory: Retardation,
@@ -201,13 +203,13 @@ def reduce(
             *model.dofs.tolist(),
             *np.ravel(felt).tolist(),
         )
-        make = partial(reduced, model, memory, band, floating)
-        return kept("reduced", settings, make, _to_arrays, _of_arrays)
+        make = partial(reduce_stored, model, memory, band, floating)
+        return read_or_make("reduced", settings, make, _state_space_arrays, _read_state_space)
 
     return tuple(smaller(model) if model.report.holds else model for model in models)
 
 
-def free_groups(
+def groups_free_to_reduce(
     memory: Retardation, free: np.ndarray, tolerance: float = TOLERANCE
 ) -> list[np.ndarray]:
     """The groups of `coupled_groups`, restricted to the ``free`` DOFs (m,): the other DOFs do not
@@ -216,7 +218,7 @@ def free_groups(
     return [free[group] for group in coupled_groups(block, tolerance)]
 
 
-def check(models: Sequence[StateSpace], source: str) -> None:
+def check_fits(models: Sequence[StateSpace], source: str) -> None:
     """Raises InputError if a group has no passive fit with an error below ten times the tolerance,
     and convolution is not allowed. The message names the database's ``source`` and all groups that
     fail."""
@@ -225,14 +227,16 @@ def check(models: Sequence[StateSpace], source: str) -> None:
         return
     tolerance = failed[0].report.tolerance
     reached = max(model.report.frequency_error for model in models)
-    found = "; ".join(f"{_names(model.dofs)}: {_nearest(model)}" for model in failed)
+    described = "; ".join(
+        f"{_name_dofs(model.dofs)}: {_describe_nearest(model)}" for model in failed
+    )
     raise InputError(
-        f"{source}: fitted a state-space model to the radiation of {found}, and none that is"
+        f"{source}: fitted a state-space model to the radiation of {described}, and none that is"
         f" passive has an error below {TOLERABLE * tolerance:g}; expected damping that is smooth"
         " and positive, and a memory that has decayed at its end. Check the database with"
         " `hydrosim db check`. Then choose: one database for each body, with which `automatic` uses"
         " convolution; a longer memory, radiation: {length: ...}; or a larger error,"
-        f" radiation: {{model: state_space, tolerance: {_rounded_up(reached):g}}}."
+        f" radiation: {{model: state_space, tolerance: {_round_up(reached):g}}}."
     )
 
 
@@ -247,13 +251,13 @@ def is_tolerable(model: StateSpace) -> bool:
     return report.passive and report.error <= TOLERABLE * report.tolerance
 
 
-def _names(dofs: np.ndarray) -> str:
+def _name_dofs(dofs: np.ndarray) -> str:
     return ", ".join(
         DOFS[dof % 6] + (f" of body {dof // 6 + 1}" if dof > 5 else "") for dof in dofs
     )
 
 
-def _nearest(model: StateSpace) -> str:
+def _describe_nearest(model: StateSpace) -> str:
     report = model.report
     return (
         f"the nearest, with {model.order} states, has an error of {report.frequency_error:.1e}"
@@ -261,17 +265,17 @@ def _nearest(model: StateSpace) -> str:
     )
 
 
-def _rounded_up(error: float) -> float:
+def _round_up(error: float) -> float:
     """The smallest tolerance with one digit that is not below this error."""
     size = 10.0 ** np.floor(np.log10(error))
     return float(np.ceil(error / size) * size)
 
 
-def _of_arrays(arrays: Arrays) -> StateSpace:
+def _read_state_space(arrays: Arrays) -> StateSpace:
     report = FitReport(*map(float, arrays["report"]))
     return StateSpace(**{name: arrays[name] for name in ARRAYS}, report=report)
 
 
-def _to_arrays(model: StateSpace) -> Arrays:
+def _state_space_arrays(model: StateSpace) -> Arrays:
     arrays = {name: getattr(model, name) for name in ARRAYS}
     return {**arrays, "report": np.array(astuple(model.report))}

@@ -23,7 +23,7 @@ TWICE, ONCE, BEFORE, AFTER = range(4)
 """Rows of the grid: Y, X, and v before and after a jump."""
 LONGEST_REMEMBERED = 1.5
 """Longest step that a history has room for, over the step of its run."""
-NOTHING = -(2**62)
+NO_NUMBER = -(2**62)
 """No point and no block has this number."""
 VELOCITY, ACCELERATION = 2, 3  # rows of a node, after Y and X
 NOW, THEN = range(2)  # the newest node, and the newest node at an earlier time
@@ -59,7 +59,7 @@ class Memo(NamedTuple):
     motion: np.ndarray  # (2, dofs), scratch
 
 
-def velocity_history(
+def new_velocity_history(
     dofs: int, step: float, points: int, longest: float, distances: int = 0, block: int = 1
 ) -> VelocityHistory:
     """An empty history of ``dofs`` velocities: ``points`` of a grid, one ``step`` [s] apart, filled
@@ -77,11 +77,11 @@ def velocity_history(
         time=np.full(2, np.inf),
         node=np.zeros((2, 4, dofs)),
         memo=Memo(
-            key=np.full((ahead, 2), NOTHING),
+            key=np.full((ahead, 2), NO_NUMBER),
             sums=np.zeros((ahead, 4, dofs)),
-            later_key=np.full((later, 2), NOTHING),
+            later_key=np.full((later, 2), NO_NUMBER),
             later=np.zeros((later, 4, dofs, block)),
-            number=np.full(distances, NOTHING),
+            number=np.full(distances, NO_NUMBER),
             blocks=np.zeros((distances, 2, dofs, 2 * block), dtype=np.complex128),
             total=np.zeros((2, dofs, 2 * block), dtype=np.complex128),
             motion=np.zeros((2, dofs)),
@@ -90,7 +90,7 @@ def velocity_history(
 
 
 @root
-def push(history, t, v, a):
+def append_node(history, t, v, a):
     """Append the accepted node (t, v, a). At the time of the newest node it replaces that node, as
     the other side of a jump."""
     time, node, place = history.time, history.node, history.place
@@ -105,7 +105,9 @@ def push(history, t, v, a):
         _add_points(t, v, a, history)
         for i in range(v.size):
             Y, X, u, b = node[THEN, 0, i], node[THEN, 1, i], node[THEN, 2, i], node[THEN, 3, i]
-            node[NOW, TWICE, i], node[NOW, ONCE, i], _ = along_cubic(1.0, h, Y, X, u, b, v[i], a[i])
+            node[NOW, TWICE, i], node[NOW, ONCE, i], _ = interpolate_cubic(
+                1.0, h, Y, X, u, b, v[i], a[i]
+            )
     time[NOW] = t
     assign(node[NOW, VELOCITY], v)
     assign(node[NOW, ACCELERATION], a)
@@ -114,7 +116,7 @@ def push(history, t, v, a):
         for i in range(v.size):
             if after[i, place[0]] != v[i]:
                 after[i, place[0]] = v[i]
-                forget(place[1], history)
+                discard_sums(place[1], history)
 
 
 @kernel
@@ -128,7 +130,7 @@ def _add_points(t, v, a, history):
             x = 1.0
         column = _next_column(history)
         for i in range(v.size):
-            Y, X, u = along_cubic(
+            Y, X, u = interpolate_cubic(
                 x, h, node[NOW, 0, i], node[NOW, 1, i], node[NOW, 2, i], node[NOW, 3, i], v[i], a[i]
             )
             history.grid[TWICE, i, column], history.grid[ONCE, i, column] = Y, X
@@ -136,7 +138,7 @@ def _add_points(t, v, a, history):
 
 
 @kernel
-def along_cubic(x, h, Y, X, v0, a0, v1, a1):
+def interpolate_cubic(x, h, Y, X, v0, a0, v1, a1):
     """Y, X and v at the fraction ``x`` of an interval h, for the cubic from (v0, a0) to (v1,
     a1)."""
     s = x * h
@@ -166,7 +168,7 @@ def _next_column(history):
 
 
 @kernel
-def count_anew(history):
+def recount_integrals(history):
     """Restart X and Y at the newest point of the grid from time to time: growing numbers would lose
     digits."""
     grid, place = history.grid, history.place
@@ -182,28 +184,28 @@ def count_anew(history):
         for node in range(2):
             history.node[node, TWICE, i] -= Y + X * (history.time[node] - now)
             history.node[node, ONCE, i] -= X
-    forget(NOTHING + 1, history)
+    discard_sums(NO_NUMBER + 1, history)
 
 
 @kernel
-def forget(first, history):
+def discard_sums(first, history):
     """Discard the computed sums and transforms that hold points of the grid from the ``first`` on:
     they belong to another past."""
     memo = history.memo
     block = first // memo.later.shape[3]
     for place in range(memo.key.shape[0]):
         if memo.key[place, 1] >= first:
-            memo.key[place, 0] = NOTHING
+            memo.key[place, 0] = NO_NUMBER
     for place in range(memo.later_key.shape[0]):
         if memo.later_key[place, 1] >= block:
-            memo.later_key[place, 0] = NOTHING
+            memo.later_key[place, 0] = NO_NUMBER
     for place in range(memo.number.size):
         if memo.number[place] >= block:
-            memo.number[place] = NOTHING
+            memo.number[place] = NO_NUMBER
 
 
 @kernel
-def drop(t, history):
+def remove_newest_node(t, history):
     """Remove the newest node if it is at ``t``; returns true if it was."""
     time, node, place = history.time, history.node, history.place
     if time[NOW] != t or time[THEN] == np.inf:
@@ -213,7 +215,7 @@ def drop(t, history):
     time[NOW], time[THEN] = time[THEN], np.inf
     for m in range(4):
         assign(node[NOW, m], node[THEN, m])
-    forget(place[1] + 1, history)
+    discard_sums(place[1] + 1, history)
     return True
 
 

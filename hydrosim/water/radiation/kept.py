@@ -22,11 +22,18 @@ from hydrosim.files.cache import PACKAGE, SHIPPED_FITS, digest_of_sources, store
 
 Arrays = Mapping[str, np.ndarray]
 T = TypeVar("T")
-STORING = ("kept.py", "ship.py")
-"""Modules that store results and compute none."""
+WITHOUT_FITS = (
+    "__init__.py",
+    "convolution.py",
+    "history.py",
+    "kept.py",
+    "ship.py",
+    "threads.py",
+)
+"""Modules that compute nothing that is stored."""
 
 
-def kept(
+def read_or_make(
     kind: str,
     settings: tuple[object, ...],
     make: Callable[[], T],
@@ -41,18 +48,18 @@ def kept(
     """
     key = hashlib.sha256(repr((*settings, _version())).encode()).hexdigest()[:24]
     name = f"{kind}/{key}.npz"
-    found = stored(name) or shipped(name)
-    if found is not None:
-        with np.load(BytesIO(found), allow_pickle=False) as arrays:
+    content = stored(name) or read_shipped(name)
+    if content is not None:
+        with np.load(BytesIO(content), allow_pickle=False) as arrays:
             return of_arrays(dict(arrays))
-    made = make()
-    content = BytesIO()
-    np.savez(content, **dict[str, Any](to_arrays(made)))
-    store(name, content.getvalue())
-    return made
+    result = make()
+    file = BytesIO()
+    np.savez(file, **dict[str, Any](to_arrays(result)))
+    store(name, file.getvalue())
+    return result
 
 
-def shipped(name: str, archive: Path = SHIPPED_FITS) -> bytes | None:
+def read_shipped(name: str, archive: Path = SHIPPED_FITS) -> bytes | None:
     """The content of ``name`` in an ``archive``; None if it is not there, or is damaged."""
     with suppress(KeyError, OSError, BadZipFile, zlib.error), ZipFile(archive) as entries:
         return entries.read(name)
@@ -63,5 +70,5 @@ def shipped(name: str, archive: Path = SHIPPED_FITS) -> bytes | None:
 def _version() -> str:
     """Hash of the sources that compute results: a change of the computation changes the file."""
     home = PACKAGE / "water" / "radiation"
-    computing = {path.name for path in home.glob("*.py")} - {*STORING}
+    computing = {path.name for path in home.glob("*.py")} - {*WITHOUT_FITS}
     return digest_of_sources(home, *sorted(computing))

@@ -104,12 +104,12 @@ def _decay_and_rotate(x, decay, rotation, real, dx):
     for k in range(real):
         dx[k] = decay[k] * x[k]
     pairs = (x.size - real) // 2
-    one, two = x[real : real + pairs], x[real + pairs :]
-    d_one, d_two = dx[real : real + pairs], dx[real + pairs :]
+    first, second = x[real : real + pairs], x[real + pairs :]
+    d_first, d_second = dx[real : real + pairs], dx[real + pairs :]
     a, b = decay[real:], rotation[real:]
     for k in range(pairs):
-        d_one[k] = a[k] * one[k] + b[k] * two[k]
-        d_two[k] = a[k] * two[k] - b[k] * one[k]
+        d_first[k] = a[k] * first[k] + b[k] * second[k]
+        d_second[k] = a[k] * second[k] - b[k] * first[k]
 
 
 @summing
@@ -136,15 +136,15 @@ def radiation_damping(v, p, force):
 # Arrays for the kernels in `memory`, made from fits and coefficients.
 
 
-def _offsets(sizes: Sequence[int]) -> np.ndarray:
+def _find_offsets(sizes: Sequence[int]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
 
 
-def _joined(parts: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
+def _join(parts: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
     return np.concatenate([np.empty(0, dtype), *(np.ravel(part) for part in parts)]).astype(dtype)
 
 
-def _filled_up(rows: np.ndarray, mode: Literal["edge", "constant"]) -> np.ndarray:
+def _pad_rows(rows: np.ndarray, mode: Literal["edge", "constant"]) -> np.ndarray:
     """``rows`` plus one more, the last again or zeros, if that completes a multiple of
     `AT_ONCE`."""
     more = 1 if len(rows) % AT_ONCE == AT_ONCE - 1 else 0
@@ -158,23 +158,23 @@ def state_space_model(groups: Sequence[StateSpace]) -> RadiationStates:
     nothing in a run.
     """
     pairs = [group.decay.size - group.real for group in groups]
-    dofs = [_filled_up(group.dofs, "edge") for group in groups]
-    B = [_filled_up(group.B.T, "constant") for group in groups]
+    dofs = [_pad_rows(group.dofs, "edge") for group in groups]
+    B = [_pad_rows(group.B.T, "constant") for group in groups]
     return RadiationStates(
-        state=_offsets([group.B.shape[0] for group in groups]),
-        member=_offsets([of_group.size for of_group in dofs]),
-        matrix=_offsets([of_group.size for of_group in B])[:-1],
+        state=_find_offsets([group.B.shape[0] for group in groups]),
+        member=_find_offsets([of_group.size for of_group in dofs]),
+        matrix=_find_offsets([of_group.size for of_group in B])[:-1],
         real=np.array([group.real for group in groups], dtype=np.int64),
-        dof=_joined(dofs, np.int64),
-        decay=_joined([np.diag(group.matrix) for group in groups]),
-        rotation=_joined(
+        dof=_join(dofs, np.int64),
+        decay=_join([np.diag(group.matrix) for group in groups]),
+        rotation=_join(
             [
                 np.append(group.frequency, np.zeros(n))
                 for group, n in zip(groups, pairs, strict=True)
             ]
         ),
-        B=_joined(B),
-        C=_joined([_filled_up(group.C, "constant") for group in groups]),
+        B=_join(B),
+        C=_join([_pad_rows(group.C, "constant") for group in groups]),
     )
 
 
@@ -182,7 +182,7 @@ def input_rates(states: RadiationStates) -> np.ndarray:
     """B summed over the DOFs, (states,): the rate of every state if all DOFs have a unit
     velocity."""
     sizes = zip(states.matrix, np.diff(states.member), np.diff(states.state), strict=True)
-    return _joined([states.B[at:][: m * n].reshape(m, n).sum(axis=0) for at, m, n in sizes])
+    return _join([states.B[at:][: m * n].reshape(m, n).sum(axis=0) for at, m, n in sizes])
 
 
 def constant_damping(damping: np.ndarray) -> ConstantDamping:

@@ -74,24 +74,26 @@ class Reciprocal:
         return result
 
 
-def passive(model: Reciprocal, band: float, emphasis: Weight) -> tuple[Reciprocal, float, float]:
+def make_passive(
+    model: Reciprocal, band: float, emphasis: Weight
+) -> tuple[Reciprocal, float, float]:
     """The passive model nearest to ``model``, with errors weighted by the ``emphasis``.
 
     Also returns the smallest over the largest eigenvalue of (1 + (w / band)^2) Re K^(i w) over all
     w, before and after. A value below -`ROUNDING` means that no passive model was found.
     """
-    place, value = _smallest(model, band)
+    place, value = _find_smallest_damping(model, band)
     first = last = value.min()
     for _ in range(PASSES):
         if last >= -ROUNDING:
             break
-        model = _lifted(model, band, emphasis, place, value)
-        place, value = _smallest(model, band)
+        model = _lift_damping(model, band, emphasis, place, value)
+        place, value = _find_smallest_damping(model, band)
         last = value.min()
     return model, float(first), float(last)
 
 
-def _damping(model: Reciprocal, w: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
+def _find_damping(model: Reciprocal, w: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
     """Re (i w - Lambda)^-1 B times 1 + (w / band)^2 (nw, states, m), infinite w included; and the
     same of K^ (nw, m, m)."""
     finite = np.isfinite(w)
@@ -102,14 +104,14 @@ def _damping(model: Reciprocal, w: np.ndarray, band: float) -> tuple[np.ndarray,
     return resolved, 0.5 * (whole + np.swapaxes(whole, 1, 2))
 
 
-def _smallest(model: Reciprocal, band: float) -> tuple[np.ndarray, np.ndarray]:
+def _find_smallest_damping(model: Reciprocal, band: float) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies with small eigenvalues of the damping, including minima, as angles atan(w / band)
     (k,), and these eigenvalues relative to the largest (k, m), ascending."""
 
     def eigenvalues(angle: np.ndarray) -> np.ndarray:
-        return np.linalg.eigvalsh(_damping(model, _frequency(angle, band), band)[1])
+        return np.linalg.eigvalsh(_find_damping(model, _angle_to_frequency(angle, band), band)[1])
 
-    angles = _grid(model, band)
+    angles = _search_grid(model, band)
     value = eigenvalues(angles)
     weight = np.cos(angles) ** 2  # removes the factor 1 + (w / band)^2
     largest = max(np.abs(value * weight[:, None]).max(), np.finfo(float).tiny)
@@ -128,11 +130,11 @@ def _smallest(model: Reciprocal, band: float) -> tuple[np.ndarray, np.ndarray]:
     return place, eigenvalues(place) / largest
 
 
-def _frequency(angle: np.ndarray, band: float) -> np.ndarray:
+def _angle_to_frequency(angle: np.ndarray, band: float) -> np.ndarray:
     return np.where(angle < 0.5 * np.pi, band * np.tan(angle), np.inf)
 
 
-def _grid(model: Reciprocal, band: float) -> np.ndarray:
+def _search_grid(model: Reciprocal, band: float) -> np.ndarray:
     """Angles atan(w / band) from 0 to pi / 2, denser about the poles."""
     pairs = model.rotation.size
     decay = -model.decay[model.decay.size - pairs :] if pairs else np.empty(0)
@@ -141,12 +143,12 @@ def _grid(model: Reciprocal, band: float) -> np.ndarray:
     return np.unique(np.append(np.linspace(0.0, 0.5 * np.pi, GRID), angles))
 
 
-def _lifted(
+def _lift_damping(
     model: Reciprocal, band: float, emphasis: Weight, place: np.ndarray, value: np.ndarray
 ) -> Reciprocal:
     """The model with the smallest change of B, in the mean square of W K^ over frequencies. To
     first order it lifts negative eigenvalues to `AIM` and lowers no other below it."""
-    resolved, damping = _damping(model, _frequency(place, band), band)
+    resolved, damping = _find_damping(model, _angle_to_frequency(place, band), band)
     eigenvalues, vectors = np.linalg.eigh(damping)
     i = np.unravel_index(np.abs(value).argmax(), value.shape)
     largest = eigenvalues[i] / value[i]
@@ -161,11 +163,11 @@ def _lifted(
     slopes = np.einsum("ks,km->ksm", rows, u).reshape(k.size, -1)
     now = value[k, j]
     aim = np.where(now < -ROUNDING, AIM, np.minimum(now, AIM))
-    change = _least_distance(slopes, (aim - now) * largest).reshape(model.B.shape)
+    change = _find_least_change(slopes, (aim - now) * largest).reshape(model.B.shape)
     return replace(model, B=model.B + scipy.linalg.solve_triangular(root.T, change))
 
 
-def _least_distance(G: np.ndarray, h: np.ndarray) -> np.ndarray:
+def _find_least_change(G: np.ndarray, h: np.ndarray) -> np.ndarray:
     """The shortest x with G x >= h, by non-negative least squares (Lawson & Hanson 1974, 23.4).
     Rows of zeros, which no x changes, do not count."""
     from scipy.optimize import nnls  # slow to load, and not needed where fits are in the cache

@@ -65,7 +65,7 @@ class Emphasis(NamedTuple):
         return scipy.linalg.solve_continuous_lyapunov(joined, -driven @ driven.T)[:n, :n]
 
 
-def emphasis_of(w: np.ndarray, target: np.ndarray) -> Emphasis:
+def find_emphasis(w: np.ndarray, target: np.ndarray) -> Emphasis:
     """Emphasis whose corner is the frequency of the largest ``target`` (nw, m, m). ``w`` (nw,)
     rises from 0; w = 0 does not count, because nothing radiates there."""
     return Emphasis(float(w[1 + np.abs(target[1:]).max(axis=(1, 2)).argmax()]))
@@ -114,12 +114,14 @@ def vector_fit(
     top = np.abs(s).max()
     poles = np.arange(1, order // 2 + 1) * top / (order // 2) * (-0.1 + 1j)
     for _ in range(ITERATIONS):
-        poles = _within(fastest, min(band, fastest), _relocated(s, values, poles, rows))
-    fractions = _stacked(rows * partial_fractions(s, poles))
-    return poles, np.linalg.lstsq(fractions, _stacked(rows * values), rcond=None)[0]
+        poles = _keep_within_band(
+            fastest, min(band, fastest), _relocate_poles(s, values, poles, rows)
+        )
+    fractions = _stack_parts(rows * partial_fractions(s, poles))
+    return poles, np.linalg.lstsq(fractions, _stack_parts(rows * values), rcond=None)[0]
 
 
-def _within(fastest: float, band: float, poles: np.ndarray) -> np.ndarray:
+def _keep_within_band(fastest: float, band: float, poles: np.ndarray) -> np.ndarray:
     """The poles within limits. Poles beyond ``fastest`` are moved to it, with a damping ratio of
     `DAMPED` at least; poles beyond the ``band`` get `RINGING` at least."""
     size = np.abs(poles)
@@ -144,7 +146,7 @@ def partial_fractions(s: np.ndarray, poles: np.ndarray) -> np.ndarray:
     return np.array(columns).T
 
 
-def _relocated(
+def _relocate_poles(
     s: np.ndarray, values: np.ndarray, poles: np.ndarray, rows: np.ndarray
 ) -> np.ndarray:
     """Better poles: the zeros of the factor sigma(s) for which sigma * values has the given poles.
@@ -153,10 +155,10 @@ def _relocated(
     """
     fractions = partial_fractions(s, poles)
     sigma = np.column_stack([fractions, np.ones_like(s)])
-    own = np.linalg.qr(_stacked(rows * fractions))[0]
+    basis = np.linalg.qr(_stack_parts(rows * fractions))[0]
     # the part that no residues can fit, for all entries: (2 ns, ne, order + 1)
-    rest = _stacked((rows * values)[:, :, None] * sigma[:, None, :])
-    rest -= np.tensordot(own, np.tensordot(own, rest, (0, 0)), 1)
+    rest = _stack_parts((rows * values)[:, :, None] * sigma[:, None, :])
+    rest -= np.tensordot(basis, np.tensordot(basis, rest, (0, 0)), 1)
     size = np.linalg.norm(rows * values)
     # of each entry its triangle alone (Deschrijver et al. 2008)
     small = np.concatenate([np.linalg.qr(entry, mode="r") for entry in rest.transpose(1, 0, 2)])
@@ -164,16 +166,16 @@ def _relocated(
     right = np.append(np.zeros(len(system) - 1), size)
     c = np.linalg.lstsq(system, right, rcond=None)[0]
     A, b = pole_blocks(poles)
-    return _stable_upper(np.linalg.eigvals(A - np.outer(b, c[:-1]) / c[-1]))
+    return _keep_stable_upper(np.linalg.eigvals(A - np.outer(b, c[:-1]) / c[-1]))
 
 
-def _stable_upper(eigenvalues: np.ndarray) -> np.ndarray:
+def _keep_stable_upper(eigenvalues: np.ndarray) -> np.ndarray:
     """Eigenvalues of a real matrix, mirrored to the stable side, in this module's order."""
     poles: np.ndarray = -np.abs(eigenvalues.real) + 1j * eigenvalues.imag
     return np.concatenate([poles[poles.imag == 0.0], poles[poles.imag > 0.0]])
 
 
-def _stacked(values: np.ndarray) -> np.ndarray:
+def _stack_parts(values: np.ndarray) -> np.ndarray:
     return np.concatenate([values.real, values.imag])
 
 
@@ -190,7 +192,7 @@ def pole_blocks(poles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return scipy.linalg.block_diag(*blocks), np.array(b)
 
 
-def balanced(
+def balance(
     poles: np.ndarray, residues: np.ndarray, emphasis: Weight
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A, B and C of the fit of a reciprocal (m, m) matrix from its symmetric residues (order, m,
@@ -205,7 +207,7 @@ def balanced(
     m = residues.shape[1]
     A, b = pole_blocks(poles)
     eye = np.eye(m)
-    T = _symmetriser(poles, residues)
+    T = _find_symmetriser(poles, residues)
     factor = np.kron(_factor(emphasis.gramian(A, b[:, None])), eye)
     hankel, V = np.linalg.eigh(factor.T @ T @ factor)
     size = np.abs(hankel)
@@ -216,7 +218,7 @@ def balanced(
     return back @ np.kron(A, eye) @ to, back @ np.kron(b[:, None], eye), np.hstack([*residues]) @ to
 
 
-def _symmetriser(poles: np.ndarray, residues: np.ndarray) -> np.ndarray:
+def _find_symmetriser(poles: np.ndarray, residues: np.ndarray) -> np.ndarray:
     """The symmetric T of `balanced`: R for a real pole; [[R1, R2], [R2, -R1]] / 2 for a pair."""
     blocks, k = [], 0
     for p in poles:
@@ -230,7 +232,7 @@ def _symmetriser(poles: np.ndarray, residues: np.ndarray) -> np.ndarray:
     return scipy.linalg.block_diag(*blocks)
 
 
-def modes(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Modes:
+def find_modes(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> Modes:
     """Modal form of a system; rows of b and columns of c are scaled to the same norm."""
     poles, vectors = np.linalg.eig(A)
     b, c = np.linalg.solve(vectors, B), C @ vectors

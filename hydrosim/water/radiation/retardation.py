@@ -21,7 +21,7 @@ import numpy as np
 
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import LENGTH
-from hydrosim.water.radiation.kept import Arrays, kept
+from hydrosim.water.radiation.kept import Arrays, read_or_make
 from hydrosim.water.radiation.threads import one_thread
 
 TAIL_BAND = 0.15  # part of the band, at its end, on which the decay of B is fitted
@@ -97,17 +97,19 @@ def retardation(
     if checksum is None:
         return make()
     settings = (checksum, time.size, float(length))
-    return kept("memories", settings, make, _to_arrays, partial(_of_arrays, time))
+    return read_or_make(
+        "memories", settings, make, _retardation_arrays, partial(_read_retardation, time)
+    )
 
 
 def memory_length(frequency: np.ndarray, length: float | None, step: float) -> float:
     """Length [s] of a table of K: the requested one, or `LENGTH`, but not more whole steps than the
     ``frequency`` (nw,) resolves, see `resolved_length`."""
-    asked = LENGTH if length is None else length
-    known = resolved_length(frequency)
-    if asked <= known:
-        return asked
-    steps = int(known / step * (1.0 + 1e-9))
+    wanted = LENGTH if length is None else length
+    resolved = resolved_length(frequency)
+    if wanted <= resolved:
+        return wanted
+    steps = int(resolved / step * (1.0 + 1e-9))
     return max(steps, 2) * step
 
 
@@ -126,9 +128,9 @@ def resolved_length(frequency: np.ndarray) -> float:
 def _retardation(
     frequency: np.ndarray, added_mass: np.ndarray, damping: np.ndarray, time: np.ndarray
 ) -> Retardation:
-    kernel = tabulated(frequency, damping, time)
+    kernel = tabulate_retardation(frequency, damping, time)
     infinite, residual = infinite_added_mass(frequency, added_mass, time, kernel)
-    active = radiating(damping)
+    active = find_radiating(damping)
     K, A, B, left = (
         matrices[:, active[:, None], active] for matrices in (kernel, added_mass, damping, residual)
     )
@@ -142,7 +144,7 @@ def _retardation(
     return Retardation(time, kernel, infinite, report)
 
 
-def _to_arrays(memory: Retardation) -> Arrays:
+def _retardation_arrays(memory: Retardation) -> Arrays:
     *ratios, exponent = astuple(memory.report)
     return {
         "K": memory.kernel,
@@ -152,13 +154,15 @@ def _to_arrays(memory: Retardation) -> Arrays:
     }
 
 
-def _of_arrays(time: np.ndarray, arrays: Arrays) -> Retardation:
+def _read_retardation(time: np.ndarray, arrays: Arrays) -> Retardation:
     end, band, residual, eigenvalue = map(float, arrays["ratios"])
     report = KernelReport(end, band, residual, eigenvalue, arrays["tail_exponent"])
     return Retardation(time, arrays["K"], arrays["infinite"], report)
 
 
-def tabulated(frequency: np.ndarray, damping: np.ndarray, time: np.ndarray) -> np.ndarray:
+def tabulate_retardation(
+    frequency: np.ndarray, damping: np.ndarray, time: np.ndarray
+) -> np.ndarray:
     """Entries (nt, n, n) at the equally spaced ``time`` (nt,), such that linear interpolation
     between them acts on smooth motions like K. The error is of order 4 in the spacing, or 3 if K
     has a kink at t = 0.
@@ -223,8 +227,8 @@ def tail_exponent(frequency: np.ndarray, damping: np.ndarray) -> np.ndarray:
     y = np.log(np.where(one_sign, np.abs(B), 1.0))
     q = -np.tensordot(x, y, 1) / max(x @ x, np.finfo(float).tiny)
     q = np.where(q >= least, np.minimum(q, steepest), steepest)
-    own = np.diagonal(q)
-    return np.maximum(q, 0.5 * (own[:, None] + own))
+    diagonal = np.diagonal(q)
+    return np.maximum(q, 0.5 * (diagonal[:, None] + diagonal))
 
 
 def infinite_added_mass(
@@ -293,7 +297,7 @@ def _power_integral(x: np.ndarray, q: np.ndarray) -> np.ndarray:
     return np.tensordot(wave, np.exp(-np.multiply.outer(np.log1p(1j * s), q)), 1).real
 
 
-def radiating(matrices: np.ndarray) -> np.ndarray:
+def find_radiating(matrices: np.ndarray) -> np.ndarray:
     """The DOFs with radiation, ascending, from B or K (..., n, n), n = 6 per body.
 
     A DOF whose largest |M_ii| is below 1e-9 of the largest of its kind (translations or rotations
@@ -365,7 +369,7 @@ def spectra(
     folder by the ``checksum``, the memory and the duration."""
     settings = (checksum, memory.time.size, float(memory.time[-1]), duration)
     make = partial(_spectra, memory, frequency, added_mass, damping, 1.0 / duration)
-    return kept("spectra", settings, make, Spectra._asdict, _arrays_of_spectra)
+    return read_or_make("spectra", settings, make, Spectra._asdict, _read_spectra)
 
 
 @one_thread
@@ -387,5 +391,5 @@ def _spectra(
     return Spectra(w, K, longer - K + (fading + 1j * w[:, None, None]) * more)
 
 
-def _arrays_of_spectra(arrays: Arrays) -> Spectra:
+def _read_spectra(arrays: Arrays) -> Spectra:
     return Spectra(*(arrays[name] for name in Spectra._fields))

@@ -11,20 +11,20 @@ from functools import partial
 
 import numpy as np
 
-from hydrosim.water.radiation.passivity import ROUNDING, Reciprocal, passive
+from hydrosim.water.radiation.passivity import ROUNDING, Reciprocal, make_passive
 from hydrosim.water.radiation.rational import (
     Modes,
     Weight,
-    balanced,
-    emphasis_of,
-    modes,
+    balance,
+    find_emphasis,
+    find_modes,
     partial_fractions,
     vector_fit,
 )
 from hydrosim.water.radiation.retardation import (
     Retardation,
     diagonal_scale,
-    radiating,
+    find_radiating,
     relative_size,
     transfer_function,
 )
@@ -155,7 +155,7 @@ def coupled_groups(kernel: np.ndarray, tolerance: float = TOLERANCE) -> list[np.
     of max |K_ii| and max |K_jj|. Smaller couplings count as rounding. DOFs that do not radiate are
     in no group, see `radiating`.
     """
-    active = radiating(kernel)
+    active = find_radiating(kernel)
     block = kernel[:, active[:, None], active]
     scale = diagonal_scale(block)
     coupled = np.abs(block).max(axis=0) > tolerance * scale[:, None] * scale
@@ -186,21 +186,21 @@ class Target:
     weight: np.ndarray
     gain: float
 
-    def error(self, found: np.ndarray) -> float:
+    def error(self, fitted: np.ndarray) -> float:
         """Largest weighted error of ``found`` (nw, m, m) in the band."""
-        off = np.abs(found - self.values).max(axis=(1, 2))
+        off = np.abs(fitted - self.values).max(axis=(1, 2))
         return float((self.emphasis.at(self.w) * off)[: self.inside].max())
 
 
 @one_thread
-def target_of(memory: Retardation, dofs: np.ndarray, band: float) -> Target:
+def find_target(memory: Retardation, dofs: np.ndarray, band: float) -> Target:
     """K^ between the ``dofs`` (m,); ``band`` [rad/s] is the database's highest frequency."""
     kernel = memory.kernel[:, dofs[:, None], dofs]
-    w, inside = frequencies(memory.time[-1], band)
+    w, inside = choose_frequencies(memory.time[-1], band)
     values = transfer_function(memory.time, kernel, w)
     scale = diagonal_scale(values[:inside])
     values = values / (scale[:, None] * scale)
-    emphasis = emphasis_of(w[:inside], values[:inside])
+    emphasis = find_emphasis(w[:inside], values[:inside])
     counted = emphasis.at(w)
     weight = np.where(np.arange(w.size) >= inside, HELD_DOWN, 1.0) * counted
     least = np.linalg.eigvalsh(values.real)[:, 0]
@@ -222,11 +222,11 @@ def fit_group(
     If the tolerance cannot be reached, the nearest model with a reasonable number of states is
     returned. Compare the report's error with its tolerance, and its passivity margin with zero.
     """
-    target = target_of(memory, dofs, band)
-    return state_space_of(*_within(target, tolerance), target, memory)
+    target = find_target(memory, dofs, band)
+    return find_state_space(*_fit_within(target, tolerance), target, memory)
 
 
-def state_space_of(
+def find_state_space(
     model: Reciprocal, report: FitReport, target: Target, memory: Retardation
 ) -> StateSpace:
     """The ``model`` of a ``target`` in SI units, with its error in time in the report."""
@@ -244,7 +244,7 @@ def state_space_of(
     return replace(result, report=replace(report, time_error=late))
 
 
-def frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
+def choose_frequencies(length: float, band: float) -> tuple[np.ndarray, int]:
     """Frequencies of a fit [rad/s], and the number of these in the band. They are twice as dense as
     a memory of this length needs (pi / T), and coarse above the band. Short memories have
     `FEWEST`."""
@@ -276,10 +276,10 @@ def _vector_fit(target: Target, tolerance: float, fastest: float) -> tuple[np.nd
 System = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
+def _fit_within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
     """A passive model within the tolerance, with few states. If the tolerance cannot be reached, a
     model as close as passive models can be, or the best one for wider targets."""
-    found: list[tuple[Reciprocal, FitReport]] = []
+    candidates: list[tuple[Reciprocal, FitReport]] = []
     least = max(tolerance, PART * target.gain)
     reached: dict[float, float] = {}
     for fastest, times in ATTEMPTS:
@@ -288,18 +288,18 @@ def _within(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
             continue  # it would be the same fit again
         good = max(aim, NEARLY * target.gain)
         system = _balanced_fit(target, aim, fastest * target.band)
-        reached[fastest] = _error_of_all(system, target)
+        reached[fastest] = _find_untruncated_error(system, target)
         is_hopeless = reached[fastest] > aim
-        found.append(_smallest(system, target, tolerance, aim, good, is_hopeless))
-        if _good(found[-1][1], good):
+        candidates.append(_find_smallest_fit(system, target, tolerance, aim, good, is_hopeless))
+        if _is_good(candidates[-1][1], good):
             break
-    return min(found, key=_badness)
+    return min(candidates, key=_rank_fit)
 
 
 def _balanced_fit(target: Target, aim: float, fastest: float) -> System:
     """The balanced states of a fit within half the ``aim``, most important first."""
     fit = _vector_fit(target, 0.5 * aim, fastest)
-    A, B, C = balanced(*fit, target.emphasis)
+    A, B, C = balance(*fit, target.emphasis)
     return A[:MOST, :MOST], B[:MOST], C[:, :MOST]
 
 
@@ -307,19 +307,19 @@ def fit_once(target: Target, tolerance: float) -> tuple[Reciprocal, FitReport]:
     """A passive model within the tolerance, with few states, from one attempt; or else the best
     that was tried."""
     system = _balanced_fit(target, tolerance, ATTEMPTS[0][0] * target.band)
-    is_hopeless = _error_of_all(system, target) > tolerance
-    return _smallest(system, target, tolerance, tolerance, tolerance, is_hopeless)
+    is_hopeless = _find_untruncated_error(system, target) > tolerance
+    return _find_smallest_fit(system, target, tolerance, tolerance, tolerance, is_hopeless)
 
 
-def _good(report: FitReport, aim: float) -> bool:
+def _is_good(report: FitReport, aim: float) -> bool:
     return report.passive and report.frequency_error <= aim
 
 
-def _badness(one: tuple[Reciprocal, FitReport]) -> tuple[bool, float]:
-    return not one[1].passive, one[1].frequency_error
+def _rank_fit(candidate: tuple[Reciprocal, FitReport]) -> tuple[bool, float]:
+    return not candidate[1].passive, candidate[1].frequency_error
 
 
-def _smallest(
+def _find_smallest_fit(
     system: System,
     target: Target,
     tolerance: float,
@@ -331,56 +331,56 @@ def _smallest(
     made passive; else the best of several. It ``is_hopeless`` if not even all states are within the
     ``aim``. Then it is the largest that can be made passive: to search on would take minutes and
     gain nothing."""
-    found: list[tuple[Reciprocal, FitReport]] = []
-    fewest = _fewest(system, target, aim)
+    candidates: list[tuple[Reciprocal, FitReport]] = []
+    fewest = _find_fewest_states(system, target, aim)
     tried = [fewest + more for more in MORE]
-    for model in filter(None, map(partial(truncation, system), [*tried, *range(fewest)[::-1]])):
-        if len(found) == len(MORE):
+    for model in filter(None, map(partial(truncate, system), [*tried, *range(fewest)[::-1]])):
+        if len(candidates) == len(MORE):
             break
-        changed, before, after = passive(model, target.band, target.emphasis)
+        changed, before, after = make_passive(model, target.band, target.emphasis)
         error = target.error(changed.transfer_function(1j * target.w))
         report = FitReport(tolerance, error, 0.0, before, after)
-        found.append((changed, report))
-        if _good(report, good) or (is_hopeless and report.passive):
+        candidates.append((changed, report))
+        if _is_good(report, good) or (is_hopeless and report.passive):
             break
-    return min(found, key=_badness)
+    return min(candidates, key=_rank_fit)
 
 
-def _fewest(system: System, target: Target, aim: float) -> int:
+def _find_fewest_states(system: System, target: Target, aim: float) -> int:
     """Number of states of the smallest truncation within the ``aim``, by bisection; all of them if
     none is. Errors fall almost monotonically with the number."""
     low = 0
     high = len(system[0])
     while high - low > 1:
         middle = (low + high) // 2
-        if _error(truncation(system, middle), target) > aim:
+        if _find_error(truncate(system, middle), target) > aim:
             low = middle
         else:
             high = middle
     return high
 
 
-def _error_of_all(system: System, target: Target) -> float:
+def _find_untruncated_error(system: System, target: Target) -> float:
     """The error of a system with all its states."""
-    return _error(truncation(system, len(system[0])), target)
+    return _find_error(truncate(system, len(system[0])), target)
 
 
-def _error(model: Reciprocal | None, target: Target) -> float:
+def _find_error(model: Reciprocal | None, target: Target) -> float:
     """The error of a model; infinite if there is none."""
     return np.inf if model is None else target.error(model.transfer_function(1j * target.w))
 
 
-def truncation(system: System, states: int) -> Reciprocal | None:
+def truncate(system: System, states: int) -> Reciprocal | None:
     """A balanced truncation in reciprocal form; None if it has a different number of states or is
     unstable."""
     A, B, C = system
     if states > len(A):
         return None
-    found = modes(A[:states, :states], B[:states], C[:, :states])
-    return reciprocal(found) if np.all(found.poles.real < 0.0) else None
+    truncated = find_modes(A[:states, :states], B[:states], C[:, :states])
+    return make_reciprocal(truncated) if np.all(truncated.poles.real < 0.0) else None
 
 
-def reciprocal(modes: Modes) -> Reciprocal:
+def make_reciprocal(modes: Modes) -> Reciprocal:
     """The modes with every residue c b replaced by +-b^T b. In a reciprocal system b and c are
     parallel, so that only their lengths and phases are free. A part that is not reciprocal is left
     out."""
