@@ -142,10 +142,6 @@ RESTING = [  # prescribed forces act at rest, and so may what supplies, and what
     if "prescribed" not in name and not (element.supplies and name in EXAMPLES)
     if not isinstance(element, Catenary)
 ]
-IN_EARTH_AXES = [case for case in CASES if case[0] not in {*IN_BODY_AXES, *EXAMPLES}]
-BETWEEN_BODIES = [
-    case for case in CASES if any(body for _, body in ELEMENTS[case[0]].connected_bodies())
-]
 
 
 def two_bodies(at_rest: bool = False) -> tuple[Body, Body]:

@@ -41,13 +41,6 @@ def lock_place(run: xr.Dataset) -> np.ndarray:
     return surge(run) + HEIGHT * np.sin(pitch)
 
 
-def lock_rate(run: xr.Dataset) -> np.ndarray:
-    """Rate of `lock_place`."""
-    pitch = run.position.sel(dof="pitch").values[:, 0]
-    v = run.velocity.sel(dof="surge").values[:, 0]
-    return v + HEIGHT * np.cos(pitch) * run.velocity.sel(dof="pitch").values[:, 0]
-
-
 def yaml_of(path: Path) -> Any:
     return yaml.safe_load(path.read_text())
 

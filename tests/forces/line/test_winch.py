@@ -179,7 +179,6 @@ class Drum:
         return integrate(self.rates, self.ends_of, "stuck", first, times)
 
 
-SLIPS = {STUCK, SLIPPING_OUT, SLIPPING_IN, FAST_OUT, FAST_IN}
 NAMES = {"stuck": STUCK, "out": SLIPPING_OUT, "in": SLIPPING_IN, "fast out": FAST_OUT}
 NAMES |= {"fast in": FAST_IN, "empty": EMPTY, "full": FULL}
 DRUMS = {
