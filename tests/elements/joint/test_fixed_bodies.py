@@ -55,7 +55,7 @@ from hydrosim.scene import (
     Weight,
 )
 
-DATA = Path(__file__).parents[1] / "data" / "draughts"
+DATA = Path(__file__).parents[2] / "data" / "draughts"
 DRAUGHT = 4.4
 MASS = 1025.0 * 60.0 * 20.0 * DRAUGHT
 CENTRE = np.array([0.0, 0.0, 4.0 - DRAUGHT])  # of gravity, of the wet body and of all together

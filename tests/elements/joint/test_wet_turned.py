@@ -13,7 +13,7 @@ from turning import turned
 import hydrosim as hs
 from hydrosim.scene import Scene, Symmetry
 
-CASES = Path(__file__).parents[2] / "cases"
+CASES = Path(__file__).parents[3] / "cases"
 BY = np.radians(40.0)
 SCENES = ["hinged_barges/irregular", "flap/irregular", "point_absorber/irregular"]
 

@@ -36,7 +36,7 @@ from hydrosim.scene import (
     Weight,
 )
 
-DATA = Path(__file__).parents[2] / "data" / "draughts"
+DATA = Path(__file__).parents[1] / "data" / "draughts"
 FAMILY = Family((AtDraught(4.4, DATA / "4m4.nc"), AtDraught(3.6, DATA / "3m6.nc")))
 ALONE = DATA / "4m.nc"
 AREA, G, DENSITY = 60.0 * 20.0, 9.81, 1025.0

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-FILE = Path(__file__).parents[2] / "hydro_db" / "hinged_barges.nc"
+FILE = Path(__file__).parents[3] / "hydro_db" / "hinged_barges.nc"
 CENTRES = np.array([22.0, 0.0, 0.0]), np.array([-22.0, 0.0, 0.0])  # of gravity, fore and aft
 HINGE = np.array([0.0, 0.0, 1.5])
 MOORING = np.diag([60e3, 60e3, 0.0, 0.0, 0.0, 60e6])  # of the aft barge: stiffness

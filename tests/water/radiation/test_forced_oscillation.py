@@ -43,7 +43,7 @@ from hydrosim.scene import (
 from hydrosim.water.radiation.retardation import transfer_function
 
 Validated = Callable[..., None]
-DATABASES = Path(__file__).parents[2] / "hydro_db"
+DATABASES = Path(__file__).parents[3] / "hydro_db"
 WITHIN = 1e-5
 STEPS = 100  # in a period
 SETTLED = {"states": 200.0, "convolution": 130.0, "constant": 20.0}  # s, without transients

@@ -12,7 +12,7 @@ import hydrosim as hs
 from hydrosim.case import joints
 from hydrosim.run.provenance import case_of
 
-CASES = Path(__file__).parents[2] / "cases"
+CASES = Path(__file__).parents[3] / "cases"
 FORMS = [
     joints.Hinge,
     joints.Slider,

@@ -18,7 +18,7 @@ from hydrosim.water.radiation.rational import Emphasis
 from hydrosim.water.radiation.retardation import SLOWEST, transfer_function
 from hydrosim.water.radiation.state_space import TOLERANCE, Target
 
-CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"
+CASE = Path(__file__).parents[3] / "cases" / "reverse_float_over" / "base.yaml"
 
 
 class Hull(NamedTuple):

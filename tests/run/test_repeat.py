@@ -17,7 +17,7 @@ from hydrosim.run.provenance import case_of
 from hydrosim.study.many_runs import run_study
 from hydrosim.study.sweep import load_study
 
-CASES = Path(__file__).parents[3] / "cases"
+CASES = Path(__file__).parents[2] / "cases"
 TEXTS = {"case", "case_file", "case_resolved", "units_read"}
 """What is of the text: the repeated case is in SI, and writes no units to read results in."""
 SHORT: dict[str, Any] = {"duration": "20 s", "solver.unstable": "warn"}

@@ -35,7 +35,7 @@ for name in ("sphere", "h851"):
     else:
         of_fit(name, fit_group(memory, np.array([0, 2, 4]), db.frequency[-1]))
 """
-DATABASES = Path(__file__).parents[2] / "hydro_db"
+DATABASES = Path(__file__).parents[3] / "hydro_db"
 
 
 def with_threads(folder: Path, threads: str) -> str:

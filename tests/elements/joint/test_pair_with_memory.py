@@ -27,7 +27,7 @@ from hydrosim.scene import (
 )
 
 Figure = Callable[[str, float], None]
-BOX = Path(__file__).parents[2] / "hydro_db" / "box.nc"  # 100 m by 20 m, 5 m deep
+BOX = Path(__file__).parents[3] / "hydro_db" / "box.nc"  # 100 m by 20 m, 5 m deep
 MASS, RADII = 1.025e7, (7.0, 26.0, 26.0)
 APART = 104.0  # m between centres
 LAUNCH = (1.5, 0.6, 0.2, 0.01, 0.005, 0.04)

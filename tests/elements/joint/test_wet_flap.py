@@ -26,7 +26,7 @@ from hydrosim.compile.compile import compile_scene
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 MASS, RADII, HEIGHT = 164e3, np.array([5.8, 3.5, 4.7]), 4.0
 ANGLE = np.radians(40.0)
 DURATION = 40.0

@@ -17,7 +17,7 @@ import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.statistics.explain import explain_run
 
-CASES = Path(__file__).parents[2] / "cases" / "lock_in"
+CASES = Path(__file__).parents[3] / "cases" / "lock_in"
 SEEDS = few((1, 2), 1)
 FILES = ("base", "pins", "clamp", "ratchet", "lines")
 LOCKED = ("pins", "clamp", "ratchet")

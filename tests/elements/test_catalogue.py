@@ -43,7 +43,7 @@ def leaves(kind: type) -> list[type]:
 
 OF_PYTHON = {External}
 """Functions of the user: no case file holds one, and what they do is their own. Their tests are in
-`tests/door`."""
+`tests/coupling`."""
 SHIPPED = [
     kind
     for kind in leaves(ForceElement)

@@ -15,7 +15,7 @@ from hydrosim.compile.compile import Radiation
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene
 
-CASES = Path(__file__).parents[2] / "cases" / "hinged_barges"
+CASES = Path(__file__).parents[3] / "cases" / "hinged_barges"
 NAMES = ["fore", "aft"]
 SMALL = 0.01  # m: amplitude of waves without effects of second order
 IN_PLANE = [0, 2, 4, 6, 8, 10]

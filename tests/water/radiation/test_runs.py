@@ -40,7 +40,7 @@ Figure = Callable[[str, float], None]
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 UNIT = 1.5e5  # kg: of added mass; K and B are as large per second
 MASS, STIFFNESS = 1e6, 1.1e6
-SHALLOW = Path(__file__).parents[2] / "hydro_db" / "h851_50m.nc"
+SHALLOW = Path(__file__).parents[3] / "hydro_db" / "h851_50m.nc"
 HEAVE = 2
 
 

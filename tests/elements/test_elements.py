@@ -127,7 +127,7 @@ CASES = [
     if not ("rate-free" in name and mode == SLIP)
     # what rigid friction holds is a constraint: `test_coulomb`
     if not ("coulomb" in name and mode == STICK)
-    # a drive is a constraint, whatever acts: `tests/joints/test_drives.py`
+    # a drive is a constraint, whatever acts: `tests/elements/joint/test_drives.py`
     if not isinstance(ELEMENTS[name], Drive)
 ]
 ON_EARTH = (LinearMooring, AppliedForce, Drive)  # in its axes

@@ -32,7 +32,7 @@ from hydrosim.scene import (
     Symmetry,
 )
 
-DATABASES = Path(__file__).parents[2] / "hydro_db"
+DATABASES = Path(__file__).parents[3] / "hydro_db"
 LAUNCH = (1.0, -0.5, 0.1, 0.02, 0.01, 0.03)
 FOLDING = JointResistance(velocity=-0.05)
 PAIRS = {  # database, length, mass, radii, whether the database has both
