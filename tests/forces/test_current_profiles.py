@@ -10,7 +10,7 @@ import pytest
 from scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.elements import CurrentLoad, LinearDamping, QuadraticDamping
+from hydrosim.elements import Catenary, CurrentLoad, LinearDamping, QuadraticDamping
 from hydrosim.scene import CurrentProfile, Environment, Hull, Scene, Stream
 from hydrosim.water.current import (
     current_at,
@@ -102,6 +102,17 @@ def test_current_on_each_element() -> None:
     point = hs.compile_scene(alone).model.elements.stream_loads.each[0]["stream"]
     assert np.hypot(*point) == pytest.approx(0.5)  # 20 m deep
     assert draught_of(replace(alone.bodies[0], hydrostatics=hull)) == 8.0
+
+
+def test_current_on_a_line_is_the_mean_over_its_upper_half() -> None:
+    """From 2 to 22 m deep: 1.8, 1 and 0.9 m/s at 2, 10 and 12 m. A short line that is level feels
+    the current at its depth."""
+    segment = [np.array([x]) for x in (75.0, 300.0, 3e7, 0.0, 0.24)]
+    for anchor, expected in (((60.0, 0.0, -22.0), 1.31), ((60.0, 0.0, -2.0), 1.8)):
+        line = Catenary("block", (0.0, 0.0, -2.0), anchor, *segment)
+        still = replace(scene(block(1e3), {"line": line}, 1.0, 0.1), environment=sea(SHEARED))
+        stream = hs.compile_scene(still).model.elements.catenaries.lines[0]["stream"]
+        assert np.hypot(*stream) == pytest.approx(expected)
 
 
 def test_a_block_adrift_comes_to_the_speed_it_feels() -> None:
