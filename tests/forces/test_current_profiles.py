@@ -11,7 +11,7 @@ from scenes import block, moving, scene
 
 import hydrosim as hs
 from hydrosim.elements import Catenary, CurrentLoad, LinearDamping, QuadraticDamping
-from hydrosim.scene import CurrentProfile, Environment, Hull, Scene, Stream
+from hydrosim.scene import CurrentProfile, Environment, Hull, Kinematics, Scene, Stream
 from hydrosim.water.current import (
     current_at,
     current_table,
@@ -115,12 +115,13 @@ def test_current_on_a_line_is_the_mean_over_its_upper_half() -> None:
         assert np.hypot(*stream) == pytest.approx(expected)
 
 
-def test_a_block_adrift_comes_to_the_speed_it_feels() -> None:
+@pytest.mark.parametrize("kinematics", Kinematics)
+def test_a_block_adrift_comes_to_the_speed_it_feels(kinematics: Kinematics) -> None:
     """m v' = C (U - v): the mean over the draught, in magnitude and direction."""
     drag = {"drag": LinearDamping("block", DAMPING, relative_to_current=True)}
     body = block(1e3, dofs=["surge", "sway"], draught=10.0)
-    still = replace(scene(body, drag, 20.0, 1.0, step=0.05), environment=sea(TWISTED, heading=0.0))
-    run = hs.simulate(still)
+    still = scene(body, drag, 20.0, 1.0, step=0.05, kinematics=kinematics)
+    run = hs.simulate(replace(still, environment=sea(TWISTED, heading=0.0)))
     part = 1.0 - np.exp(-0.3 * run.time.values)
     exact = np.outer(part, [1.0, 0.5])
     assert np.abs(run.velocity.values[:, 0, :2] - exact).max() < 1e-8
