@@ -15,7 +15,7 @@ c), and F includes the forces of flow.
 
 A and the retardation functions are constant in axes that turn with the yaw of each body;
 F_turning is the resulting force (`multibody.heading`). Constraints, such as rigid friction, add J
-q'' = c, with J^T lambda on the right.
+u' = c, with J^T lambda on the right.
 
 The state is y = (q, u, radiation states, contact points, energies, impulses). The energies are
 integrals: for every row of forces its work (waves, applied forces) or its dissipation (all others),

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -37,6 +38,7 @@ from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 from hydrosim.statistics.results import LOWEST_ATTRIBUTE
 
 CYCLIC = "cyclic"
+BOOTSTRAP_SEED = 1  # so that intervals of the same runs are the same
 """Attribute of coordinates that are frequencies of waves, or densities over these."""
 SAMPLED_DESIGNS = ("latin_hypercube", "sobol", "sobol_indices")
 
@@ -238,7 +240,7 @@ def _missing_value_remedy(runs: xr.Dataset) -> str:
 
 def indices(plan: PlanRuns) -> Iterator[SobolIndex]:
     """Sobol's indices of the mean over seeds, by the estimators of Saltelli et al. (2010) and
-    Jansen, with bootstrap intervals. Raises InputError if some run failed."""
+    Jansen, with bootstrap intervals (BCa, Efron 1987). Raises InputError if some run failed."""
     n, d = int(plan.samples or 0), len(plan.parameters)
     for figure in plan.figures:
         values = plan.runs[figure].values.reshape(n * (d + 2), -1).mean(axis=1)
@@ -248,26 +250,31 @@ def indices(plan: PlanRuns) -> Iterator[SobolIndex]:
                 " samples; expected a value in each, because Sobol's indices need all."
                 f" {_missing_value_remedy(plan.runs)}"
             )
-        sets = {
-            "f_A": values[None, :n],
-            "f_B": values[None, n : 2 * n],
-            "f_AB": values[2 * n :].reshape(d, 1, n),
-        }
-        sobol = scipy.stats.sobol_indices(func=sets, n=n)
-        sure = sobol.bootstrap(INTERVAL_PROBABILITY)
+        values -= values[: 2 * n].mean()
+        sets = values[:n], values[n : 2 * n], values[2 * n :].reshape(d, n)
+        shares = _sobol_shares(sets, np.arange(n))
+        interval = scipy.stats.bootstrap(
+            [np.arange(n)],
+            partial(_sobol_shares, sets),
+            confidence_level=INTERVAL_PROBABILITY,
+            random_state=BOOTSTRAP_SEED,
+        ).confidence_interval
         for k, parameter in enumerate(plan.parameters):
             first, total = (
-                tuple(float(np.ravel(part)[k]) for part in parts)
-                for parts in (
-                    (sobol.first_order, *_interval_ends(sure.first_order)),
-                    (sobol.total_order, *_interval_ends(sure.total_order)),
-                )
+                (float(shares[i, k]), float(interval.low[i, k]), float(interval.high[i, k]))
+                for i in range(2)
             )
-            yield SobolIndex(parameter, figure, first, total)  # type: ignore[arg-type]
+            yield SobolIndex(parameter, figure, first, total)
 
 
-def _interval_ends(of: Any) -> tuple[Any, Any]:
-    return of.confidence_interval.low, of.confidence_interval.high
+def _sobol_shares(sets: tuple[np.ndarray, ...], chosen: np.ndarray, axis: int = -1) -> np.ndarray:
+    """First and total indices (2, d, ...) of the ``chosen`` samples (..., n) of three ``sets``: A
+    (n,), B (n,) and, for each of d parameters, A with that of B (d, n)."""
+    A, B, AB = (values[..., chosen] for values in sets)
+    variance = np.var([A, B], axis=(0, -1))
+    first = np.mean(B * (AB - A), axis=-1) / variance
+    total = 0.5 * np.mean((A - AB) ** 2, axis=-1) / variance
+    return np.stack([first, total])
 
 
 def correlations(plan: PlanRuns) -> Iterator[tuple[str, str, float]]:

@@ -82,6 +82,7 @@ def test_sobol_indices_of_ishigami() -> None:
     y = np.sin(x1) + 7.0 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
     runs = file_of("sobol_indices", {"x1": x1, "x2": x2, "x3": x3}, y)
     found = list(effects.indices(effects.plans(runs)[0]))
+    assert found == list(effects.indices(effects.plans(runs)[0]))
     for index, first, total in zip(
         found, (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437), strict=True
     ):
