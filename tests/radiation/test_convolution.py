@@ -17,7 +17,7 @@ from hydrosim.water.radiation import (
     VelocityHistory,
     convolution,
     convolution_model,
-    history_for,
+    new_history,
 )
 from hydrosim.water.radiation.convolution import (
     find_bit_reversal,
@@ -62,7 +62,7 @@ def exact_force(t: float, model: ConvolutionKernel, motion=velocity, corners=(0.
 
 
 def filled(nodes, model: ConvolutionKernel) -> VelocityHistory:
-    history = history_for(model, 3, 1.0)
+    history = new_history(model, 3, 1.0)
     for t in nodes:
         append_node(history, t, velocity(t), acceleration(t))
     return history
@@ -113,7 +113,7 @@ def test_order_4_through_a_jump_of_the_acceleration():
     errors = []
     for step in (0.4, 0.2, 0.1):
         model = table(0.1)
-        history = history_for(model, 3, step)
+        history = new_history(model, 3, step)
         grid = step * np.arange(round(8.4 / step) + 1)
         for t in (*grid[grid < corner], corner):
             append_node(history, t, bounced(t), acceleration(t))
@@ -166,7 +166,7 @@ def test_exact_for_steps_of_one_or_several_intervals(length, factor):
     stage: all of it is integrated to rounding, however long the run is."""
     model, rng = table(0.1, length), np.random.default_rng(factor)
     step, pieces, largest = 0.1 * factor, [], 0.0
-    history = history_for(model, 3, step)
+    history = new_history(model, 3, step)
     v, a = rng.standard_normal((2, 3))
     append_node(history, 0.0, v, a)
     for n in range(1, 260):
@@ -194,7 +194,7 @@ def test_what_happens_between_the_points_of_the_grid_is_felt_as_it_should():
     """Where K is straight, displacement and first moment are all that counts, of short steps, too;
     jumps included."""
     model = convolution_model(0.5, (np.linspace(3.0, 0.0, 41)[:, None, None]) * SIZES)
-    history, rng, pieces = history_for(model, 3, 0.5), np.random.default_rng(1), []
+    history, rng, pieces = new_history(model, 3, 0.5), np.random.default_rng(1), []
     times = np.sort(np.append(10.0 * rng.random(120), 0.5 * np.arange(21)))
     v, a = rng.standard_normal((2, 3))
     append_node(history, 0.0, v, a)
@@ -228,7 +228,7 @@ def test_a_drift_does_not_cost_digits():
     """Integrals of a steady velocity grow with time and its square, 4e7 here; the force is
     -v int K, and at most 10 on the way."""
     model = table(0.1, 40.0)
-    history, v, none = history_for(model, 3, 0.1), np.array([5.0, 0.0, 0.0]), np.zeros(3)
+    history, v, none = new_history(model, 3, 0.1), np.array([5.0, 0.0, 0.0]), np.zeros(3)
     for n in range(40000):
         append_node(history, 0.1 * n, v, none)
         recount_integrals(history)
@@ -264,7 +264,7 @@ def test_a_node_at_the_instant_or_later_is_not_felt():
 
 def test_constant_velocity_feels_the_whole_table_and_no_more():
     model = convolution_model(1.0, np.array([3.0, 1.0])[:, None, None])
-    history, force = history_for(model, 1, 0.3), np.zeros(1)
+    history, force = new_history(model, 1, 0.3), np.zeros(1)
     for node in 0.3 * np.arange(40):
         append_node(history, node, np.ones(1), np.zeros(1))
     radiation_memory(11.83, np.ones(1), history, model, force)
@@ -273,13 +273,13 @@ def test_constant_velocity_feels_the_whole_table_and_no_more():
 
 def test_before_the_first_node_there_is_no_force():
     model = table(0.1)
-    assert np.array_equal(convolved(1.0, history_for(model, 3, 4), model), np.zeros(3))
+    assert np.array_equal(convolved(1.0, new_history(model, 3, 4), model), np.zeros(3))
 
 
 def test_without_radiation_nothing_is_kept_and_there_is_no_force():
     model = convolution_model(0.1, np.zeros((2, 3, 3)))
     assert model.row.size == 0
-    history = history_for(model, 3, 1.0)
+    history = new_history(model, 3, 1.0)
     assert history.grid.size == 0
     assert np.array_equal(convolved(3.0, history, model), np.zeros(3))
 
@@ -298,7 +298,7 @@ def test_blocks_add_what_their_points_add(monkeypatch: pytest.MonkeyPatch) -> No
         [np.full(700, 0.1), 0.3 * rng.random(400), [9.0, 4.0], np.full(90, 0.7)]
     )
     assert lengths.max() > 2 * 0.1 * block
-    histories = [history_for(model, 3, 9.0) for model in (blocks, points)]
+    histories = [new_history(model, 3, 9.0) for model in (blocks, points)]
     largest = 0.0
     for n, t in enumerate(np.cumsum(lengths)):
         for history in histories:
