@@ -35,6 +35,7 @@ from scenes import scene as dry
 from scipy.linalg import block_diag
 
 import hydrosim as hs
+from hydrosim.compile.symmetry import joints_without_image
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, LATERAL, SYMMETRY_RTOL
 from hydrosim.elements import (
@@ -61,9 +62,12 @@ from hydrosim.scene import (
     ConvolutionRadiation,
     ForceElement,
     GivenComponents,
+    Joint,
+    JointType,
     Method,
     Place,
     RadiationModel,
+    Ratchet,
     Scene,
     SecondOrder,
     Solver,
@@ -504,6 +508,22 @@ def test_bodies_side_by_side_are_not_in_one_plane() -> None:
     (one,) = base.bodies
     other = replace(one, name="other", location=(0.0, 100.0))
     assert "other is beside barge" in reasons(replace(base, bodies=(one, other)))
+
+
+@pytest.mark.parametrize(
+    ("turns", "axis", "symmetric"),
+    [
+        *((True, (0.0, 1.0, 0.0), True), (True, (1.0, 0.0, 0.0), False)),
+        *((False, (1.0, 0.0, 2.0), True), (False, (0.0, 1.0, 0.0), False)),
+    ],
+)
+def test_a_ratchet_goes_in_the_plane_or_turns_across_it(
+    turns: bool, axis: tuple[float, ...], symmetric: bool
+) -> None:
+    """A mirror turns a rotation about its normal into itself, and one about a line in it back."""
+    pawl = Joint(JointType.RATCHET, "block", axis=axis, ratchet=Ratchet(turns, 0.0))
+    told = [] if symmetric else ["pawl has no mirror image"]
+    assert list(joints_without_image({"pawl": pawl}, 0.0)) == told
 
 
 def test_the_key_of_a_case_file() -> None:

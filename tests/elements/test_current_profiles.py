@@ -10,8 +10,8 @@ import pytest
 from scenes import block, moving, scene
 
 import hydrosim as hs
-from hydrosim.elements import CurrentLoad, LinearDamping, QuadraticDamping
-from hydrosim.scene import CurrentProfile, Environment, Hull, Scene, Stream
+from hydrosim.elements import Catenary, CurrentLoad, LinearDamping, QuadraticDamping
+from hydrosim.scene import CurrentProfile, Environment, Hull, Kinematics, Scene, Stream
 from hydrosim.water.current import (
     current_at,
     current_table,
@@ -104,12 +104,24 @@ def test_current_on_each_element() -> None:
     assert draught_of(replace(alone.bodies[0], hydrostatics=hull)) == 8.0
 
 
-def test_a_block_adrift_comes_to_the_speed_it_feels() -> None:
+def test_current_on_a_line_is_the_mean_over_its_upper_half() -> None:
+    """From 2 to 22 m deep: 1.8, 1 and 0.9 m/s at 2, 10 and 12 m. A short line that is level feels
+    the current at its depth."""
+    segment = [np.array([x]) for x in (75.0, 300.0, 3e7, 0.0, 0.24)]
+    for anchor, expected in (((60.0, 0.0, -22.0), 1.31), ((60.0, 0.0, -2.0), 1.8)):
+        line = Catenary("block", (0.0, 0.0, -2.0), anchor, *segment)
+        still = replace(scene(block(1e3), {"line": line}, 1.0, 0.1), environment=sea(SHEARED))
+        stream = hs.compile_scene(still).model.elements.catenaries.lines[0]["stream"]
+        assert np.hypot(*stream) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("kinematics", Kinematics)
+def test_a_block_adrift_comes_to_the_speed_it_feels(kinematics: Kinematics) -> None:
     """m v' = C (U - v): the mean over the draught, in magnitude and direction."""
     drag = {"drag": LinearDamping("block", DAMPING, relative_to_current=True)}
     body = block(1e3, dofs=["surge", "sway"], draught=10.0)
-    still = replace(scene(body, drag, 20.0, 1.0, step=0.05), environment=sea(TWISTED, heading=0.0))
-    run = hs.simulate(still)
+    still = scene(body, drag, 20.0, 1.0, step=0.05, kinematics=kinematics)
+    run = hs.simulate(replace(still, environment=sea(TWISTED, heading=0.0)))
     part = 1.0 - np.exp(-0.3 * run.time.values)
     exact = np.outer(part, [1.0, 0.5])
     assert np.abs(run.velocity.values[:, 0, :2] - exact).max() < 1e-8

@@ -133,6 +133,18 @@ def test_ratio_of_critical_on_the_moorings_of_a_dry_body(validated: Callable[...
     validated(Kind.CLOSED_FORM, claim, "ratio that was asked for", error, 1e-7, *features)
 
 
+def test_ratio_of_critical_is_along_the_axes_of_a_body_that_has_turned() -> None:
+    """A body to 90 deg surges along the earth's y: 2 r sqrt(k m) with the stiffness there."""
+    body = block(MASS, heading=pi / 2)
+    forces = {
+        "lines": LinearMooring("block", np.diag(STIFFNESS)),
+        "viscous": LinearDamping("block", damping_ratio=0.1 * SURGE),
+    }
+    compiled = hs.compile_scene(scene(body, forces, 1.0, 0.1))
+    damping = compiled.model.elements.linear_dampings[0]["damping"]
+    assert damping[0, 0] == pytest.approx(0.2 * np.sqrt(STIFFNESS[1] * MASS))
+
+
 def test_ratio_of_critical_on_a_mooring_of_a_natural_period(validated: Callable[..., None]) -> None:
     body = block(MASS, dofs=["surge"])
     period = 20.0 * (np.arange(6) == 0)

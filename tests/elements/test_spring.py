@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.elements import Coulomb, Spring, StickSlip
+from hydrosim.elements import Coulomb, Signal, Spring, StickSlip, Table
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
@@ -37,7 +37,9 @@ ORIGIN = (0.0, 0.0, 0.0)
 STRAIGHT = np.array([0.0, 1.0])
 
 
-def line(anchor: tuple[float, ...], length: float, stiffness: float, **changes: Any) -> Spring:
+def line(
+    anchor: tuple[float, ...], length: float | Signal, stiffness: float, **changes: Any
+) -> Spring:
     """A straight line from the centre of gravity of the block."""
     return replace(
         Spring("block", ORIGIN, anchor, length, STRAIGHT, stiffness * STRAIGHT), **changes
@@ -89,6 +91,19 @@ def test_a_damper_alone_never_pushes() -> None:
         run = first_instant(body, line((0.0, 0.0, 10.5), 10.0, 1e3, damping=1e3))
         assert float(run.spring_tension[0]) == pytest.approx(tension, abs=1e-9)
         assert float(run.energy_stored_line) == pytest.approx(125.0, rel=1e-12)
+
+
+def test_a_damper_feels_the_pay_out() -> None:
+    """T = f + c (l' - L0'): the end comes 0.2 m/s nearer, and the line is hauled in at 0.1 m/s.
+    What the line stores and dissipates over 2 s is what it takes from the body and the drum."""
+    length = Table(np.array([0.0, 10.0]), np.array([10.0, 9.0]))
+    body = block(1e3, ("heave",), velocity=moving(heave=0.2))
+    spring = line((0.0, 0.0, 10.5), length, 1e3, damping=1e3)
+    run = hs.simulate(scene(body, {"line": spring}, 2.0, 0.01))
+    assert float(run.spring_tension[0, 0]) == pytest.approx(
+        1e3 * 0.5 - 1e3 * (0.2 - 0.1), rel=1e-12
+    )
+    assert run.energy_residual_relative < 1e-9
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from hydrosim.elements import AppliedForce, Frictionless, LinearDamping, LinearM
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.run import run_document
-from hydrosim.scene import Active, ForceElement, Method, Scene, Start, When
+from hydrosim.scene import Active, Clearance, ForceElement, Kinematics, Method, Scene, Start, When
 
 MASS = 2.0
 ALONG = ("surge",)
@@ -233,6 +233,23 @@ def test_contacts_can_be_waited_for():
     assert N[first - 1] < 5.0 <= N[first]
     begun, ended = run.time.values[[first, np.flatnonzero(stage == 2)[0]]]
     assert ended == pytest.approx(begun + 0.3, abs=0.011)  # it is waited for from then on
+
+
+@pytest.mark.parametrize("kinematics", Kinematics)
+def test_a_clearance_from_the_plane_of_a_tilted_body_can_be_waited_for(kinematics) -> None:
+    """A point 2 m above a plane that is pitched by 0.3 goes along at 1 m/s: x sin + 2 cos, or
+    0.3 x + 2 with small angles, reaches 2.1 m on its way."""
+    passing = block(MASS, ALONG, velocity=moving(surge=1.0), points={"keel": (0.0, 0.0, 2.0)})
+    deck = block(1.0, (), "deck", position=moving(pitch=0.3))
+    over = Clearance("keel of block", None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "deck")
+    push = replace(steady(surge=3.0), active=Active(When(channel="clearance.over", above=2.1)))
+    above = scene((passing, deck), {"push": push}, 2.0, 0.1, kinematics=kinematics)
+    run = hs.simulate(replace(above, clearances={"over": over}))
+    exact = kinematics is Kinematics.EXACT
+    begun = (2.1 - 2.0 * np.cos(0.3)) / np.sin(0.3) if exact else 0.1 / 0.3
+    t = run.time.values
+    expected = t + 1.5 / MASS * np.maximum(t - begun, 0.0) ** 2
+    assert surge(run) == pytest.approx(expected, abs=1e-9)
 
 
 def test_what_has_not_begun_is_said() -> None:

@@ -231,6 +231,17 @@ def test_a_free_body_drifts() -> None:
     assert run.attrs["energy_residual_relative"] < 1e-13
 
 
+def test_a_current_gives_what_a_damper_takes() -> None:
+    """v = U (1 - exp(-c t / m)), and the energy m v^2 / 2 comes from the damper."""
+    drag = LinearDamping("block", 0.5 * np.eye(6), relative_to_current=True)
+    adrift = replace(dry(block(1.0), {"drag": drag}), environment=CURRENT)
+    run = hs.simulate(adrift)
+    assert run.attrs["solver_linear"].startswith("propagated exactly")
+    along = CURRENT.current.speed * (1.0 - np.exp(-0.5 * run.time.values))
+    assert np.hypot(*run.velocity.values[:, 0, :2].T) == pytest.approx(along, abs=1e-9)
+    assert run.energy_dissipated_drag.values == pytest.approx(-0.5 * along**2, abs=1e-9)
+
+
 @pytest.mark.kernels
 def test_steps_come_near_with_their_order(figure: Figure) -> None:
     exact, steps = hs.simulate(barge()), (0.2, 0.1, 0.05)

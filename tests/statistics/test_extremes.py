@@ -117,8 +117,10 @@ def test_shape_of_a_tail(name: str, shape: float) -> None:
     holds from the mean on. Ten records; one is 3 % off, by counts of fifty crossings and more."""
     kind, random = KINDS[name], np.random.default_rng(4)
     drawn = [kind.draw(random) for _ in range(10)]
-    found = np.mean([fit_upper_tail(x, x.mean()).shape for x in drawn])
+    tails = [fit_upper_tail(x, x.mean()) for x in drawn]
+    found = np.mean([tail.shape for tail in tails])
     assert found == pytest.approx(shape, rel=3.0 * 0.03 / np.sqrt(10.0))
+    assert [tail.waves for tail in tails] == [upcrossings(x - x.mean()).size for x in drawn]
 
 
 def test_shapes_of_tails_scatter_as_is_said() -> None:
