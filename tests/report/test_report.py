@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from hydrosim.files.document import Document
 from hydrosim.report import document as run_report
 from hydrosim.report.document import RUN_SECTIONS, run_document
 from hydrosim.report.page import MAX_PAGE_BYTES, html, without_folders
+from hydrosim.report.sentences import statistics
 from hydrosim.results.dataset import write_run
 
 
@@ -59,17 +61,17 @@ def test_a_run_in_random_waves_says_that_it_is_one_sea(waves: str, said: bool) -
 def test_statistics_and_scene_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
 
-    def counting(name: str) -> None:
-        of = getattr(run_report, name)
+    def counting(module: ModuleType, name: str) -> None:
+        of = getattr(module, name)
 
         def counted(run: xr.Dataset) -> object:
             made.append(name)
             return of(run)
 
-        monkeypatch.setattr(run_report, name, counted)
+        monkeypatch.setattr(module, name, counted)
 
-    counting("statistics_of")
-    counting("scene_of")
+    counting(statistics, "statistics_of")
+    counting(run_report, "scene_of")
     page = Page(page_of(made_run()))
     assert sorted(made) == ["scene_of", "statistics_of"]
     assert "Statistics" in page.texts["h2"]
