@@ -29,8 +29,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads are slower on
 import typer
 from rich.console import Console
 
-from hydrosim.cli import db
-from hydrosim.cli.analysis import ballast, calibrate, converge, line, linear
+from hydrosim.cli import analysis, db
 from hydrosim.cli.case import case, check, example, new, schema
 from hydrosim.cli.compare import compare, export
 from hydrosim.cli.results import explain, plot, replay, report, statistics
@@ -48,9 +47,9 @@ from hydrosim.files.interrupts import install_signal_handlers
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
 COMMANDS = (
-    *(check, run, linear, line, ballast, converge),
+    *(check, run, analysis.linear, analysis.line, analysis.ballast, analysis.converge),
     *(plot, report, replay, statistics, explain, export, compare, case),
-    *(sweep, operability, calibrate, schema, new, example),
+    *(sweep, operability, analysis.calibrate, schema, new, example),
 )
 
 MEMORY = (
@@ -71,7 +70,7 @@ app.add_typer(db.app, name="db")
 err = Console(stderr=True)
 
 
-def _version(asked: bool) -> None:
+def _print_version(asked: bool) -> None:
     if asked:
         from hydrosim.files.cache import program_version
 
@@ -109,7 +108,9 @@ def _shipped_fits() -> list[str]:
 def _of_all(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
     ] = False,
 ) -> None:
     pass

@@ -145,7 +145,7 @@ def complete_stages(
         anew = complete_stages(stage.case, run, announce, chain)
         reason = f"{stage.file} needs another run" if anew else outdated_reason(stage)
         if reason:
-            result = _result(stage)
+            result = _stage_output(stage)
             announce(f"{reason}: simulating {stage.case.path}")
             with result.hold_lock():
                 dataset = run(stage.case, result)
@@ -157,7 +157,7 @@ def complete_stages(
     return made
 
 
-def _result(stage: Stage) -> Output:
+def _stage_output(stage: Stage) -> Output:
     """Output of a stage, beside its own case. A case file writes no file elsewhere, and replaces
     only an earlier run of that case."""
     home = stage.case.path.parent

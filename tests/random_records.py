@@ -288,9 +288,3 @@ HARD = {
     "two places": switching,
 }
 """Records in steps of 0.5 s of waves above 0.45 rad/s, whose largest values are of no one law."""
-
-
-def of_draw(draw: Callable[[np.random.Generator], np.ndarray]) -> Kind:
-    """The kind of a `HARD` record, of which nothing is known but how to draw it."""
-    unknown = (np.nan, np.nan, np.nan)
-    return Kind(draw, 0.5, 0.45, (np.nan, np.nan), unknown)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command_line import printed
 
-from hydrosim.files.cache import _usable, cache_root, limit_size, store, stored
+from hydrosim.files.cache import _require_usable, cache_root, limit_size, store, stored
 from tests.generators.cache_damage import KINDS, damage
 
 CONTENTS = {"units-1.json": b'{"km in m": 1000.0}', "fits/a.npz": b"numbers" * 40, "k/b.nbc": b""}
@@ -155,7 +155,7 @@ def test_a_subfolder_of_others_is_not_used(
     folder.chmod(mode)
     if owner is not None:
         os.chown(folder, owner, owner)
-    _usable.cache_clear()  # as in a new process
+    _require_usable.cache_clear()  # as in a new process
     with pytest.warns(UserWarning, match=f"cache folder {cache}/k is not used: .*{reason}"):
         assert stored("k/b.nbc") is None
     store("k/b.nbc", b"new")

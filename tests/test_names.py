@@ -6,15 +6,12 @@ from __future__ import annotations
 import ast
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "hydrosim"
-TREES = {
-    path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text("utf-8"))
-    for path in sorted(PACKAGE.rglob("*.py"))
-}
 VAGUE_WORDS = """
 at of on in by to from with without above below behind before after beside between
 within under over across along around near off out up down away apart together alone
@@ -57,8 +54,17 @@ def is_vague(name: str) -> bool:
     return word in VAGUE_WORDS.split() or is_participle
 
 
+@cache
+def syntax_trees() -> dict[str, ast.Module]:
+    """Syntax tree of each module by its path in the package."""
+    return {
+        path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text("utf-8"))
+        for path in sorted(PACKAGE.rglob("*.py"))
+    }
+
+
 def functions() -> Iterator[tuple[str, str]]:
-    for file, tree in TREES.items():
+    for file, tree in syntax_trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 yield file, node.name
@@ -67,7 +73,7 @@ def functions() -> Iterator[tuple[str, str]]:
 def classes() -> dict[str, list[str]]:
     """Files of each class by its name."""
     files = defaultdict(list)
-    for file, tree in TREES.items():
+    for file, tree in syntax_trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 files[node.name].append(file)
@@ -109,7 +115,7 @@ def test_classes_of_unlike_things_have_unlike_names() -> None:
 
 def test_a_constant_of_one_name_is_one_constant() -> None:
     modules = defaultdict(set)
-    for file, tree in TREES.items():
+    for file, tree in syntax_trees().items():
         for node in tree.body:
             targets = node.targets if isinstance(node, ast.Assign) else []
             for target in targets:

@@ -48,7 +48,13 @@ from hydrosim.scene import Body, FreeSurface, Pump, Scene, Tank
 from hydrosim.tanks.contents import Tanks, changing_tanks, flow_names, quantity, tank_names
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces, section, triangles
 from hydrosim.tanks.surface import FIRST_MOMENT, FLUID_LEVEL, quantities_at
-from hydrosim.tanks.timeline import Loading, at_start, body_without, integrate_tanks, loaded_body
+from hydrosim.tanks.timeline import (
+    Loading,
+    body_without,
+    integrate_tanks,
+    loaded_body,
+    tanks_at_start,
+)
 
 if TYPE_CHECKING:
     from hydrosim.integrate.state import State
@@ -244,7 +250,7 @@ def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None)
     ``heel`` [rad]. Raises InputError if there is no equilibrium."""
     volume = volumes_at(compiled, time)
     scene = compiled.scene
-    contents = _contents(scene, volume)
+    contents = _tank_contents(scene, volume)
     tanks = [[_tank_state(*item) for item in held] for held in contents]
     equilibrium = floating_equilibrium(compiled, volume, time, _least_reach([*chain(*tanks)]))
     surfaces = FreeSurfaces(compiled, volume, equilibrium.position)
@@ -254,19 +260,19 @@ def conditions(compiled: Compiled, time: float = 0.0, heel: float | None = None)
             g = scene.environment.gravity
             k = 6 * b + np.array([2, 3, 4])
             righting = [
-                _righting(K[np.ix_(k, k)]) / g
+                _righting_moment(K[np.ix_(k, k)]) / g
                 for K in (equilibrium.floating, equilibrium.stiffness)
             ]
             lost = surfaces.slopes(b)
             lever = np.nan if heel is None else surfaces.lever(b, heel) / np.sin(heel)
             body_position = equilibrium.position[b]
             conditions_in_order.append(
-                _condition(body, held, tanks[b], body_position, righting, lost, lever)
+                _ballast_condition(body, held, tanks[b], body_position, righting, lost, lever)
             )
     return conditions_in_order
 
 
-def _contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]]:
+def _tank_contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]]:
     """Tanks of each body with the volumes [m^3] in them; ``volume`` (nt,) are those of the changing
     tanks."""
     moved = iter(volume)
@@ -274,7 +280,7 @@ def _contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, float]]
     for body in scene.bodies:
         body_contents = {tank.name: float(next(moved)) for tank in changing_tanks(body)}
         contents_by_body.append(
-            [(tank, body_contents.get(tank.name, v)) for tank, v in at_start(body.tanks)]
+            [(tank, body_contents.get(tank.name, v)) for tank, v in tanks_at_start(body.tanks)]
         )
     return contents_by_body
 
@@ -286,14 +292,14 @@ def _least_reach(tanks: Sequence[TankState]) -> float:
     return float(angles[angles > 0.0].min(initial=np.inf))
 
 
-def _righting(K: np.ndarray) -> np.ndarray:
+def _righting_moment(K: np.ndarray) -> np.ndarray:
     """Stiffness in roll and pitch (2,) from that in heave, roll and pitch, (3, 3), with heave at
     constant displacement."""
     follows = K[0, 1:] * K[1:, 0] / K[0, 0] if K[0, 0] > 0.0 else np.zeros(2)
     return np.asarray(np.diag(K)[1:] - follows)
 
 
-def _condition(
+def _ballast_condition(
     body: Body,
     contents: Sequence[tuple[Tank, float]],
     tanks: Sequence[TankState],
@@ -302,7 +308,7 @@ def _condition(
     lost: np.ndarray,
     lever: float,
 ) -> Condition:
-    empty = body_without(body, at_start(body.tanks))
+    empty = body_without(body, tanks_at_start(body.tanks))
     full = loaded_body(empty.mass, empty.centre, empty.inertia, contents)
     free = np.array([dof in body.dofs for dof in ("roll", "pitch")])
     return Condition(

@@ -16,7 +16,7 @@ import numpy as np
 
 from hydrosim.case.lines.chains import mooring_lines, water_of_system
 from hydrosim.compile.validate_scene import STRAINED
-from hydrosim.elements.line.hang import find_touchdown
+from hydrosim.elements.line.hang import SuspendedLine, find_touchdown
 from hydrosim.elements.line.points import line_points, line_shapes
 from hydrosim.elements.line.search import stiffness
 from hydrosim.elements.line.shape import REASONS, LinePull, solve
@@ -58,12 +58,13 @@ class StillLine:
 
     def end_forces(self) -> LinePull:
         """Its forces."""
-        return LinePull(*solve(*self.ends, nan, nan))
+        return LinePull(*solve(self.suspended_line, nan, nan))
 
     @property
-    def ends(self) -> tuple[np.ndarray, int, int, float, float, float, float]:
-        """Arguments of the functions of `hydrosim.elements.line.shape`."""
-        return self.pieces, 0, self.pieces.size, self.x, self.z, self.bed, self.friction
+    def suspended_line(self) -> SuspendedLine:
+        """The line for the functions of `hydrosim.elements.line.shape`."""
+        ends = (self.x, self.z, self.bed, self.friction)
+        return SuspendedLine(self.pieces, 0, self.pieces.size, *ends)
 
     def with_moved_fairlead(self, along: float, up: float) -> StillLine:
         """The line with its fairlead moved away from the anchor, and upward [m]."""
@@ -72,7 +73,7 @@ class StillLine:
     def profile(self) -> tuple[np.ndarray, np.ndarray]:
         """Places (n, 2) [m] from the fairlead to the anchor: the distance from the anchor, and the
         height above it; tensions (n,) [N]."""
-        places, tension = line_points(*self.ends, self.end_forces(), PROFILE_POINTS)
+        places, tension = line_points(self.suspended_line, self.end_forces(), PROFILE_POINTS)
         return np.stack([self.x - places[:, 0], places[:, 1]], axis=1), tension
 
     def grounded_length(self, pull: LinePull) -> float:
@@ -81,8 +82,7 @@ class StillLine:
             return 0.0 if pull.converged else nan
         behind = 0.0
         if pull.anchor_V < 0.0:
-            last = self.pieces.size - 1
-            behind = find_touchdown(self.pieces, last, -1, -1, -pull.anchor_V).arc
+            behind = find_touchdown(self.suspended_line, -1, -pull.anchor_V).arc
         return self.length - pull.touch - behind
 
     def usual_offset(self) -> float:
@@ -116,7 +116,7 @@ def response(line: StillLine, offsets: np.ndarray, up: bool) -> LineResponse:
             line.with_moved_fairlead(0.0, offset) if up else line.with_moved_fairlead(offset, 0.0)
         )
         pull = moved.end_forces()
-        rows.append(_row(moved, pull, up))
+        rows.append(_response_row(moved, pull, up))
         if not pull.converged:
             reasons[REASONS[pull.reason]] = None
     tension, horizontal, vertical, anchor, stiff, grounded = np.transpose(rows)
@@ -124,11 +124,11 @@ def response(line: StillLine, offsets: np.ndarray, up: bool) -> LineResponse:
     return LineResponse(up, offsets, *forces, stiff, grounded, tuple(reasons))
 
 
-def _row(line: StillLine, pull: LinePull, up: bool) -> list[float]:
+def _response_row(line: StillLine, pull: LinePull, up: bool) -> list[float]:
     """The figures of one offset."""
     if not pull.converged:
         return [nan] * 6
-    slopes = stiffness(*line.ends, pull)
+    slopes = stiffness(line.suspended_line, pull)
     return [
         float(np.hypot(pull.H, pull.V)),
         pull.H,

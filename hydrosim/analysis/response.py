@@ -61,7 +61,12 @@ from hydrosim.linear.equilibrium import (
     with_contacts,
 )
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import NaturalMode, at_frequencies, modes_of_stiffness, natural_modes
+from hydrosim.linear.modes import (
+    NaturalMode,
+    interpolate_frequencies,
+    modes_of_stiffness,
+    natural_modes,
+)
 from hydrosim.multibody.kinematics import coordinate_map, place_bodies, positions_at, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene, SecondOrder, WaveForces
 from hydrosim.water.build import first_order, wave_loads_model
@@ -78,7 +83,7 @@ if TYPE_CHECKING:
 WIND_SPEED_STEP = 1e-3  # m/s, of differences
 
 
-def change_with_wind(linear: Linear, model: Model, state: State, time: float) -> np.ndarray:
+def stiffness_change_by_wind(linear: Linear, model: Model, state: State, time: float) -> np.ndarray:
     """Change (nh, n) [N s/m, N s] of the generalised loads with the wind speed at each height."""
     n = model.bodies.active.size
     count = len(heights_of_wind(model.elements))
@@ -189,7 +194,7 @@ class Responder:
         for wet in self.databases:
             db = wet.database
             A, B = (
-                at_frequencies(omega, db.frequency, x)
+                interpolate_frequencies(omega, db.frequency, x)
                 for x in (db.added_mass, db.radiation_damping)
             )
             radiated[:, wet.dofs[:, None], wet.dofs] += -(w**2) * A + 1j * w * B
@@ -197,7 +202,7 @@ class Responder:
         along = turned.T @ self.map
         return np.asarray(D + along.T @ radiated @ along)
 
-    def modes(self) -> list[NaturalMode]:
+    def natural_modes(self) -> list[NaturalMode]:
         """Natural modes, with the same added mass and damping."""
         if self.databases:
             return modes_of_stiffness(self.dynamic_stiffness, self.linear)
@@ -226,7 +231,7 @@ def responder(
     model = compiled.model
     about = state_with_contents_at(compiled, time)
     if state is not None:
-        about = _of_model(model, state, about)
+        about = _state_for_model(model, state, about)
     if contacts is not None:
         model, about = with_contacts(model, about, contacts, contact_names(scene))
     if roll_rates is not None:
@@ -243,7 +248,7 @@ def responder(
     displacements = coordinate_map(model.bodies, about.y[:n])
     water = scene.environment
     heights = heights_of_wind(model.elements) if water.gusts is not None else []
-    loads = change_with_wind(linear, model, about, time) if heights else np.zeros((0, n))
+    loads = stiffness_change_by_wind(linear, model, about, time) if heights else np.zeros((0, n))
     return Responder(
         *(linear, bodies, water, S, displacements, model.added_mass, groups),
         wind_heights=heights,
@@ -256,7 +261,7 @@ def _met_at_rest(body: Body) -> Body:
     return replace(body, wave_forces=loads)
 
 
-def _of_model(model: Model, state: State, start: State) -> State:
+def _state_for_model(model: Model, state: State, start: State) -> State:
     """Position and contacts of a state at rest, for a model with another memory, with the tank
     contents at the ``start``."""
     y = np.zeros(model.size)
@@ -290,7 +295,7 @@ def at_rest(
     weight = model.bodies.each["mass"].sum() * calm.scene.environment.gravity
     rest = equilibrium(model, state_with_contents_at(calm, time), time, weight)
     if mean_drift:
-        model = _in_mean_drift(model, calm, time)
+        model = _add_mean_drift(model, calm, time)
         rest = equilibrium(model, rest.state, time, weight, rest.held)
     if not free and np.abs(rest.drift).max(initial=0.0) > RESIDUAL_RTOL * weight:
         share = np.abs(rest.drift).max() / weight
@@ -302,11 +307,11 @@ def at_rest(
     return rest
 
 
-def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
+def _add_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     """Model with the mean second-order loads of the whole sea."""
     scene = calm.scene
     seas = calm.sea or sea(calm.scene.environment)
-    pushed = replace(scene, bodies=tuple(map(_drifting, scene.bodies)))
+    pushed = replace(scene, bodies=tuple(map(_with_drift_loads_only, scene.bodies)))
     databases = calm.derived.databases
     drifting = wave_bodies(pushed, databases, met_by_waves(pushed, databases))
     steady = [replace(waves, ramp=0.0) for waves in seas]
@@ -314,7 +319,7 @@ def _in_mean_drift(model: Model, calm: Compiled, time: float) -> Model:
     return model._replace(waves=loads)
 
 
-def _drifting(body: Body) -> Body:
+def _with_drift_loads_only(body: Body) -> Body:
     """Body with mean second-order loads only, if it has any."""
     any_order = body.wave_forces.second_order != SecondOrder.NONE
     load = SecondOrder.MEAN_DRIFT if any_order else SecondOrder.NONE
@@ -423,7 +428,7 @@ def contact_remarks(
     held_by = find_rigid_tractions(model, stuck, forces)
     for i in points:
         point_grip = grip(int(i), compiled, rest)
-        traction = _traction(point_grip, int(i), compiled, omega, motions) + held_by[:, i]
+        traction = _friction_traction(point_grip, int(i), compiled, omega, motions) + held_by[:, i]
         yield from _let_go(names[i], point_grip, int(i), compiled, motions, traction)
 
 
@@ -462,7 +467,7 @@ def _relative_displacements(
     return moved
 
 
-def _traction(
+def _friction_traction(
     grip: Grip, i: int, compiled: Compiled, omega: np.ndarray, motions: np.ndarray
 ) -> np.ndarray:
     """Complex traction (nw, 2) of the node of point ``i``; zero for rigid friction."""

@@ -84,8 +84,8 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
         )
 
     about, roll_rates = respond(compiled, respond_at, random)
-    modes = about.modes()
-    answer = _in_unit_waves(scene, about, wanted)
+    modes = about.natural_modes()
+    answer = _unit_wave_amplitudes(scene, about, wanted)
     dataset = xr.merge(
         [
             _rest_dataset(scene, rest, drifted),
@@ -260,8 +260,10 @@ class UnitWaveAmplitudes(NamedTuple):
     free: np.ndarray
 
 
-def _in_unit_waves(scene: Scene, about: Responder, wanted: LinearRequest) -> UnitWaveAmplitudes:
-    omega = np.array(wanted.frequencies or _frequencies(about), dtype=float)
+def _unit_wave_amplitudes(
+    scene: Scene, about: Responder, wanted: LinearRequest
+) -> UnitWaveAmplitudes:
+    omega = np.array(wanted.frequencies or _database_frequencies(about), dtype=float)
     headings = list(wanted.headings) or _headings(scene)
     free = np.array([about.unit_motions(heading, omega) for heading in headings])
     return UnitWaveAmplitudes(headings, omega, free)
@@ -443,7 +445,7 @@ def _gust_remarks(scene: Scene) -> Iterator[str]:
         )
 
 
-def _frequencies(about: Responder) -> np.ndarray:
+def _database_frequencies(about: Responder) -> np.ndarray:
     """All frequencies of the bodies' databases."""
     databases = [body.database for body in about.bodies if body.database is not None]
     return np.unique(np.concatenate([np.zeros(0), *(db.frequency for db in databases)]))

@@ -45,11 +45,11 @@ def resolved_case_text(data: CaseFile, folder: Path) -> str:
         name: element.with_fitted_numbers(BuildContext(f"forces.{name}", place))
         for name, element in data.forces.items()
     }
-    changes = {"output": output, "environment": data.water, "bodies": _bodies(data)}
+    changes = {"output": output, "environment": data.water, "bodies": _build_bodies(data)}
     changes["forces"] = forces
     whole = data.model_copy(update=changes)
     return yaml.dump(
-        _plain(whole, folder),
+        _plain_value(whole, folder),
         Dumper=DUMPER,
         default_flow_style=None,  # what is in one piece stands in one line
         sort_keys=False,
@@ -58,7 +58,7 @@ def resolved_case_text(data: CaseFile, folder: Path) -> str:
     )
 
 
-def _bodies(data: CaseFile) -> dict[str, Any]:
+def _build_bodies(data: CaseFile) -> dict[str, Any]:
     """The bodies. Those that joints carry have neither degrees of freedom nor a start."""
     joints = {name: joint.build() for name, joint in data.joints.items()}
     carried = arrange_joints(joints, list(data.bodies)).children
@@ -69,20 +69,20 @@ def _bodies(data: CaseFile) -> dict[str, Any]:
     }
 
 
-def _plain(value: Any, folder: Path) -> Any:
+def _plain_value(value: Any, folder: Path) -> Any:
     """A value as YAML has it; None is left out of mappings."""
     match value:
         case BaseModel():
             fields = type(value).model_fields
-            return _plain({fields[key].alias or key: item for key, item in value}, folder)
+            return _plain_value({fields[key].alias or key: item for key, item in value}, folder)
         case dict():
             return {
                 str(key): os.path.abspath(folder / item) if _is_file(key, item) else plain
                 for key, item in value.items()
-                if (plain := _plain(item, folder)) is not None
+                if (plain := _plain_value(item, folder)) is not None
             }
         case tuple() | list():
-            return [_plain(item, folder) for item in value]
+            return [_plain_value(item, folder) for item in value]
         case Scale():
             return value.text or value.value
         case Enum():
@@ -99,22 +99,22 @@ def build_scene(
 ) -> scene.Scene:
     """The scene of a case; relative paths begin at the folder of ``path``. Its results are read in
     ``units``, by SI unit."""
-    bodies = tuple(_body(name, body, path.parent) for name, body in data.bodies.items())
+    bodies = tuple(_build_body(name, body, path.parent) for name, body in data.bodies.items())
     return scene.Scene(
         title=data.title,
         duration=data.duration,
         bodies=bodies,
-        environment=_environment(data.water, path),
-        forces=_forces(data, path, {body.name: body for body in bodies}),
+        environment=_build_environment(data.water, path),
+        forces=_build_forces(data, path, {body.name: body for body in bodies}),
         joints={name: joint.build() for name, joint in data.joints.items()},
-        solver=_solver(data.solver),
+        solver=_build_solver(data.solver),
         output_step=data.output_step,
         output_states=data.output.states,
         output_impulses=data.output.impulses,
         output_accelerations=data.output.accelerations,
         wave_probes=data.output.wave_probes,
-        clearances={name: _clearance(c) for name, c in data.output.clearances.items()},
-        initial=_start(data.begins, path.parent) if data.begins else None,
+        clearances={name: _build_clearance(c) for name, c in data.output.clearances.items()},
+        initial=_build_start(data.begins, path.parent) if data.begins else None,
         at_rest=data.initial == "at_rest",
         accept=data.accept,
         source={
@@ -127,14 +127,14 @@ def build_scene(
     )
 
 
-def _forces(
+def _build_forces(
     data: schema.CaseFile, path: Path, bodies: Mapping[str, scene.Body]
 ) -> dict[str, scene.ForceElement]:
     """The force elements. Files with lines are several elements each."""
     elements_by_name: dict[str, scene.ForceElement] = {}
     joints = {name: joint.build() for name, joint in data.joints.items()}
     for name, element in data.forces.items():
-        where = BuildContext(f"forces.{name}", path, _density(data.water), joints)
+        where = BuildContext(f"forces.{name}", path, _water_density(data.water), joints)
         if isinstance(element, Lines):
             body = bodies[element.body]
             place = (body.location, body.heading, body.centre_of_gravity)
@@ -148,23 +148,23 @@ def _forces(
     return elements_by_name
 
 
-def _clearance(form: schema.Clearance) -> scene.Clearance:
+def _build_clearance(form: schema.Clearance) -> scene.Clearance:
     if form.plane is None:
         return scene.Clearance(form.of, form.to)
     plane = form.plane
     return scene.Clearance(form.of, None, plane.point, plane.normal, plane.body)
 
 
-def _start(start: schema.Start, folder: Path) -> scene.Start:
-    return scene.Start(_place(folder, start.run), start.time)
+def _build_start(start: schema.Start, folder: Path) -> scene.Start:
+    return scene.Start(_path_in_folder(folder, start.run), start.time)
 
 
-def _place(folder: Path, file: str) -> Path:
+def _path_in_folder(folder: Path, file: str) -> Path:
     """A file that a case in ``folder`` names, by the name that all cases have for it."""
     return Path(os.path.abspath(folder / file))
 
 
-def _solver(solver: schema.Solver) -> scene.Solver:
+def _build_solver(solver: schema.Solver) -> scene.Solver:
     given = solver.tolerance
     settings = dict(solver)
     if isinstance(given, schema.Tolerance):
@@ -175,28 +175,28 @@ def _solver(solver: schema.Solver) -> scene.Solver:
     return scene.Solver(**settings)
 
 
-def _density(water: schema.Environment) -> tuple[float, float]:
+def _water_density(water: schema.Environment) -> tuple[float, float]:
     """Density [kg/m^3] of the water, and gravity [m/s^2]."""
     return water.water_density, water.gravity
 
 
-def _environment(water: schema.Environment, path: Path) -> scene.Environment:
+def _build_environment(water: schema.Environment, path: Path) -> scene.Environment:
     environment = scene.Environment(
         water.water_depth, water.water_density, water.gravity, wave_trains(water, path)
     )
     return with_streams(environment, water.current, water.wind, f"{path}: environment")
 
 
-def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
+def _build_body(name: str, body: schema.Body, folder: Path) -> scene.Body:
     tanks = tuple(
         tank.build(key, f"bodies.{name}.tanks.{key}", folder) for key, tank in body.tanks.items()
     )
-    mass, centre, inertia = _mass(body, tanks)
+    mass, centre, inertia = _mass_with_contents(body, tanks)
     return scene.Body(
         name=name,
         mass=mass,
         inertia=inertia,
-        hydrodynamics=build_hydrodynamics(body.hydrodynamics, partial(_place, folder)),
+        hydrodynamics=build_hydrodynamics(body.hydrodynamics, partial(_path_in_folder, folder)),
         hydrostatics=hull_of(
             body.hydrostatics, f"bodies.{name}.hydrostatics", folder, body.database_body
         ),
@@ -208,7 +208,7 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         dofs=body.dofs,
         position=body.initial.position,
         velocity=body.initial.velocity,
-        radiation=_radiation(body.radiation),
+        radiation=_build_radiation(body.radiation),
         wave_forces=scene.WaveForces(**dict(body.wave_forces)),
         weight=body.weight or (scene.Weight.CARRIED if tanks else scene.Weight.BALANCED),
         tanks=tanks,
@@ -219,26 +219,30 @@ def _body(name: str, body: schema.Body, folder: Path) -> scene.Body:
     )
 
 
-def _mass(
+def _mass_with_contents(
     body: schema.Body, tanks: tuple[scene.Tank, ...]
 ) -> tuple[float, tuple[float, ...], np.ndarray]:
     """Mass, centre of gravity and inertia about it, of the body with what is in its tanks."""
     if body.lightship is None:
         assert body.mass is not None
-        return body.mass, body.centre_of_gravity or (0.0, 0.0, 0.0), _inertia(body, body.mass)
-    from hydrosim.tanks.timeline import at_start, loaded_body  # slow to load
+        return (
+            body.mass,
+            body.centre_of_gravity or (0.0, 0.0, 0.0),
+            _inertia_matrix(body, body.mass),
+        )
+    from hydrosim.tanks.timeline import loaded_body, tanks_at_start  # slow to load
 
     lightship = body.lightship
     mass_properties = loaded_body(
         lightship.mass,
         lightship.centre_of_gravity,
-        _inertia(lightship, lightship.mass),
-        at_start(tanks),
+        _inertia_matrix(lightship, lightship.mass),
+        tanks_at_start(tanks),
     )
     return mass_properties.mass, tuple(mass_properties.centre.tolist()), mass_properties.inertia
 
 
-def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
+def _build_radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
     match form:
         case schema.AutomaticRadiation():
             return scene.AutomaticRadiation(form.tolerance, form.length, form.step)
@@ -252,7 +256,7 @@ def _radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation
             return scene.RadiationModel.NONE
 
 
-def _inertia(body: schema.Body | Lightship, mass: float) -> np.ndarray:
+def _inertia_matrix(body: schema.Body | Lightship, mass: float) -> np.ndarray:
     if body.inertia is not None:
         return np.array(body.inertia)
     if isinstance(body, schema.Body) and body.mass_matrix is not None:

@@ -93,12 +93,12 @@ class RunCriterion(of.SchemaModel):
 def as_attributes(report: Report, criteria: Mapping[str, RunCriterion]) -> dict[str, str]:
     """What the results of a case keep of both; nothing where the case says nothing."""
     block = {key: text for key, text in report if text}
-    asked = [_plain(name, criterion) for name, criterion in criteria.items()]
+    asked = [_criterion_entries(name, criterion) for name, criterion in criteria.items()]
     attributes = {TITLE_BLOCK: block, CRITERIA: asked}
     return {key: json.dumps(value) for key, value in attributes.items() if value}
 
 
-def _plain(name: str, of: RunCriterion) -> dict[str, object]:
+def _criterion_entries(name: str, of: RunCriterion) -> dict[str, object]:
     names = ("channel", "statistic", "phase", "result", "group")
     values = {key: getattr(of, key) for key in names}
     written = {"limit": of.limit.value, "unit": of.limit.unit or "", "text": of.limit.text}

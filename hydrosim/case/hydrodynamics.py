@@ -23,12 +23,12 @@ Volume = Annotated[float, Quantity("volume", "m^3", "1000 m^3", above=0)]
 Draught = Annotated[float, Quantity("draught", "m", "12.4 m", above=0)]
 
 
-def _points(value: Any) -> Any:
+def _read_points(value: Any) -> Any:
     """A point of one body as a list of one."""
     return value if isinstance(value, list) and value and isinstance(value[0], list) else [value]
 
 
-Points = Annotated[tuple[of.Point, ...], of.one_or_more(of.Point, _points)]
+Points = Annotated[tuple[of.Point, ...], of.one_or_more(of.Point, _read_points)]
 Volumes = Annotated[tuple[Volume, ...], of.one_or_more(Volume)]
 
 
@@ -80,13 +80,15 @@ class DatabaseFile(SchemaModel):
     def build(self, place: Place) -> scene.ChangedDatabase:
         """As a scene has it."""
         changes = {item.name: getattr(self, item.name) for item in fields(scene.Changes)}
-        given = {item.name: _flat(getattr(self, key_of(item.name))) for item in fields(scene.Given)}
+        given = {
+            item.name: _flatten(getattr(self, key_of(item.name))) for item in fields(scene.Given)
+        }
         return scene.ChangedDatabase(
             place(self.file), scene.Changes(**changes), scene.Given(**given)
         )
 
 
-def _flat(value: Any) -> Any:
+def _flatten(value: Any) -> Any:
     """Points one after the other."""
     nested = isinstance(value, tuple) and value and isinstance(value[0], tuple)
     return tuple(x for point in value for x in point) if nested else value

@@ -75,12 +75,12 @@ class TurnFriction(SchemaModel):
 
     @model_validator(mode="after")
     def _check_kinetic(self) -> Self:
-        _not_more(self.static_moment, self.kinetic_moment, "moment")
+        _require_not_more(self.static_moment, self.kinetic_moment, "moment")
         return self
 
     def build(self) -> scene.JointFriction:
         """The same of the scene."""
-        return _friction(self.static_moment, self.kinetic_moment)
+        return _build_friction(self.static_moment, self.kinetic_moment)
 
 
 class SlideFriction(SchemaModel):
@@ -100,15 +100,15 @@ class SlideFriction(SchemaModel):
 
     @model_validator(mode="after")
     def _check_kinetic(self) -> Self:
-        _not_more(self.static_force, self.kinetic_force, "force")
+        _require_not_more(self.static_force, self.kinetic_force, "force")
         return self
 
     def build(self) -> scene.JointFriction:
         """The same of the scene."""
-        return _friction(self.static_force, self.kinetic_force)
+        return _build_friction(self.static_force, self.kinetic_force)
 
 
-def _friction(static: float, kinetic: float | None) -> scene.JointFriction:
+def _build_friction(static: float, kinetic: float | None) -> scene.JointFriction:
     return scene.JointFriction(static, static if kinetic is None else kinetic)
 
 
@@ -126,7 +126,7 @@ def _without_reaction(data: Any, instead: str) -> Any:
     return data
 
 
-def _not_more(static: float, kinetic: float | None, what: str) -> None:
+def _require_not_more(static: float, kinetic: float | None, what: str) -> None:
     if kinetic is not None and kinetic > static:
         raise problem(
             f"kinetic_{what} {kinetic:g} above static_{what} {static:g}", "no more than static"
@@ -169,7 +169,7 @@ class Turn(SchemaModel):
 
     def build_resistance(self) -> scene.JointResistance:
         """The same of the scene."""
-        return _acting(self, self.initial.angle, self.initial.rate)
+        return _build_resistance(self, self.initial.angle, self.initial.rate)
 
 
 class Slide(SchemaModel):
@@ -190,22 +190,24 @@ class Slide(SchemaModel):
 
     def build_resistance(self) -> scene.JointResistance:
         """The same of the scene."""
-        return _acting(self, self.initial.offset, self.initial.speed)
+        return _build_resistance(self, self.initial.offset, self.initial.speed)
 
 
-def _acting(form: Turn | Slide, position: float, velocity: float) -> scene.JointResistance:
+def _build_resistance(
+    form: Turn | Slide, position: float, velocity: float
+) -> scene.JointResistance:
     return scene.JointResistance(
         form.stiffness,
         form.neutral,
         form.damping,
-        _stops(form.stops),
+        _build_stops(form.stops),
         form.friction.build() if form.friction else None,
         position,
         velocity,
     )
 
 
-def _stops(form: TurnStops | SlideStops | None) -> scene.Stops | None:
+def _build_stops(form: TurnStops | SlideStops | None) -> scene.Stops | None:
     return None if form is None else scene.Stops(*form.range, form.stiffness, form.damping)
 
 
@@ -403,7 +405,7 @@ class Universal(OnAxis):
 
     @model_validator(mode="after")
     def _check_angle(self) -> Self:
-        _at_right_angles(self.axis, self.second_axis)
+        _require_right_angles(self.axis, self.second_axis)
         return self
 
     def axes(self) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
@@ -433,7 +435,7 @@ class Planar(OnAxis):
     @model_validator(mode="after")
     def _check_angle(self) -> Self:
         if self.second_axis is not None:
-            _at_right_angles(self.axis, self.second_axis)
+            _require_right_angles(self.axis, self.second_axis)
         return self
 
     def axes(self) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
@@ -594,7 +596,7 @@ class Rod(JointForm):
         return replace(super().build(), to_point=self.to_point, length=self.length)
 
 
-def _at_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> None:
+def _require_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -> None:
     a, b = np.array(first), np.array(second)
     cosine = float(a @ b) / float(np.linalg.norm(a) * np.linalg.norm(b) or 1.0)
     if not np.linalg.norm(b) > MIN_AXIS_LENGTH or abs(cosine) > PARALLEL:

@@ -53,7 +53,7 @@ ROTATION_DOFS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
 
 
-def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
+def _order_dofs(dofs: tuple[str, ...]) -> tuple[str, ...]:
     unknown = [dof for dof in dofs if dof not in DOFS]
     if unknown or len(set(dofs)) != len(dofs):
         remedy = suggestion(unknown[0], DOFS) if unknown else ""
@@ -61,7 +61,7 @@ def _in_order(dofs: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(sorted(dofs, key=DOFS.index))
 
 
-Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_in_order)]
+Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_order_dofs)]
 
 
 class Environment(SchemaModel):
@@ -168,7 +168,7 @@ class NoRadiation(SchemaModel):
     """No radiation forces."""
 
 
-def _with_model(value: Any) -> Any:
+def _require_model(value: Any) -> Any:
     return {"model": value} if isinstance(value, str) else value
 
 
@@ -183,7 +183,7 @@ Radiation = Annotated[
 
 
 _MODEL = BeforeValidator(
-    _with_model,
+    _require_model,
     json_schema_input_type=Radiation | Literal["automatic", "state_space", "convolution", "none"],
 )
 
@@ -443,13 +443,13 @@ class Start(SchemaModel):
     """Time of that run at which this one begins. Without it that is its end."""
 
 
-def _begins(value: object) -> str:
+def _beginning_form(value: object) -> str:
     return "at_rest" if isinstance(value, str) else "of a run"
 
 
 Begin = Annotated[
     Annotated[Literal["at_rest"], Tag("at_rest")] | Annotated[Start, Tag("of a run")],
-    Discriminator(_begins),
+    Discriminator(_beginning_form),
 ]
 
 

@@ -50,14 +50,14 @@ def read_components(source: Source) -> tuple[Component, ...]:
     heading, in the units that their names say: "frequency [Hz]". InputError says what is wrong."""
     source.head(1)
     table = parse(source, first="a component")
-    columns = dict(_columns(source, table))
+    columns = dict(_table_columns(source, table))
     return tuple(
         _wave_component(source, dict(zip(columns, map(float, row), strict=True)), line)
         for line, row in zip(table.lines, np.transpose([*columns.values()]), strict=True)
     )
 
 
-def _columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray]]:
+def _table_columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray]]:
     """Each column by its name, in SI; those of other names are refused, not passed over."""
     names = [name_and_unit(name)[0].strip().lower() for name in table.names]
     unknown = [name for name in names if name not in COLUMN_UNITS]
@@ -72,10 +72,10 @@ def _columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray
                 f"found a {name} of {np.abs(values).max():g} and no unit: degrees or radians? Name"
                 f" the column {name} [deg] or {name} [rad]"
             )
-        yield name, values * _scale(source, name, unit or COLUMN_UNITS[name])
+        yield name, values * _unit_scale(source, name, unit or COLUMN_UNITS[name])
 
 
-def _scale(source: Source, name: str, unit: str) -> float:
+def _unit_scale(source: Source, name: str, unit: str) -> float:
     """What a number in a unit is multiplied with to be in SI."""
     others = {"amplitude": 1.0} | ({} if name == "frequency" else {"period": 1.0})
     unit_component = _wave_component(source, {**others, name: f"1 {unit}"})
@@ -107,7 +107,7 @@ def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -
     x_axis - dir - pi. A circle may be closed (0 and 360). Raises InputError where the file has
     another layout, or values that are negative or not numbers.
     """
-    efth = without_repeats(source, _read(source, select))
+    efth = without_repeats(source, _read_spectra(source, select))
     bearing = np.radians(efth["dir"].values.astype(float))
     if is_heading(source, "dir", efth["dir"].attrs):
         bearing += np.pi
@@ -117,11 +117,11 @@ def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -
         source.wrong("found densities that are negative or missing; expected none; select others")
     if frequency.size < 2 or np.any(np.diff(frequency) <= 0.0) or frequency[0] < 0.0:
         source.wrong("found frequencies that do not rise; expected two or more that do")
-    heading, order = _in_order(source, x_axis - bearing - np.pi)
+    heading, order = _order_headings(source, x_axis - bearing - np.pi)
     return DirectionalTable(frequency, heading, density[:, order])
 
 
-def _read(source: Source, select: Mapping[str, int]) -> xr.DataArray:
+def _read_spectra(source: Source, select: Mapping[str, int]) -> xr.DataArray:
     import xarray as xr
 
     try:
@@ -147,7 +147,7 @@ def _read(source: Source, select: Mapping[str, int]) -> xr.DataArray:
     return efth
 
 
-def _in_order(source: Source, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _order_headings(source: Source, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Headings that rise, equally far apart, from the one after the widest gap, and their order."""
     order = np.argsort(np.mod(heading, _TURN))
     angle = np.mod(heading[order], _TURN)
@@ -172,25 +172,25 @@ def wave_trains(water: schema.Environment, path: Path) -> tuple[scene.WaveTrain,
 
     Raises InputError where a file that they need cannot be read.
     """
-    return tuple(_trains(water, path))
+    return tuple(_build_trains(water, path))
 
 
-def _trains(water: schema.Environment, path: Path) -> Iterator[scene.WaveTrain]:
+def _build_trains(water: schema.Environment, path: Path) -> Iterator[scene.WaveTrain]:
     for i, train in enumerate(water.waves):
         key = "environment.waves" if len(water.waves) == 1 else f"environment.waves.{i}"
         if not isinstance(train, waves.NoWaves):
             given = {
                 name: value for name, value in dict(train).items() if name in COPIED_TRAIN_FIELDS
             }
-            yield scene.WaveTrain(_spectrum(train, water, BuildContext(key, path)), **given)
+            yield scene.WaveTrain(_build_spectrum(train, water, BuildContext(key, path)), **given)
 
 
-def _source(where: BuildContext, file: str) -> Source:
+def _open_source(where: BuildContext, file: str) -> Source:
     """A data file, relative to the case file."""
     return Source(where.path.parent / file, f"{where.path}: {where.key}")
 
 
-def _spectrum(
+def _build_spectrum(
     train: waves.SomeWaves, water: schema.Environment, where: BuildContext
 ) -> scene.Spectrum:
     match train:
@@ -210,9 +210,9 @@ def _spectrum(
             band = train.lowest_frequency, train.highest_frequency
             return scene.WhiteNoise(train.significant_height, *band)
         case waves.Table():
-            return _table(train, where)
+            return _read_spectrum_table(train, where)
         case waves.DirectionalTable():
-            return read_directional(_source(where, train.file), train.select, train.x_axis)
+            return read_directional(_open_source(where, train.file), train.select, train.x_axis)
         case waves.Regular():
             return scene.RegularWave(train.amplitude, train.period, train.phase)
         case waves.Components():
@@ -223,10 +223,10 @@ def _spectrum(
             return scene.RecordedElevation(series.time, series.value, train.position, highest)
 
 
-def _table(table: waves.Table, where: BuildContext) -> scene.SpectrumTable:
+def _read_spectrum_table(table: waves.Table, where: BuildContext) -> scene.SpectrumTable:
     if table.file is None:
         return scene.SpectrumTable(np.array(table.frequency), np.array(table.density))
-    source = _source(where, table.file)
+    source = _open_source(where, table.file)
     series = read_series(source, [table.column])
     if (least := min(series.value.min(), series.time[0])) < 0.0:
         source.wrong(f"found {least:g}; expected frequencies and densities that are not negative")
@@ -239,7 +239,7 @@ def _given_components(train: waves.Components, where: BuildContext) -> scene.Giv
     given = train.components
     if isinstance(given, waves.ComponentsFile):
         at_key = BuildContext(f"{where.key}.components", where.path)
-        components = read_components(_source(at_key, given.file))
+        components = read_components(_open_source(at_key, given.file))
     else:
         components = given
     omega = [c.frequency or 2.0 * np.pi / (c.period or np.nan) for c in components]

@@ -21,7 +21,7 @@ from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel, T
 from hydrosim.files.series import Series, read_series
 from hydrosim.files.text import Source, require_usual
-from hydrosim.files.units import AnyQuantity, Scale, factor, problem, same_dimension, value_text
+from hydrosim.files.units import AnyQuantity, Scale, factor, is_same_dimension, problem, value_text
 
 if TYPE_CHECKING:
     from hydrosim.elements.signal import Signal
@@ -75,7 +75,7 @@ class Harmonic(SchemaModel, Generic[T]):
     """Phase of the sine at time 0."""
 
 
-def _form(value: object) -> str:
+def _form_tag(value: object) -> str:
     """Which of the forms a value in a case file has."""
     if not isinstance(value, dict):
         return "values"
@@ -105,20 +105,20 @@ ForceOverTime = Annotated[
     | Annotated[Table[of.Force], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Force], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
 ]
 MomentOverTime = Annotated[
     Annotated[tuple[of.Moment, ...], of.one_or_more(of.Moment), Tag("values")]
     | Annotated[Table[of.Moment], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Moment], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
 ]
 NormalOverTime = Annotated[
     Annotated[Table[of.Force], Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Force], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
     only_forms("force", "kN", Table, Recorded, Harmonic),
 ]
 Form = Table[float] | Recorded | Harmonic[float]
@@ -142,7 +142,7 @@ def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
     if form.case is not None and not os.path.isfile(source.file):
         source.wrong(f"found no such file; expected the run of {form.case}; simulate it first")
     series = read_series(source, form.column)
-    value = _factor(form, series, source, unit) * series.value
+    value = _unit_factor(form, series, source, unit) * series.value
     require_usual(source, value, unit)
     return Series(series.time, value, unit)
 
@@ -161,7 +161,7 @@ def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
     return signal.Recorded(series.time, series.value)
 
 
-def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
+def _unit_factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
     unit_text = series.unit or series.label
@@ -172,6 +172,10 @@ def _factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
         except ValueError:
             source.wrong(f'{found_text}; expected {unit}; give a factor, such as "98100 kN/m"')
     column_unit = series.unit or ("" if unit in MOTION_UNITS else None)
-    if column_unit is not None and scale.unit and not same_dimension(column_unit, scale.unit, unit):
+    if (
+        column_unit is not None
+        and scale.unit
+        and not is_same_dimension(column_unit, scale.unit, unit)
+    ):
         source.wrong(f"{found_text} and a factor in {scale.unit}; expected {unit} of both together")
     return scale.value

@@ -17,7 +17,7 @@ from hydrosim.scene import Amplitudes, WindLaw
 class CurrentTable(SchemaModel):
     """Current at some depths, with straight lines between."""
 
-    depth: Annotated[tuple[of.Length, ...], AfterValidator(of.from_zero), of.RISING]
+    depth: Annotated[tuple[of.Length, ...], AfterValidator(of.require_start_at_zero), of.RISING]
     """Depths below the still water, which rise from 0. Example: [0 m, 50 m, 100 m]."""
     speed: Annotated[tuple[of.FlowSpeed, ...], AfterValidator(of.require_entries)]
     """Speed at each depth. Example: [1 m/s, 0.6 m/s, 0.3 m/s]."""

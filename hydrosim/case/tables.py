@@ -55,18 +55,18 @@ CELL_DIGITS = 6
 def case_tables(data: Mapping[str, Any]) -> Iterator[Table]:
     """The tables of a resolved case; none of one that holds nothing."""
     if data:
-        yield Table(("environment", ""), [*_environment(data.get("environment"))])
-        yield Table(("body", ""), [*_bodies(data.get("bodies"))])
+        yield Table(("environment", ""), [*_environment_rows(data.get("environment"))])
+        yield Table(("body", ""), [*_body_rows(data.get("bodies"))])
         if forces := data.get("forces"):
             yield Table(("force element", "type", "on"), [*_force_rows(forces)])
         if joints := data.get("joints"):
-            yield Table(("joint", "type", "between"), [*_joints(joints)])
+            yield Table(("joint", "type", "between"), [*_joint_rows(joints)])
 
 
 def seas(data: Mapping[str, Any], units: Units = DEFAULT) -> list[str]:
     """The waves of a resolved case, a line for each: "jonswap, Hs 1.5 m, Tp 8 s, ..."."""
     trains = (data.get("environment") or {}).get("waves") or []
-    return [text_of(_train(train, SEA_LINE_LABELS), units) for train in trains]
+    return [text_of(_describe_train(train, SEA_LINE_LABELS), units) for train in trains]
 
 
 def plain(text: str) -> dict[str, Any]:
@@ -90,7 +90,7 @@ def shorten_path(text: str) -> str:
     return "/".join(path.parts[-2:]) if path.is_absolute() else text
 
 
-def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
+def _environment_rows(water: Any) -> Iterator[tuple[str, Sentence]]:
     for key, (label, unit) in WATER_ROWS.items():
         if key in (water or {}):
             yield label, _value_text(water[key], unit)
@@ -101,7 +101,7 @@ def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
         speed = stream.get("speed") or max(table.get("speed") or [0.0])
         if speed:
             heading = (table.get("heading") or [stream.get("heading", 0.0)])[0]
-            parts = (_value(speed, "m/s"), _value(heading, "rad"))
+            parts = (_shown_value(speed, "m/s"), _shown_value(heading, "rad"))
             shown = "" if profile in (None, "none") else ", with a profile"
             yield key.capitalize(), Sentence("{}, goes to {}" + shown, parts)
         if gusts := stream.get("gusts"):
@@ -110,17 +110,17 @@ def _environment(water: Any) -> Iterator[tuple[str, Sentence]]:
     waves = (water or {}).get("waves") or []
     labels = {key: label for key, (label, _) in SEA_ROWS.items()}
     for k, train in enumerate(waves if isinstance(waves, list) else [waves]):
-        yield f"Waves {k + 1}", _train(train, labels)
+        yield f"Waves {k + 1}", _describe_train(train, labels)
 
 
-def _train(train: Mapping[str, Any], labels: Mapping[str, str]) -> Sentence:
+def _describe_train(train: Mapping[str, Any], labels: Mapping[str, str]) -> Sentence:
     """A train of waves: each of its ``labels`` with the value."""
     given_keys = [key for key in labels if key in train]
     text = ", ".join(f"{labels[key]} {{}}".strip() for key in given_keys)
-    return Sentence(text, [_value(train[key], SEA_ROWS[key][1]) for key in given_keys])
+    return Sentence(text, [_shown_value(train[key], SEA_ROWS[key][1]) for key in given_keys])
 
 
-def _bodies(bodies: Any) -> Iterator[tuple[str, Sentence]]:
+def _body_rows(bodies: Any) -> Iterator[tuple[str, Sentence]]:
     for name, body in (bodies or {}).items():
         for key, unit in BODY.items():
             if body.get(key) not in (None, DEFAULTS_NOT_SHOWN.get(key)):
@@ -133,7 +133,7 @@ def _force_rows(forces: Any) -> Iterator[tuple[str, str, str]]:
         yield str(name), kind, str(element.get("body", ""))
 
 
-def _joints(joints: Any) -> Iterator[tuple[str, str, str]]:
+def _joint_rows(joints: Any) -> Iterator[tuple[str, str, str]]:
     for name, joint in joints.items():
         other = joint.get("to") or "the earth"
         yield str(name), str(joint.get("type", "")), f"{joint.get('body', '')} and {other}"
@@ -142,10 +142,10 @@ def _joints(joints: Any) -> Iterator[tuple[str, str, str]]:
 def _value_text(value: Any, unit: str) -> Sentence:
     """A value of a case, or each of a list of them."""
     items = value if isinstance(value, list) else [value]
-    return Sentence(", ".join("{}" for _ in items), [_value(x, unit) for x in items])
+    return Sentence(", ".join("{}" for _ in items), [_shown_value(x, unit) for x in items])
 
 
-def _value(value: Any, unit: str) -> Value | str:
+def _shown_value(value: Any, unit: str) -> Value | str:
     if isinstance(value, str):
         return shorten_path(value)
     if isinstance(value, bool) or not isinstance(value, int | float):

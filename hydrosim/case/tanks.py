@@ -25,8 +25,8 @@ AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4
 MixedMoment = Annotated[float, Quantity("second moment of area", "m^4", "-1000 m^4")]
 Part = Annotated[float, Quantity("number", "", "98 %", above=0, at_most=1)]
 Rate = Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)]
-Levels = Annotated[tuple[Level, ...], of.RISING, AfterValidator(of.from_zero)]
-Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.from_zero)]
+Levels = Annotated[tuple[Level, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
+Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 
 
 class Lightship(SchemaModel):
@@ -202,7 +202,7 @@ class LevelReached(SchemaModel):
         return scene.LevelReached(self.tank, float(level or 0.0), self.above is not None)
 
 
-def _form(value: object) -> str:
+def _form_tag(value: object) -> str:
     if isinstance(value, Event) or (isinstance(value, dict) and "channel" in value):
         return "event"
     if isinstance(value, AtTime) or (isinstance(value, dict) and "time" in value):
@@ -215,7 +215,7 @@ When = Annotated[
     | Annotated[AtTime, Tag("mapping")]
     | Annotated[LevelReached, Tag("level")]
     | Annotated[Event, Tag("event")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
 ]
 
 
@@ -238,11 +238,11 @@ class Pump(SchemaModel):
     def build(self, name: str) -> scene.Pump:
         """As a scene has it."""
         source, target = (None if end == SEA_NAME else end for end in (self.source, self.target))
-        start, stop = (_end(end) for end in (self.start, self.stop))
+        start, stop = (_flow_end(end) for end in (self.start, self.stop))
         return scene.Pump(name, self.rate, source, target, 0.0 if start is None else start, stop)
 
 
-def _end(end: Any) -> Any:
+def _flow_end(end: Any) -> Any:
     """A start or a stop as a scene has it."""
     if isinstance(end, AtTime):
         return end.time

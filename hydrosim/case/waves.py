@@ -203,7 +203,7 @@ class Regular(Directed):
     """Phase of the elevation at the origin."""
 
 
-def _components(value: object) -> str:
+def _components_form(value: object) -> str:
     return "file" if isinstance(value, dict | BaseModel) else "list"
 
 
@@ -246,7 +246,7 @@ class Components(Directed):
     components: Annotated[
         Annotated[ComponentsFile, Tag("file")]
         | Annotated[tuple[Component, ...], AfterValidator(of.require_entries), Tag("list")],
-        Discriminator(_components),
+        Discriminator(_components_form),
     ]
     """List of components, or a mapping with their file."""
     repeat_period: of.Period = 10800.0
@@ -289,9 +289,9 @@ SomeWaves = (
 Train = Annotated[SomeWaves | NoWaves, Discriminator("spectrum")]
 
 
-def _as_list(value: Any) -> Any:
+def _list_of_one(value: Any) -> Any:
     return [value] if isinstance(value, dict) else value
 
 
-Waves = Annotated[tuple[Train, ...], of.one_or_more(Train, _as_list)]
+Waves = Annotated[tuple[Train, ...], of.one_or_more(Train, _list_of_one)]
 """One mapping, or a list of them."""

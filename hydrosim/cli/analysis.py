@@ -178,10 +178,10 @@ def line(
         raise InputError(f"--offset: found {largest:g} m; expected a length above 0.")
     page = output_for(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
     with page.hold_lock(), announce_compiling(err), progress("lines"):
-        lines_to_show = _of_file(file) if of_others else _of_case(file, settings)
-    chosen = _chosen(file, lines_to_show.lines, name)
+        lines_to_show = _lines_of_file(file) if of_others else _lines_of_case(file, settings)
+    chosen = _choose_line(file, lines_to_show.lines, name)
     shown = lines_to_show._replace(lines=[chosen] if name else lines_to_show.lines)
-    _show(shown, chosen, largest, page, verbose)
+    _print_line(shown, chosen, largest, page, verbose)
 
 
 class LinesToShow(NamedTuple):
@@ -194,7 +194,7 @@ class LinesToShow(NamedTuple):
     left_out: list[str]
 
 
-def _of_file(file: Path) -> LinesToShow:
+def _lines_of_file(file: Path) -> LinesToShow:
     """The lines of a file of another program."""
     from hydrosim.analysis.line import lines_of_system
     from hydrosim.case.lines.chains import read_mooring_system
@@ -206,7 +206,7 @@ def _of_file(file: Path) -> LinesToShow:
     return LinesToShow(file.name, lines_of_system(system), DEFAULT, left_out)
 
 
-def _of_case(file: Path, settings: list[str]) -> LinesToShow:
+def _lines_of_case(file: Path, settings: list[str]) -> LinesToShow:
     """Those of a case, with its bodies as they are at the start."""
     from hydrosim.analysis.line import lines_of_case
     from hydrosim.case.load import load_case
@@ -218,7 +218,7 @@ def _of_case(file: Path, settings: list[str]) -> LinesToShow:
     return LinesToShow(scene.title, lines, units_of(scene.source), [])
 
 
-def _chosen(file: Path, lines: list[StillLine], name: str | None) -> StillLine:
+def _choose_line(file: Path, lines: list[StillLine], name: str | None) -> StillLine:
     """The line that is asked for, or the first."""
     lines_by_name = {line.name: line for line in lines}
     if not lines_by_name:
@@ -228,7 +228,7 @@ def _chosen(file: Path, lines: list[StillLine], name: str | None) -> StillLine:
     return lines_by_name[name] if name is not None else lines[0]
 
 
-def _show(
+def _print_line(
     lines_to_show: LinesToShow,
     chosen: StillLine,
     largest: float | None,

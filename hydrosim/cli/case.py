@@ -162,7 +162,7 @@ def example(
 
     Case files go to cases/NAME, and their databases to hydro_db. Existing files are kept.
     """
-    home = _home()
+    home = _examples_folder()
     case_names = sorted(
         path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml"))
     )
@@ -171,7 +171,7 @@ def example(
         return
     if name not in case_names:
         raise InputError(f"example: found {name!r}; expected one of {', '.join(case_names)}")
-    for file in _files(home, home / "cases" / name):
+    for file in _example_files(home, home / "cases" / name):
         made = output / file.relative_to(home.resolve())
         if not os.path.lexists(made):  # a broken link also counts as existing
             make_folder(made.parent)
@@ -180,7 +180,7 @@ def example(
     print_lines(*(f"case      {path}" for path in cases))
 
 
-def _home() -> Path:
+def _examples_folder() -> Path:
     """Folder of the examples: in the package, or beside it in a clone of the repository."""
     package = Path(__file__).parents[1]
     for folder in (package / "examples", package.parent):
@@ -191,7 +191,7 @@ def _home() -> Path:
     )
 
 
-def _files(home: Path, folder: Path) -> list[Path]:
+def _example_files(home: Path, folder: Path) -> list[Path]:
     """Case files and studies of a folder, and all files that they name."""
     waiting = [*folder.glob("*.yaml"), *folder.glob("studies/*.yaml")]
     paths = set[Path]()
@@ -330,17 +330,22 @@ def new(
     """
     recipe = case_file.with_name(f"{case_file.stem}_hull.yaml")
     _require_new(case_file, recipe)
-    barge = _particulars(length, beam, draught, block_coefficient, displacement, kg)
+    barge = _read_particulars(length, beam, draught, block_coefficient, displacement, kg)
     sea = {
-        "height": _read("--significant-height", significant_height, "wave height", "m", "1.5 m"),
-        "period": _read("--peak-period", peak_period, "time", "s", "8 s"),
+        "height": _read_quantity(
+            "--significant-height", significant_height, "wave height", "m", "1.5 m"
+        ),
+        "period": _read_quantity("--peak-period", peak_period, "time", "s", "8 s"),
     }
-    depth = _depth(water_depth, barge)
-    texts = sea | _texts(barge, recipe, depth, kg) | {"name": case_file.name}
+    depth = _read_depth(water_depth, barge)
+    texts = sea | _template_texts(barge, recipe, depth, kg) | {"name": case_file.name}
     if database is None:
-        _write(recipe, RECIPE_TEMPLATE.format(**texts, **_resolution(barge, sea["period"], depth)))
-        coefficients_text = COEFFICIENTS_TEMPLATE.format(**texts, **_coefficients(barge))
-        _write(
+        _write_case(
+            recipe,
+            RECIPE_TEMPLATE.format(**texts, **_recipe_resolution(barge, sea["period"], depth)),
+        )
+        coefficients_text = COEFFICIENTS_TEMPLATE.format(**texts, **_coefficient_texts(barge))
+        _write_case(
             case_file,
             CASE_TEMPLATE.format(
                 **texts, hydrodynamics=coefficients_text, start=INITIAL_TEMPLATE, bilges=""
@@ -352,11 +357,11 @@ def new(
             f" hydrosim db build {_shell_path(recipe)}"
         )
         return
-    texts |= _of_database(database, depth, barge)
+    texts |= _keys_of_database(database, depth, barge)
     coefficients_text = (
         f"    hydrodynamics: {Path(os.path.relpath(database, case_file.parent)).as_posix()}"
     )
-    _write(
+    _write_case(
         case_file,
         CASE_TEMPLATE.format(
             **texts, hydrodynamics=coefficients_text, start="", bilges=BILGES_TEMPLATE
@@ -379,23 +384,25 @@ def _require_new(case_file: Path, recipe: Path) -> None:
             raise InputError(f"{path} exists and is not replaced. Choose another name, or move it.")
 
 
-def _particulars(
+def _read_particulars(
     length: str, beam: str, draught: str, block: str, displacement: str, kg: str
 ) -> Particulars:
     """The main particulars of options; InputError where they are those of no barge afloat."""
     from hydrosim.case.load import Particulars
 
     lengths = {"--length": length, "--beam": beam, "--draught": draught}
-    long, wide, deep = (_read(name, text, "length", "m", "180 m") for name, text in lengths.items())
+    long, wide, deep = (
+        _read_quantity(name, text, "length", "m", "180 m") for name, text in lengths.items()
+    )
     if not long >= wide >= deep:
         found_text = f"--length {long:g} m, --beam {wide:g} m, --draught {deep:g} m"
         raise InputError(
             f"found {found_text}; expected a length above the beam, and a beam above the draught."
             " Mend them."
         )
-    height = _read("--kg", kg, "length", "m", "9 m") if kg else deep
+    height = _read_quantity("--kg", kg, "length", "m", "9 m") if kg else deep
     box = Particulars(long, wide, deep, 1.0, height)
-    barge = replace(box, block=_block(box, block, displacement))
+    barge = replace(box, block=_block_coefficient(box, block, displacement))
     if barge.metacentric_height <= 0.0:
         most = barge.kg + barge.metacentric_height
         raise InputError(
@@ -406,15 +413,17 @@ def _particulars(
     return barge
 
 
-def _block(box: Particulars, block: str, displacement: str) -> float:
+def _block_coefficient(box: Particulars, block: str, displacement: str) -> float:
     """The block coefficient that is given, or follows from the displacement."""
     if block and displacement:
         raise InputError(
             "--block-coefficient, --displacement: found both; expected one of them. Leave one out."
         )
-    coefficient = _read("--block-coefficient", block or "1", "ratio", "", "0.9")
+    coefficient = _read_quantity("--block-coefficient", block or "1", "ratio", "", "0.9")
     if displacement:
-        coefficient = _read("--displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
+        coefficient = (
+            _read_quantity("--displacement", displacement, "mass", "kg", "79000 tonne") / box.mass
+        )
     if not 0.5 <= coefficient <= 1.0:
         raise InputError(
             f"found a block coefficient of {coefficient:.3g}, the displacement over the"
@@ -424,9 +433,9 @@ def _block(box: Particulars, block: str, displacement: str) -> float:
     return coefficient
 
 
-def _depth(text: str, barge: Particulars) -> float:
+def _read_depth(text: str, barge: Particulars) -> float:
     """Depth of the water [m], more than the draught."""
-    depth = _read("--water-depth", text, "depth", "m", "100 m", infinite=True)
+    depth = _read_quantity("--water-depth", text, "depth", "m", "100 m", infinite=True)
     if depth <= barge.draught:
         raise InputError(
             f"--water-depth: found {depth:g} m; expected more than the draught of"
@@ -435,7 +444,7 @@ def _depth(text: str, barge: Particulars) -> float:
     return depth
 
 
-def _read(
+def _read_quantity(
     option: str, text: str, what: str, unit: str, example: str, infinite: bool = False
 ) -> float:
     """A positive number of an option in SI."""
@@ -449,7 +458,7 @@ def _read(
         raise InputError(f"{option}: {error.message()}.") from None
 
 
-def _texts(barge: Particulars, recipe: Path, depth: float, kg: str) -> dict[str, Any]:
+def _template_texts(barge: Particulars, recipe: Path, depth: float, kg: str) -> dict[str, Any]:
     """What stands in the texts of case and recipe."""
     sides = f"length {barge.length:g} m, beam {barge.beam:g} m, draught {barge.draught:g} m"
     return {
@@ -457,7 +466,7 @@ def _texts(barge: Particulars, recipe: Path, depth: float, kg: str) -> dict[str,
         "given": f"{sides}, block coefficient {barge.block:.4g}",
         "recipe": recipe.name,
         "database": recipe.with_suffix(".nc").name,
-        "depth": _metres(depth),
+        "depth": _metres_text(depth),
         "density": barge.density,
         "box": barge.box_length,
         "beam": barge.beam,
@@ -474,35 +483,35 @@ def _texts(barge: Particulars, recipe: Path, depth: float, kg: str) -> dict[str,
     }
 
 
-def _metres(depth: float) -> str:
+def _metres_text(depth: float) -> str:
     return "infinite" if depth == inf else f"{depth:g} m"
 
 
-def _coefficients(barge: Particulars) -> dict[str, Any]:
+def _coefficient_texts(barge: Particulars) -> dict[str, Any]:
     """What stands for a database in the text of a case."""
     return {
         "gm": barge.metacentric_height,
         "gml": barge.longitudinal_metacentric_height,
-        "stiffness": _by_direction(barge.stiffness(), "kN/m", "kN*m/rad"),
-        "added_mass": _by_direction(barge.added_mass(), "tonne", "tonne*m^2"),
-        "damping": _by_direction(barge.damping(), "kN*s/m", "kN*m*s/rad"),
+        "stiffness": _lines_by_direction(barge.stiffness(), "kN/m", "kN*m/rad"),
+        "added_mass": _lines_by_direction(barge.added_mass(), "tonne", "tonne*m^2"),
+        "damping": _lines_by_direction(barge.damping(), "kN*s/m", "kN*m*s/rad"),
         **barge.periods(),
     }
 
 
-def _by_direction(values: Mapping[str, float], along: str, about: str) -> str:
+def _lines_by_direction(values: Mapping[str, float], along: str, about: str) -> str:
     """Values in units of 1000 SI, by direction, one a line."""
     units = {dof: about if dof in ROTATIONS else along for dof in values}
-    lines = (f"        {dof}: {_digits(x / 1e3)} {units[dof]}" for dof, x in values.items())
+    lines = (f"        {dof}: {_rounded_text(x / 1e3)} {units[dof]}" for dof, x in values.items())
     return "\n" + "\n".join(lines)
 
 
-def _digits(value: float) -> str:
+def _rounded_text(value: float) -> str:
     """Four digits that count, without a power of ten."""
     return f"{float(f'{value:.4g}'):.15g}"
 
 
-def _resolution(barge: Particulars, period: float, depth: float) -> dict[str, float]:
+def _recipe_resolution(barge: Particulars, period: float, depth: float) -> dict[str, float]:
     """Panels and frequencies that the sea and the hull's own waves ask for, from the lowest that
     can be computed in water of this ``depth`` [m]."""
     from hydrosim.database.build.drift import Water
@@ -523,17 +532,17 @@ def _resolution(barge: Particulars, period: float, depth: float) -> dict[str, fl
     }
 
 
-def _of_database(path: Path, depth: float, barge: Particulars) -> dict[str, Any]:
+def _keys_of_database(path: Path, depth: float, barge: Particulars) -> dict[str, Any]:
     """What a case takes from its database: water, mass, place along the hull."""
     from hydrosim.database.load import read
 
     db = read(path)
     if depth not in (inf, db.water_depth):
         raise InputError(
-            f"--water-depth: found {depth:g} m, but {path} is for {_metres(db.water_depth)};"
+            f"--water-depth: found {depth:g} m, but {path} is for {_metres_text(db.water_depth)};"
             " expected the same. Leave --water-depth out, or take another database."
         )
-    texts: dict[str, Any] = {"depth": _metres(db.water_depth), "density": db.water_density}
+    texts: dict[str, Any] = {"depth": _metres_text(db.water_depth), "density": db.water_density}
     if db.volume is not None:
         _require_same_hull(path, db.water_density * float(db.volume[0]), barge)
         texts["mass"] = db.water_density * float(db.volume[0]) / 1e3
@@ -553,7 +562,7 @@ def _require_same_hull(path: Path, displaced: float, barge: Particulars) -> None
         )
 
 
-def _write(path: Path, text: str) -> None:
+def _write_case(path: Path, text: str) -> None:
     """Writes a file that is not there."""
     make_folder(path.parent)
     try:

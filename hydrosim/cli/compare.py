@@ -16,8 +16,8 @@ from hydrosim.cli.terminal import (
     Overwrite,
     To,
     Verbose,
+    incomplete_run_warnings,
     names_in,
-    not_complete,
     numbers,
     one_of,
     output_for,
@@ -118,7 +118,7 @@ def compare(
     """
     if exact:
         refuse_options(context, {"exact", "ignore"}, "--exact, which compares all variables")
-        _compare_exactly(run_file, recorded, _patterns(ignore))
+        _compare_exactly(run_file, recorded, _split_patterns(ignore))
         return
     if ignore:
         raise InputError(
@@ -135,11 +135,11 @@ def compare(
         result = output_for(
             output, name, "comparison", run_file, inputs=[recorded], overwrite=overwrite
         )
-        _of_many(runs, run_file, recorded, result, verbose)
+        _compare_studies(runs, run_file, recorded, result, verbose)
         return
     from hydrosim.compare import compare as comparison_of
     from hydrosim.compare import read_mapping
-    from hydrosim.compare.comparison import by_channel, exceeded_tolerances
+    from hydrosim.compare.comparison import exceeded_tolerances, tolerances_by_channel
     from hydrosim.compare.dataset import to_dataset
     from hydrosim.files.recordings import read_recording
     from hydrosim.report.charts.explain import draw_comparison
@@ -153,7 +153,7 @@ def compare(
     result = output_for(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
     page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
     between = window_of(start, end)
-    given = dict(_tolerance(text) for text in tolerance)
+    given = dict(_read_tolerance(text) for text in tolerance)
     run = open_run(run_file)
     comparison = comparison_of(
         run,
@@ -161,12 +161,12 @@ def compare(
         None if mapping is None else read_mapping(mapping),
         shift=shift,
         between=between,
-        edges=_edges(bands),
-        only=_patterns(channels) or ("*",),
+        edges=_read_band_edges(bands),
+        only=_split_patterns(channels) or ("*",),
     )
     out_of = exceeded_tolerances(comparison, given)
     attributes = _comparison_attributes(run, run_file, recorded)
-    dataset = to_dataset(comparison, attributes, by_channel(comparison, given))
+    dataset = to_dataset(comparison, attributes, tolerances_by_channel(comparison, given))
     write_run(dataset, result)
     title = f"{run_file.name} and {recorded.name}"
     draw_comparison(comparison, title, page, units_of(dataset.attrs))
@@ -176,7 +176,7 @@ def compare(
         raise typer.Exit(1)
 
 
-def _of_many(
+def _compare_studies(
     ours: xr.Dataset, run_file: Path, recorded: Path, result: Output, verbose: bool
 ) -> None:
     """Compare two files of many runs. Raises InputError if ``recorded`` is not such a file."""
@@ -224,17 +224,17 @@ def _compare_exactly(first_file: Path, second_file: Path, but: Sequence[str]) ->
     print_lines(f"identical: {counts}, apart from {apart}")
 
 
-def _patterns(text: str | None) -> list[str]:
+def _split_patterns(text: str | None) -> list[str]:
     return [part.strip() for part in text.split(",")] if text else []
 
 
-def _tolerance(text: str) -> tuple[str, float]:
+def _read_tolerance(text: str) -> tuple[str, float]:
     """Channel or pattern, and its tolerance, from CHANNEL=NUMBER or NUMBER."""
     name, _, number = text.rpartition("=")
     return name.strip() or "*", numbers(number, "--tolerance")[0]
 
 
-def _edges(text: str) -> tuple[float, float]:
+def _read_band_edges(text: str) -> tuple[float, float]:
     edges = numbers(text, "--bands")
     if len(edges) != 2 or edges[0] >= edges[1]:
         raise InputError(
@@ -325,16 +325,16 @@ def export(
 
     if recording:
         read_in = one_of(ExportUnits, units or ExportUnits.SI, "--units")
-        _record(run_file, output, names_in(channels), step, digits, overwrite, read_in)
+        _write_recording(run_file, output, names_in(channels), step, digits, overwrite, read_in)
         return
     if step:
         raise InputError(
             "--step: found no --recording; expected both. Other files have the"
             " output times of the run."
         )
-    suffix = _suffix(output)
+    suffix = _check_suffix(output)
     unit_system = _chosen_units(units, suffix)
-    begin = _date(date, suffix)
+    begin = _read_date(date, suffix)
     window = window_of(start, end)
     result = output_for(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
     if (runs := open_runs(run_file)) is not None:
@@ -348,10 +348,10 @@ def export(
     if unit_system is ExportUnits.CASE:
         table = table.read_in(units_of(run.attrs))
     with progress("writing"):
-        _write(table, result, begin)
+        _write_table(table, result, begin)
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
     print_lines(f"export    {count} channels at {table.time.size} times, {span}")
-    print_lines(*not_complete(table.attributes), f"result    {result.path}")
+    print_lines(*incomplete_run_warnings(table.attributes), f"result    {result.path}")
 
 
 def _chosen_units(units: str, suffix: str) -> ExportUnits:
@@ -363,7 +363,7 @@ def _chosen_units(units: str, suffix: str) -> ExportUnits:
     return one_of(ExportUnits, units or ExportUnits.CASE, "--units")
 
 
-def _record(
+def _write_recording(
     run_file: Path,
     output: Path,
     asked: list[str],
@@ -390,7 +390,7 @@ def _record(
     print_lines(f"result    {result.path}, {len(names)} channels")
 
 
-def _suffix(output: Path) -> str:
+def _check_suffix(output: Path) -> str:
     if output.suffix not in SUFFIXES:
         raise InputError(
             f"--output: found {output}; expected a name that ends in {', '.join(SUFFIXES)}."
@@ -403,7 +403,7 @@ def _suffix(output: Path) -> str:
     return output.suffix
 
 
-def _date(text: str, suffix: str) -> datetime | None:
+def _read_date(text: str, suffix: str) -> datetime | None:
     if not text:
         return None
     if suffix != ".nc":
@@ -420,7 +420,7 @@ def _date(text: str, suffix: str) -> datetime | None:
     return date.astimezone(UTC) if date.tzinfo else date.replace(tzinfo=UTC)
 
 
-def _write(table: ExportTable, result: Output, date: datetime | None) -> None:
+def _write_table(table: ExportTable, result: Output, date: datetime | None) -> None:
     from hydrosim.compare import export
 
     with result.write_complete() as path:

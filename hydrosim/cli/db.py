@@ -114,7 +114,7 @@ def info(file: DatabaseFile, given: GivenSettings = []) -> None:  # noqa: B006
     asked = given_database(file, given)
     db = read(file, asked.given)
     show_document(contents(db, recognise(file)[0].NAME))
-    print_lines(*_caveats(db, asked.given))
+    print_lines(*_database_caveats(db, asked.given))
 
 
 @app.command()
@@ -140,13 +140,13 @@ def check(
     from hydrosim.database.load import read
     from hydrosim.report.sentences.database import verdicts
 
-    drawn = None if output is None else _picture(output, file, overwrite)
+    drawn = None if output is None else _picture_output(output, file, overwrite)
     asked = given_database(file, given)
     db = read(file, asked.given)
     findings = findings_of(db)
     refused = any(finding.is_refused for finding in findings)
     show_document(verdicts(db, findings))
-    print_lines(*_caveats(db, asked.given))
+    print_lines(*_database_caveats(db, asked.given))
     if drawn is not None:
         from hydrosim.report.charts.database import draw_database
 
@@ -183,7 +183,9 @@ def convert(
         warnings.simplefilter("always")
         db = load(file, asked.given, asked.changes)
         files = write(db, output)
-    print_lines(*(f"warning   {warning.message}" for warning in caught), *_caveats(db, asked.given))
+    print_lines(
+        *(f"warning   {warning.message}" for warning in caught), *_database_caveats(db, asked.given)
+    )
     print_lines(*(f"result    {path}" for path in files))
 
 
@@ -228,7 +230,7 @@ def kernel(
     time, functions, report = kernels(db, end, step)
     write_table(db, time, functions, made)
     draw_kernels(db.attributes.get("title", file.name), time, functions, page)
-    print_lines(report, *_caveats(db, asked.given), f"result    {made.path}, {page.path}")
+    print_lines(report, *_database_caveats(db, asked.given), f"result    {made.path}, {page.path}")
 
 
 @app.command()
@@ -243,9 +245,9 @@ def build(
     settings: Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Compute a database from a hull. After an interruption, the same command continues."""
-    from hydrosim.files.text import no_file
+    from hydrosim.files.text import unreadable_reason
 
-    if reason := no_file(recipe):
+    if reason := unreadable_reason(recipe):
         raise InputError(f"{recipe}: {reason}; expected the recipe of a database (YAML).")
     place = output or recipe.with_suffix(".nc")
     made = output_for(place, place.stem, "database", recipe, overwrite=overwrite, suffix=None)
@@ -300,7 +302,7 @@ def _duration_text(seconds: float) -> str:
     )
 
 
-def _caveats(db: HydroDatabase, given: Given) -> list[str]:
+def _database_caveats(db: HydroDatabase, given: Given) -> list[str]:
     """Print warnings: options that the file does not need, and values that were assumed."""
     from hydrosim.database.load import overruled_values
 
@@ -317,7 +319,7 @@ def _caveats(db: HydroDatabase, given: Given) -> list[str]:
     return lines
 
 
-def _picture(path: Path, file: Path, overwrite: bool) -> Output:
+def _picture_output(path: Path, file: Path, overwrite: bool) -> Output:
     """Output for the picture of a database. Raises `InputError` if it cannot be written to
     ``path``."""
     if path.suffix not in PICTURE_SUFFIXES:

@@ -15,8 +15,8 @@ from hydrosim.cli.terminal import (
     Overwrite,
     To,
     Verbose,
+    incomplete_run_warnings,
     names_in,
-    not_complete,
     one_of,
     output_for,
     print_lines,
@@ -44,7 +44,7 @@ def stem_of(file: Path) -> str:
     return file.stem.replace(".nc", ".partial") if file.suffix == ".partial" else file.stem
 
 
-def so_far(runs: xr.Dataset) -> list[str]:
+def status_lines(runs: xr.Dataset) -> list[str]:
     """Numbers of runs by status if not all are complete, and the reason why the first failed."""
     from hydrosim.report.sentences.study import counts_by_status
     from hydrosim.results.journal import GATHERED
@@ -59,7 +59,7 @@ def so_far(runs: xr.Dataset) -> list[str]:
     return [counts_by_status(runs), *failed]
 
 
-def place_table(
+def output_for_table(
     file: Path,
     output: Path | None,
     folder: Path = HERE,
@@ -153,7 +153,7 @@ def plot(
                 f"--channels, --from, --to: {run_file} is a study, which has no time series;"
                 " expected the result of a run."
             )
-        print_lines(*so_far(runs))
+        print_lines(*status_lines(runs))
         draw_runs(runs, folder, run_file, overwrite, kind)
         return
     dataset = open_run(run_file)
@@ -254,11 +254,11 @@ def statistics(
     from hydrosim.results.channels import channel_names, match_channels
     from hydrosim.results.dataset import read_run, write_run
     from hydrosim.results.journal import runs_at
-    from hydrosim.statistics.statistics import enough_from
+    from hydrosim.statistics.statistics import has_enough_records
     from hydrosim.statistics.statistics import statistics as of_run
 
     if (runs := runs_at(run_file)) is not None:
-        table = place_table(run_file, output, overwrite=overwrite)
+        table = output_for_table(run_file, output, overwrite=overwrite)
         show_study(runs, table, verbose)
         return
     require_file(run_file, "the result of a run or of a study (RUN.nc)")
@@ -266,7 +266,7 @@ def statistics(
     result = output_for(output, name, "statistics", run_file, overwrite=overwrite)
     run = read_run(run_file)
     begin, end = seconds("--from", start, 0.0), float(run.time[-1])
-    if not enough_from(run, begin):
+    if not has_enough_records(run, begin):
         raise InputError(
             f"--from: found {begin:g} s; expected a time well before the end of the run at"
             f" {end:g} s."
@@ -288,7 +288,7 @@ def statistics(
             run, begin, exposure, match_channels(known_channels, asked, "--channels")
         )
         write_run(statistics_found, result)
-    print_lines(*not_complete(run.attrs))
+    print_lines(*incomplete_run_warnings(run.attrs))
     show_document(statistics_document(run, statistics_found), verbose)
     print_lines(f"result    {result.path}")
 
@@ -350,12 +350,14 @@ def explain(
         run = read_run(run_file)
     try:
         with progress("explaining"):
-            explanations, parts = _of_many(run, between) if many else _of_one(run, between)
+            explanations, parts = (
+                _explain_runs(run, between) if many else _explain_run(run, between)
+            )
     except InputError as error:
         raise InputError(f"{run_file}: {error}") from None
-    moved = _body(explanations, direction, body)
+    moved = _choose_body(explanations, direction, body)
     write_run(explanations, result)
-    print_lines(*so_far(run))
+    print_lines(*status_lines(run))
     first, of_first = next(iter(parts.items()))
     draw_explained(run, of_first, moved, direction, page, first)
     show_document(explanation_document(run, parts, moved, direction), verbose)
@@ -366,14 +368,14 @@ Parts = dict[str, "xr.Dataset"]
 """Runs to explain, by name: one run, or each combination of parameters of a study."""
 
 
-def _of_one(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
+def _explain_run(run: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.statistics.explain import explain_run
 
     explanations = explain_run(run, *between)
     return explanations, {"": explanations}
 
 
-def _of_many(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
+def _explain_runs(runs: xr.Dataset, between: tuple[float, float]) -> tuple[xr.Dataset, Parts]:
     from hydrosim.results.runs_file import COMPLETE
     from hydrosim.statistics.explain import explanations_of_runs
 
@@ -405,7 +407,7 @@ def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
             yield ": ".join(part for part in (plan.name, values_text) if part), plan_runs[at]
 
 
-def _body(explanations: xr.Dataset, direction: str, name: str | None) -> str:
+def _choose_body(explanations: xr.Dataset, direction: str, name: str | None) -> str:
     """Body that was asked for, or the first that moves."""
     body_names = [str(body) for body in explanations.body.values]
     if name is not None and name not in body_names:

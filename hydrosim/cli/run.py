@@ -87,7 +87,7 @@ def run(
             print_lines(f"result    {_save_result(error.dataset, result)}")
             raise
         path = _save_result(dataset, result)
-    show_document(run_document(_with_places(dataset, case)), verbose)
+    show_document(run_document(_locate_warnings(dataset, case)), verbose)
     print_lines(f"result    {path}")
     if plot_too:
         plot(path, overwrite=overwrite)
@@ -95,7 +95,7 @@ def run(
         raise typer.Exit(130)
 
 
-def _with_places(dataset: xr.Dataset, case: Case) -> xr.Dataset:
+def _locate_warnings(dataset: xr.Dataset, case: Case) -> xr.Dataset:
     """Dataset of the run, whose warnings name file and line of a key when printed; the result
     itself stores no paths."""
     from hydrosim.files.yaml_nodes import add_source_lines

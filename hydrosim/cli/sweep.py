@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.results import draw_runs, place_table, show_study
+from hydrosim.cli.results import draw_runs, output_for_table, show_study
 from hydrosim.cli.terminal import (
     Overwrite,
     StudyFile,
@@ -86,10 +86,12 @@ def sweep(
     )
     table = _table_beside(result.path, study, overwrite) if study.figures else None
     if study.until is not None:
-        _until(study, study.until, result, (workers, scheduler), resume, table, plot_too, verbose)
+        _run_until_accurate(
+            study, study.until, result, (workers, scheduler), resume, table, plot_too, verbose
+        )
         return
-    pool = _pool(scheduler, workers)
-    with announce_compiling(err), _with_progress(study, result, workers, resume, pool) as runs:
+    pool = _open_pool(scheduler, workers)
+    with announce_compiling(err), _run_with_progress(study, result, workers, resume, pool) as runs:
         path = Path(runs.encoding["source"])
         if table is not None and path.name != result.path.name:  # a better result stands there
             table = _table_beside(path, study, overwrite)
@@ -98,7 +100,7 @@ def sweep(
 
 def _table_beside(path: Path, study: ParameterStudy, overwrite: bool) -> Output:
     """Output for the tables of the runs at ``path``. Raises InputError if it cannot be written."""
-    return place_table(path, None, path.parent, study.inputs, overwrite)
+    return output_for_table(path, None, path.parent, study.inputs, overwrite)
 
 
 def _show_runs(
@@ -128,7 +130,7 @@ def _show_runs(
         raise typer.Exit(3)
 
 
-def _until(
+def _run_until_accurate(
     study: ParameterStudy,
     wanted: SeedTarget,
     result: Output,
@@ -144,7 +146,7 @@ def _until(
     from hydrosim.study.many_runs import run_study, run_until
 
     def run(part: ParameterStudy, path: Path) -> xr.Dataset:
-        pool = _pool(by[1], by[0])
+        pool = _open_pool(by[1], by[0])
         runs = run_study(part, path, by[0], resume=True, pool=pool)
         raise_if_interrupted()
         if {"interrupted", "not run"} & {*runs.status.values.tolist()}:
@@ -159,7 +161,7 @@ def _until(
     _show_runs(runs, study, result.path, table, result.overwrite, plot_too, verbose)
 
 
-def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
+def _open_pool(scheduler: str | None, workers: int | None) -> Pool | None:
     """Processes of this machine, or the workers of a scheduler if one is named."""
     if scheduler is None:
         return None
@@ -174,7 +176,7 @@ def _pool(scheduler: str | None, workers: int | None) -> Pool | None:
     return pool
 
 
-def _with_progress(
+def _run_with_progress(
     study: ParameterStudy, result: Output, workers: int | None, resume: bool, pool: Pool | None
 ) -> xr.Dataset:
     from hydrosim.study.many_runs import run_study
@@ -186,7 +188,7 @@ def _with_progress(
         def tell(done: int, total: int) -> None:
             report(done, total)
             if pace is not None and pace.has_become_known(done):
-                for line in _estimate(pace, len(study.scenes), folder_of(result)):
+                for line in _duration_lines(pace, len(study.scenes), folder_of(result)):
                     print_status(line)
 
         return run_study(study, result, workers, tell, resume, pool)
@@ -217,7 +219,7 @@ class _Pace:
         return True
 
 
-def _estimate(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
+def _duration_lines(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
     """Estimated duration and size of a sweep; no line if it ends soon."""
     left = (total - pace.done) * pace.each
     if left < MIN_ESTIMATED_TIME_S:
@@ -290,11 +292,11 @@ def operability(
     draw_limits(assessed, page)
     show_document(limits_tables(assessed), verbose)
     print_lines(f"result    {result.path}, {page.path}")
-    if remedy := _nowhere(assessed.sel(stage="all")):
+    if remedy := _no_limits_text(assessed.sel(stage="all")):
         raise InputError(f"{study_file}: operability.heights: {remedy}. The result was written.")
 
 
-def _nowhere(assessed: xr.Dataset) -> str:
+def _no_limits_text(assessed: xr.Dataset) -> str:
     """Remedy if the limit of no sea state lies between the heights; empty if one does."""
     from hydrosim.report.sentences.limits import side_of
 

@@ -96,7 +96,7 @@ def print_status(text: str) -> None:
     print_parts(Console(stderr=True), text)
 
 
-def not_complete(attributes: Mapping[str, object]) -> list[str]:
+def incomplete_run_warnings(attributes: Mapping[str, object]) -> list[str]:
     """Warning about the end of a run, from its attributes; empty if the run is complete."""
     status = attributes.get("status", "complete")
     text = f"warning   the run is {status}: {attributes.get('status_message', '')}"
@@ -174,7 +174,7 @@ def output_for(
     the settings of the result."""
     path = given or Path(f"{default}{suffix}")
     made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
-    if given is None and made.reads_itself():
+    if given is None and made.is_own_input():
         made = made.output_at(path.with_stem(f"{path.stem}_{what}"))
         text = f"{path} is an input here; the result goes to {made.path}"
         Console(stderr=True).print(text, markup=False, highlight=False, soft_wrap=True)
@@ -373,13 +373,13 @@ class ProgressState(NamedTuple):
 @contextmanager
 def progress(what: str, unit: str = "") -> Iterator[ProgressReport]:
     """Shows ``what`` is being done, and how far it is, as it is told in a ``unit``."""
-    shown = _bar if progress_console().is_terminal else _lines
+    shown = _progress_bar if progress_console().is_terminal else _progress_lines
     with shown(what, unit) as report:
         yield report
 
 
 @contextmanager
-def _bar(what: str, unit: str) -> Iterator[ProgressReport]:
+def _progress_bar(what: str, unit: str) -> Iterator[ProgressReport]:
     from rich.progress import (
         BarColumn,
         Progress,
@@ -402,7 +402,7 @@ def _bar(what: str, unit: str) -> Iterator[ProgressReport]:
 
 
 @contextmanager
-def _lines(what: str, unit: str) -> Iterator[ProgressReport]:
+def _progress_lines(what: str, unit: str) -> Iterator[ProgressReport]:
     lines = ProgressLines(what, unit)
     ended = Event()
     teller = Thread(target=lines.tell, args=(ended.wait, print_status), daemon=True)

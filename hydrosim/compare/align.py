@@ -61,7 +61,7 @@ def _unit(text: str) -> str:
     return unit
 
 
-def _sign(value: int) -> int:
+def _parse_sign(value: int) -> int:
     if value not in (1, -1):
         raise problem(value_text(value), "1 or -1")
     return value
@@ -89,7 +89,7 @@ class ChannelPlace(SchemaModel):
 
     column: Column
     unit: Unit | None = None
-    sign: Annotated[StrictInt, AfterValidator(_sign)] = 1
+    sign: Annotated[StrictInt, AfterValidator(_parse_sign)] = 1
     offset: Annotated[Scale, AnyQuantity("offset", "5 cm")] = Scale(0.0)
     point: of.Point | None = None
     _written: str = PrivateAttr("")
@@ -157,7 +157,7 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Channe
     others = [(number, c) for number, c in numbered if c.name not in names] if free else []
     guesses = [(name, ChannelPlace(column=number)) for name, number in same]
     for number, column in others:
-        for name, unit in _readings(column):
+        for name, unit in _readings_of_column(column):
             if channel := _matching_channel(name, unit, free):
                 guesses.append((channel, ChannelPlace(column=number, unit=unit)))
                 break
@@ -165,7 +165,7 @@ def guess(recording: Recording, channels: Sequence[Channel]) -> dict[str, Channe
     return {name: place for name, place in guesses if claims[name] == 1}
 
 
-def _readings(column: RecordedColumn) -> Iterator[tuple[str, str | None]]:
+def _readings_of_column(column: RecordedColumn) -> Iterator[tuple[str, str | None]]:
     """Possible names and units of a column, the plainest first: as it is, with a unit at its end
     ("ROLL_deg"), and each without the names of its groups ("run1.ROLL_deg")."""
     groups = name_and_unit(column.name)[0].split(".")
@@ -179,8 +179,12 @@ def _readings(column: RecordedColumn) -> Iterator[tuple[str, str | None]]:
 
 def _matching_channel(name: str, unit: str | None, channels: Sequence[Channel]) -> str | None:
     """The single channel that matches a column of this name; None if none or several do."""
-    words = _words(name)
-    fits = [c.name for c in channels if _matches_channel(words, c.name) and _converts(unit, c.unit)]
+    words = _words_of_name(name)
+    fits = [
+        c.name
+        for c in channels
+        if _matches_channel(words, c.name) and _is_convertible(unit, c.unit)
+    ]
     by_variable = [
         [name for name in fits if name.split(".")[0] == usual] for usual in USUAL_VARIABLES
     ]
@@ -189,18 +193,18 @@ def _matching_channel(name: str, unit: str | None, channels: Sequence[Channel]) 
 
 
 def _matches_channel(words: frozenset[str], channel: str) -> bool:
-    channel_words = _words(channel)
+    channel_words = _words_of_name(channel)
     tells = {word for word in channel_words if word in DOFS or word.isdigit()}
     spoken = any(not word.isdigit() for word in words)
     return spoken and tells <= words <= channel_words
 
 
-def _words(name: str) -> frozenset[str]:
+def _words_of_name(name: str) -> frozenset[str]:
     """Words in a name, in our terms; letters and digits are separated."""
     return frozenset(OUR_WORDS.get(word, word) for word in re.findall(r"[a-z]+|\d+", name.lower()))
 
 
-def _converts(unit: str | None, ours: str) -> bool:
+def _is_convertible(unit: str | None, ours: str) -> bool:
     try:
         return unit is None or factor(unit, ours) > 0.0
     except ValueError:
@@ -254,7 +258,7 @@ def align(
     [s]. ``shift`` [s] is added to the recorded times. Raises InputError with the file and line of
     the fault."""
     stamps = recorded_time(recording, time) + shift
-    overlap = _overlap(run.time.values, stamps, between, recording.source, recording.lines)
+    overlap = _find_overlap(run.time.values, stamps, between, recording.source, recording.lines)
     pairs = []
     for channel, place in places.items():
         interpolate = (
@@ -262,7 +266,7 @@ def align(
             if channel.startswith(MONOTONE_CHANNEL)
             else scipy.interpolate.CubicSpline
         )
-        with _naming(place):
+        with _errors_naming_channel(place):
             ours, unit = _channel_of_run(run, channel, place)
             values, recorded_unit, precision = _recorded_channel(
                 recording, channel, place, unit, overlap.recorded
@@ -284,7 +288,7 @@ def align(
 
 
 @contextmanager
-def _naming(place: ChannelPlace) -> Iterator[None]:
+def _errors_naming_channel(place: ChannelPlace) -> Iterator[None]:
     """Put the line of a mapping before the message of an InputError about its channel."""
     try:
         yield
@@ -306,7 +310,7 @@ def recorded_time(recording: Recording, time: TimeColumn) -> np.ndarray:
     return stamps
 
 
-def _overlap(
+def _find_overlap(
     ours: np.ndarray,
     stamps: np.ndarray,
     between: tuple[float, float],
@@ -330,9 +334,9 @@ def _overlap(
         )
     _refuse_gaps(source, stamps, record, lines)
     a, b = ours[run], stamps[record]
-    if a.size == b.size and np.allclose(a, b, rtol=0.0, atol=EQUAL_TIMES_STEPS * _step(b)):
+    if a.size == b.size and np.allclose(a, b, rtol=0.0, atol=EQUAL_TIMES_STEPS * _time_step(b)):
         return Overlap(a, run, record, "at the same times")
-    if _step(b) >= _step(a):
+    if _time_step(b) >= _time_step(a):
         method = "at the recorded times, the run by cubic splines"
         return Overlap(b, _widen_by_one(run, ours.size), record, method)
     method = "at the times of the run, the recording by cubic splines"
@@ -341,7 +345,7 @@ def _overlap(
 
 def _indices_between(time: np.ndarray, start: float, end: float) -> slice:
     """Indices of the times between two times, except for rounding."""
-    slack = EQUAL_TIMES_STEPS * _step(time)
+    slack = EQUAL_TIMES_STEPS * _time_step(time)
     return slice(
         int(np.searchsorted(time, start - slack)), int(np.searchsorted(time, end + slack, "right"))
     )
@@ -351,7 +355,7 @@ def _widen_by_one(part: slice, size: int) -> slice:
     return slice(max(part.start - 1, 0), min(part.stop + 1, size))
 
 
-def _step(time: np.ndarray) -> float:
+def _time_step(time: np.ndarray) -> float:
     """Median time step."""
     return float(np.median(np.diff(time)))
 
@@ -365,7 +369,7 @@ def _refuse_gaps(
     source: Source, time: np.ndarray, part: slice, lines: Sequence[int] | None
 ) -> None:
     steps = np.diff(time[part])
-    usual, k = _step(time[part]), int(np.argmax(steps))
+    usual, k = _time_step(time[part]), int(np.argmax(steps))
     if steps[k] > MAX_GAP_STEPS * usual:
         at = part.start + k + 1
         where = "" if lines else f" before record {at + 1}"
@@ -381,7 +385,7 @@ def _resample(
     at: np.ndarray, time: np.ndarray, values: np.ndarray, interpolate: Interpolate
 ) -> np.ndarray:
     same = at.size == time.size and np.allclose(
-        at, time, rtol=0.0, atol=EQUAL_TIMES_STEPS * _step(time)
+        at, time, rtol=0.0, atol=EQUAL_TIMES_STEPS * _time_step(time)
     )
     # the ends may differ by rounding; there no interpolation would extrapolate
     return values if same else interpolate(time, values)(np.clip(at, time[0], time[-1]))

@@ -100,7 +100,7 @@ def best_lag(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: flo
     a, r = resample_evenly(time, ours), resample_evenly(time, recorded)
     step = (time[-1] - time[0]) / (time.size - 1)
     count = min(int(most / step), time.size // 2)
-    rho = np.abs(_correlations(a, r, count))
+    rho = np.abs(_lagged_correlations(a, r, count))
     peaks = 1 + np.flatnonzero((rho[1:-1] >= rho[:-2]) & (rho[1:-1] >= rho[2:]))
     if peaks.size == 0:
         return 0.0
@@ -131,18 +131,18 @@ def fit(time: np.ndarray, ours: np.ndarray, recorded: np.ndarray, most: float) -
     inside = _is_within_record(time, lag)
     now, r = ours[inside], recorded[inside]
     late = now if lag == 0.0 else scipy.interpolate.CubicSpline(time, ours)(time[inside] - lag)
-    gain, offset, rest = _line(late, r)
+    gain, offset, rest = _fit_line(late, r)
     through_zero = float(late @ r / (late @ late)) if late.any() else 0.0
     without = (
         rms(r - np.copysign(1.0, gain) * late - np.mean(r - np.copysign(1.0, gain) * late)),
-        _line(now, r)[2],
+        _fit_line(now, r)[2],
         rms(r - through_zero * late),
     )
     effects = (float(np.sqrt(max(other**2 - rest**2, 0.0))) for other in without)
     return GainLagFit(gain, lag, offset, rest, correlation(late, r), *effects)
 
 
-def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+def _fit_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     """Gain, offset and rms of the remainder of the line y = gain x + offset."""
     dx = x - x.mean()
     spread = float(dx @ dx)
@@ -156,15 +156,15 @@ def _is_within_record(time: np.ndarray, lag: float) -> np.ndarray:
     return (time - lag >= time[0]) & (time - lag <= time[-1])
 
 
-def _correlations(a: np.ndarray, r: np.ndarray, count: int) -> np.ndarray:
+def _lagged_correlations(a: np.ndarray, r: np.ndarray, count: int) -> np.ndarray:
     """Pearson's correlation of r(i) and a(i - k) where both exist, for k from -count to count (2
     count + 1,)."""
     a, r = a - a.mean(), r - r.mean()
     k = np.arange(-count, count + 1)
     both = a.size - np.abs(k)
     in_r, in_a = np.maximum(k, 0), np.maximum(-k, 0)
-    r1, r2 = _sums(r, in_r, both), _sums(r**2, in_r, both)
-    a1, a2 = _sums(a, in_a, both), _sums(a**2, in_a, both)
+    r1, r2 = _window_sums(r, in_r, both), _window_sums(r**2, in_r, both)
+    a1, a2 = _window_sums(a, in_a, both), _window_sums(a**2, in_a, both)
     product = scipy.signal.correlate(r, a, method="fft")[a.size - 1 - count : a.size + count]
     spread = (r2 - r1**2 / both) * (a2 - a1**2 / both)
     least = 1e-12 * float((r @ r) * (a @ a))
@@ -172,7 +172,7 @@ def _correlations(a: np.ndarray, r: np.ndarray, count: int) -> np.ndarray:
     return (product - r1 * a1 / both) / size
 
 
-def _sums(x: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+def _window_sums(x: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Sums of ``count`` entries from ``first`` on."""
     total = np.concatenate([[0.0], np.cumsum(x)])
     return total[first + count] - total[first]
@@ -231,7 +231,7 @@ def figures(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> 
         float(np.abs(difference[worst])),
         float(time[worst]),
         float(difference.mean()),
-        _drift(pair.ours) - _drift(pair.recorded),
+        _trend_over_series(pair.ours) - _trend_over_series(pair.recorded),
         correlation(pair.ours, pair.recorded),
         *bands,
     )
@@ -252,7 +252,7 @@ def contact(time: np.ndarray, pair: ChannelPair) -> ContactComparison | None:
     return ContactComparison(*first, *(float(np.mean(t)) for t in touching))
 
 
-def _drift(values: np.ndarray) -> float:
+def _trend_over_series(values: np.ndarray) -> float:
     """Mean over the last tenth minus mean over the first tenth."""
     count = max(1, int(DRIFT_END_FRACTION * values.size))
     return float(values[-count:].mean() - values[:count].mean())
@@ -295,10 +295,10 @@ def diagnose(
     if differences.peak <= 1.001 * pair.precision + SERIES_ROUNDING_FRACTION * largest:
         return f"equal to print precision ({pair.precision:.2g} {pair.unit})"
     if differences.std == 0.0 or std_above_rounding(ours) == 0.0:
-        return _constant(pair, differences, std_above_rounding(ours))
+        return _constant_text(pair, differences, std_above_rounding(ours))
     if differences.relative < EQUAL_RMS_RATIO:
         return f"equal within {100.0 * differences.relative:.2g} % of the std"
-    other = _other_waves(time, pair, edges, most)
+    other = _have_other_waves(time, pair, edges, most)
     if other and abs(fitted.correlation) < MIN_WAVE_CORRELATION:
         return "another realisation (same spectrum, no correlation): another seed?"
     if abs(fitted.correlation) < MIN_NAMED_CORRELATION:
@@ -306,25 +306,25 @@ def diagnose(
     else:
         verdict = ", ".join(_describe_differences(time, pair, differences, fitted, most))
     return (
-        f"{verdict}; its waves, {_share(differences)}, are another realisation"
+        f"{verdict}; its waves, {_share_text(differences)}, are another realisation"
         if other
         else verdict
     )
 
 
-def _share(differences: Figures) -> str:
+def _share_text(differences: Figures) -> str:
     """Fraction of the recorded standard deviation in the wave band."""
     return f"{100.0 * differences.band_recorded[1] / differences.std:.2g} % of the std"
 
 
-def _constant(pair: ChannelPair, differences: Figures, ours: float) -> str:
+def _constant_text(pair: ChannelPair, differences: Figures, ours: float) -> str:
     if differences.std == 0.0 and ours == 0.0:
         offset = float(pair.recorded.mean() - pair.ours.mean())
-        return f"both constant, offset {_amount(offset, pair.unit)}"
+        return f"both constant, offset {_amount_text(offset, pair.unit)}"
     return "constant in the " + ("recording" if differences.std == 0.0 else "run")
 
 
-def _other_waves(
+def _have_other_waves(
     time: np.ndarray, pair: ChannelPair, edges: tuple[float, float], most: float
 ) -> bool:
     """Whether both have waves of the same spectrum that do not correlate at any lag."""
@@ -355,7 +355,7 @@ def _describe_differences(
     if sign < 0.0 or unit:
         fitted = fit(time, pair.ours, mended, most)
     std = differences.std / size
-    causes = list(_causes(fitted, pair.unit, before, std))
+    causes = list(_likely_causes(fitted, pair.unit, before, std))
     yield from causes
     if causes and fitted.rest > max(EQUAL_RMS_RATIO * std, MIN_EFFECT_FRACTION * before):
         yield f"{100.0 * fitted.rest / std:.3g} % of the std left"
@@ -363,7 +363,7 @@ def _describe_differences(
         yield f"differs by {100.0 * before / std:.3g} % of the std{_worst_band(differences)}"
 
 
-def _causes(fitted: GainLagFit, unit: str, before: float, std: float) -> Iterator[str]:
+def _likely_causes(fitted: GainLagFit, unit: str, before: float, std: float) -> Iterator[str]:
     """Gain, lag and offset, if they matter.
 
     A gain of a series with a large mean is almost an offset. Each alone mends most of the
@@ -379,7 +379,7 @@ def _causes(fitted: GainLagFit, unit: str, before: float, std: float) -> Iterato
     if fitted.lag_effect > clear:
         yield f"{'late' if fitted.lag > 0.0 else 'early'} by {abs(fitted.lag):.3f} s"
     if fitted.offset_effect > clear:
-        yield f"offset {_amount(fitted.offset, unit)}"
+        yield f"offset {_amount_text(fitted.offset, unit)}"
 
 
 def _unit_taken(gain: float, ours: str) -> tuple[str, float]:
@@ -387,15 +387,15 @@ def _unit_taken(gain: float, ours: str) -> tuple[str, float]:
     for other in CONFUSED_UNITS.get(ours, ()):
         size = factor(other, ours)
         for text, expected in (
-            (f"{_word(other)} for {_word(ours)}", 1.0 / size),
-            (f"{_word(ours)} for {_word(other)}", size),
+            (f"{_unit_word(other)} for {_unit_word(ours)}", 1.0 / size),
+            (f"{_unit_word(ours)} for {_unit_word(other)}", size),
         ):
             if abs(log(gain / expected)) < UNIT_GAIN_TOLERANCE:
                 return text, expected
     return "", 1.0
 
 
-def _word(unit: str) -> str:
+def _unit_word(unit: str) -> str:
     return UNIT_WORDS.get(unit, unit)
 
 
@@ -409,7 +409,7 @@ def _worst_band(differences: Figures) -> str:
     return f", mostly {('slow', 'in the wave band', 'fast')[worst]}"
 
 
-def _amount(value: float, unit: str) -> str:
+def _amount_text(value: float, unit: str) -> str:
     """A value in its usual unit."""
     return f"{np.degrees(value):.3g} deg" if unit == "rad" else f"{value:.3g} {unit}"
 
@@ -477,11 +477,11 @@ def compare(
     time = TimeColumn() if mapping is None else mapping.time
     align_at = (run, recording, wanted, time, between)
     overlap, pairs = align(*align_at)
-    moved = _shift(overlap.time, pairs) if shift or time.shift else None
+    moved = _estimate_shift(overlap.time, pairs) if shift or time.shift else None
     if moved is not None and np.isfinite(moved):
         overlap, pairs = align(*align_at, moved)
     moving = [pair for pair in pairs if pair.ours.any() or pair.recorded.any()] or pairs
-    results = {pair.channel: _result(overlap.time, pair, edges) for pair in moving}
+    results = {pair.channel: _compare_channel(overlap.time, pair, edges) for pair in moving}
     return Comparison(
         results,
         overlap,
@@ -496,14 +496,16 @@ def compare(
 def exceeded_tolerances(
     comparison: Comparison, tolerances: Mapping[str, float]
 ) -> dict[str, float]:
-    """``tolerances``, as for `by_channel`, that channels exceed, by channel."""
-    held = by_channel(comparison, tolerances)
+    """``tolerances``, as for `tolerances_by_channel`, that channels exceed, by channel."""
+    held = tolerances_by_channel(comparison, tolerances)
     return {
         name: limit for name, limit in held.items() if not comparison.results[name].error <= limit
     }
 
 
-def by_channel(comparison: Comparison, tolerances: Mapping[str, float]) -> dict[str, float]:
+def tolerances_by_channel(
+    comparison: Comparison, tolerances: Mapping[str, float]
+) -> dict[str, float]:
     """Tolerance of each channel. ``tolerances`` are by channel or pattern; the last match applies.
     Raises InputError if one matches no channel."""
     match_channels([*comparison.results, *comparison.zero], list(tolerances), "--tolerance")
@@ -515,7 +517,9 @@ def by_channel(comparison: Comparison, tolerances: Mapping[str, float]) -> dict[
     }
 
 
-def _result(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> ChannelResult:
+def _compare_channel(
+    time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]
+) -> ChannelResult:
     differences = figures(time, pair, edges)
     most = min(MAX_LAG_FRACTION * float(np.ptp(time)), MAX_LAG_S)
     fitted = fit(time, pair.ours, pair.recorded, most)
@@ -523,7 +527,7 @@ def _result(time: np.ndarray, pair: ChannelPair, edges: tuple[float, float]) -> 
     return ChannelResult(pair, differences, fitted, contact(time, pair), verdict)
 
 
-def _shift(time: np.ndarray, pairs: Sequence[ChannelPair]) -> float:
+def _estimate_shift(time: np.ndarray, pairs: Sequence[ChannelPair]) -> float:
     """Time shift to add to the recorded times [s]: the median over the channels that then
     correlate; NaN if none does."""
     fits = [

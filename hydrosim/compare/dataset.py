@@ -20,7 +20,7 @@ from hydrosim.compare.comparison import BANDS, ChannelResult, Comparison, Contac
 from hydrosim.compare.studies import SIGNIFICANCE_LEVEL
 from hydrosim.compare.studies import StudyComparison as Studies
 from hydrosim.errors import InputError
-from hydrosim.files.text import no_file
+from hydrosim.files.text import unreadable_reason
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 
 OVER_TIME = {
@@ -88,7 +88,7 @@ def to_dataset(
             name: (("channel", "band"), [getattr(r.figures, name) for r in results])
             for name in PER_BAND
         }
-        | {name: ("channel", [_of_contact(r, name) for r in results]) for name in CONTACT}
+        | {name: ("channel", [_contact_figure(r, name) for r in results]) for name in CONTACT}
         | {
             "verdict": ("channel", [result.verdict for result in results]),
             "tolerance": ("channel", [tolerances.get(name, nan) for name in comparison.results]),
@@ -136,7 +136,7 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
     figures = {
         name: (
             "channel",
-            [_number(getattr(channel, field)) for channel in channels],
+            [_attribute_number(getattr(channel, field)) for channel in channels],
             {"long_name": meaning},
         )
         for name, (field, meaning) in OF_STUDIES.items()
@@ -154,11 +154,11 @@ def studies_dataset(comparison: Studies, attributes: Mapping[str, object]) -> xr
     return xr.Dataset(values | figures, coords, {**attributes, **counts})
 
 
-def _number(value: float | bool) -> float | int:
+def _attribute_number(value: float | bool) -> float | int:
     return int(value) if isinstance(value, bool) else value
 
 
-def _of_contact(result: ChannelResult, name: str) -> float:
+def _contact_figure(result: ChannelResult, name: str) -> float:
     return float("nan") if result.contact is None else float(getattr(result.contact, name))
 
 
@@ -175,14 +175,14 @@ def differences(first: xr.Dataset, second: xr.Dataset, ignored: Collection[str] 
     """
     left_out = {*OF_MAKING, *ignored}
     return [
-        *_attributes("", first.attrs, second.attrs, left_out),
-        *_variables(first, second, left_out),
+        *_attribute_differences("", first.attrs, second.attrs, left_out),
+        *_variable_differences(first, second, left_out),
     ]
 
 
 def read_result(path: Path) -> xr.Dataset:
     """All variables of a netCDF file, in memory. Raises InputError if it cannot be read."""
-    if reason := no_file(path):
+    if reason := unreadable_reason(path):
         raise InputError(f"{path}: {reason}; expected netCDF.")
     try:
         return xr.load_dataset(path, engine="netcdf4", decode_times=False)
@@ -190,23 +190,25 @@ def read_result(path: Path) -> xr.Dataset:
         raise InputError(f"{path}: cannot be read as netCDF ({error}); is it complete?") from None
 
 
-def _variables(first: xr.Dataset, second: xr.Dataset, left_out: Collection[str]) -> Iterator[str]:
+def _variable_differences(
+    first: xr.Dataset, second: xr.Dataset, left_out: Collection[str]
+) -> Iterator[str]:
     for name in sorted({*map(str, first.variables), *map(str, second.variables)} - {*left_out}):
         if name in first.variables and name in second.variables:
             here = first.variables[name]
             there = second.variables[name]
-            yield from _values(name, here, there)
-            yield from _attributes(f"{name}: ", here.attrs, there.attrs, left_out)
+            yield from _value_differences(name, here, there)
+            yield from _attribute_differences(f"{name}: ", here.attrs, there.attrs, left_out)
         else:
             yield f"{name}: {_only_in(name in first.variables)}"
 
 
-def _values(name: str, first: xr.Variable, second: xr.Variable) -> Iterator[str]:
+def _value_differences(name: str, first: xr.Variable, second: xr.Variable) -> Iterator[str]:
     if dict(first.sizes) != dict(second.sizes) or first.dims != second.dims:
-        yield f"{name}: {_sizes(first)} and {_sizes(second)}"
+        yield f"{name}: {_sizes_text(first)} and {_sizes_text(second)}"
         return
-    a = _as_comparable(first.values)
-    b = _as_comparable(second.values)
+    a = _comparable_values(first.values)
+    b = _comparable_values(second.values)
     if a.dtype != b.dtype:
         yield f"{name}: types {a.dtype} and {b.dtype}"
     elif (unequal := _unequal_values(a, b)).any():
@@ -218,19 +220,19 @@ def _values(name: str, first: xr.Variable, second: xr.Variable) -> Iterator[str]
         yield f"{name}: {count}, {place_text}"
 
 
-def _attributes(
+def _attribute_differences(
     of: str, first: Mapping[Any, Any], second: Mapping[Any, Any], left_out: Collection[str]
 ) -> Iterator[str]:
     for name in sorted({*first, *second} - {*left_out}):
         if (name in first) != (name in second):
             yield f"{of}attribute {name}: {_only_in(name in first)}"
             continue
-        a, b = (_as_comparable(np.ravel(side[name])) for side in (first, second))
+        a, b = (_comparable_values(np.ravel(side[name])) for side in (first, second))
         if a.dtype != b.dtype or a.shape != b.shape or _unequal_values(a, b).any():
             yield f"{of}attribute {name}: {_shorten(first[name])} and {_shorten(second[name])}"
 
 
-def _as_comparable(values: Any) -> np.ndarray:
+def _comparable_values(values: Any) -> np.ndarray:
     """Array in which texts of any length have one type."""
     array = np.asarray(values)
     return array.astype(object) if array.dtype.kind in "US" else array
@@ -250,7 +252,7 @@ def _only_in(in_first: bool) -> str:
     return f"only in the {'first' if in_first else 'second'}"
 
 
-def _sizes(variable: xr.Variable) -> str:
+def _sizes_text(variable: xr.Variable) -> str:
     return ", ".join(f"{dim} {n}" for dim, n in variable.sizes.items()) or "one value"
 
 

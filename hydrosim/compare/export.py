@@ -95,7 +95,9 @@ def table_of(run: xr.Dataset, patterns: Sequence[str], start: float, end: float)
     channels = dict.fromkeys([*recorded, *channel_names(run)]) if patterns else recorded
     picked, run = match_channels(channels, patterns or ["*"], "--channels"), run.isel(time=inside)
     of = {name: select(RUN, run, name) for name in recorded if name in {*picked}}
-    columns = [_column(run, name, *(of.get(name) or channel_series(run, name))) for name in picked]
+    columns = [
+        _export_column(run, name, *(of.get(name) or channel_series(run, name))) for name in picked
+    ]
     attributes = {name: run.attrs[name] for name in EXPORTED_ATTRIBUTES if name in run.attrs}
     return ExportTable(time[inside], columns, attributes)
 
@@ -116,19 +118,19 @@ def identifiers(
     for column in columns:
         bare = NOT_IN_NAMES.sub("_", column.name).strip("_")
         bare = bare if bare[:1].isalpha() else f"channel_{bare}"
-        tries = (f"{bare[: most - len(end)]}{end}" for end in _ends())
+        tries = (f"{bare[: most - len(end)]}{end}" for end in _identifier_ends())
         name = next(name for name in tries if name not in used)
         used.add(name)
         yield name, column
 
 
-def _ends() -> Iterator[str]:
+def _identifier_ends() -> Iterator[str]:
     yield ""
     for k in range(2, 1_000_000):
         yield f"_{k}"
 
 
-def _column(run: xr.Dataset, name: str, values: np.ndarray, unit: str) -> ExportColumn:
+def _export_column(run: xr.Dataset, name: str, values: np.ndarray, unit: str) -> ExportColumn:
     kind, *of = name.split(".")
     attributes = run[kind].attrs if kind in run else {}
     what = " ".join(str(attributes.get("long_name", kind.replace("_", " "))).split())

@@ -39,24 +39,24 @@ def codes_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str
     """Codes that differ in a pair of runs. If runs are not ``paired``, codes whose sets of values
     differ."""
     both = [name for name in map(str, ours.data_vars) if name in theirs and is_code(ours[name])]
-    return tuple(n for n in both if _differ(ours[n].values, theirs[n].values, paired))
+    return tuple(n for n in both if _values_differ(ours[n].values, theirs[n].values, paired))
 
 
 def durations_apart(ours: xr.Dataset, theirs: xr.Dataset, paired: bool) -> tuple[str, ...]:
     """Durations of ours and theirs as text, if they differ and both files state them."""
-    first, second = _durations(ours), _durations(theirs)
-    if not first.size or not second.size or not _differ(first, second, paired):
+    first, second = _run_durations(ours), _run_durations(theirs)
+    if not first.size or not second.size or not _values_differ(first, second, paired):
         return ()
     return _range_text(first), _range_text(second)
 
 
-def _differ(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
+def _values_differ(ours: np.ndarray, theirs: np.ndarray, paired: bool) -> bool:
     if not paired:
         ours, theirs = np.unique(ours), np.unique(theirs)
     return not np.array_equal(ours, theirs, equal_nan=True)
 
 
-def _durations(runs: xr.Dataset) -> np.ndarray:
+def _run_durations(runs: xr.Dataset) -> np.ndarray:
     """Duration of each run [s] (n,) from its case; empty if a case does not state it."""
     cases = runs[CASE].values.tolist() if CASE in runs and runs[CASE].dims == (RUN,) else []
     matches = [DURATION.search(case) for case in cases]
@@ -119,7 +119,7 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> StudyComparison:
     """Differences between two sets of runs, channel by channel. Raises InputError if they have no
     channel in common, or too few runs."""
     ours, theirs = with_keys(ours), with_keys(theirs)
-    pairs = _pairs(ours, theirs)
+    pairs = _pair_runs(ours, theirs)
     if pairs is not None:
         ours, theirs = (
             study.isel({RUN: at}) for study, at in zip((ours, theirs), pairs, strict=True)
@@ -127,10 +127,10 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> StudyComparison:
     else:
         _refuse_pooled(ours, theirs)
     paired = pairs is not None
-    their_channels = dict(_channels(theirs))
+    their_channels = dict(_numbers_of_run(theirs))
     tests = [
         _test_channel(name, values, their_channels[name], paired)
-        for name, values in _channels(ours)
+        for name, values in _numbers_of_run(ours)
         if name in their_channels
     ]
     tested = [test for test in tests if test is not None]
@@ -144,7 +144,7 @@ def compare_studies(ours: xr.Dataset, theirs: xr.Dataset) -> StudyComparison:
     return StudyComparison(_mark_differences(tested), *sizes, paired, durations, codes)
 
 
-def _pairs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] | None:
+def _pair_runs(ours: xr.Dataset, theirs: xr.Dataset) -> tuple[list[int], list[int]] | None:
     """Pairs of runs with the same seed and parameters; None if there is no such key, or if one
     occurs twice in a set."""
     shared = [str(n) for n in ours.coords if n in theirs.coords and ours[n].dims == (RUN,)]
@@ -174,7 +174,7 @@ def _refuse_pooled(*sets: xr.Dataset) -> None:
                 )
 
 
-def _channels(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
+def _numbers_of_run(runs: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
     """All numbers of a run by name, such as "crawl" and "motion.barge.surge.largest"."""
     for name, variable in runs.data_vars.items():
         others = [str(dim) for dim in variable.dims if dim != RUN]

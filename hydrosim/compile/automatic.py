@@ -41,7 +41,12 @@ from hydrosim.compile import restart
 from hydrosim.elements import new_modes
 from hydrosim.elements.kind import carried_weights
 from hydrosim.integrate.methods import DOPRI5
-from hydrosim.linear.stability import Combination, all_open, combinations, smallest_step
+from hydrosim.linear.stability import (
+    Combination,
+    combinations,
+    open_contacts_combination,
+    smallest_step,
+)
 from hydrosim.multibody.kinematics import coordinate_owners
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.scene import ACCURACY
@@ -90,7 +95,7 @@ def with_method(compiled: Compiled) -> Compiled:
         chosen = Method.DOPRI5
         why = "propagated exactly"
     else:
-        chosen, why = _chosen(compiled, accuracy)
+        chosen, why = _choose_method(compiled, accuracy)
     solver = replace(scene.solver, method=chosen, accuracy=accuracy)
     text = f"{chosen} for an error of {accuracy:g} of the range of motions: {why}"
     notes = replace(compiled.notes, method=text)
@@ -104,29 +109,31 @@ def with_tolerance(compiled: Compiled) -> Compiled:
     if solver.accuracy is None:
         return compiled
     changing = len(new_modes(compiled.model)) > 0
-    rate = _rate(solver.method, solver.accuracy / _growth(compiled), changing)
+    rate = _step_tolerance_rate(solver.method, solver.accuracy / _error_growth(compiled), changing)
     solver = replace(solver, tolerance=Tolerance(rate, rate, rate / ARM))
     return replace(compiled, scene=replace(compiled.scene, solver=solver))
 
 
-def _ratio(method: Method) -> float:
+def _error_per_tolerance(method: Method) -> float:
     """Error of motions over the tolerance of each step [s]."""
     return OF_ESDIRK4 if method == Method.ESDIRK4 else OF_DOPRI5
 
 
-def _rate(method: Method, accuracy: float, changing: bool) -> float:
+def _step_tolerance_rate(method: Method, accuracy: float, changing: bool) -> float:
     """Tolerance of each step [1/s]; ``changing`` says that contacts or springs change."""
     rough = MAX_IMPLICIT_CONTACT_TOLERANCE if method == Method.ESDIRK4 else ROUGH
-    return max(min(accuracy / _ratio(method), rough if changing else SMOOTH), MIN_TOLERANCE)
+    return max(
+        min(accuracy / _error_per_tolerance(method), rough if changing else SMOOTH), MIN_TOLERANCE
+    )
 
 
 @one_thread
-def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
+def _choose_method(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     """Chosen method, and the reason."""
     looked_at = combinations(compiled.scene, compiled.model, compiled.state)
     stable = smallest_step(looked_at, DOPRI5)
-    rate = _rate(Method.ESDIRK4, accuracy, changing=True)
-    implicit = REACH * rate**0.25 / _frequency(looked_at)
+    rate = _step_tolerance_rate(Method.ESDIRK4, accuracy, changing=True)
+    implicit = REACH * rate**0.25 / _median_frequency(looked_at)
     stiff = EXPLICIT * CONTACT_TIME_FRACTION / stable > IMPLICIT / implicit
     if np.isinf(stable):
         why = "explicit steps of any length are stable"
@@ -136,27 +143,27 @@ def _chosen(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     return (Method.ESDIRK4 if stiff else Method.DOPRI5), why
 
 
-def _frequency(looked_at: Sequence[Combination]) -> float:
+def _median_frequency(looked_at: Sequence[Combination]) -> float:
     """Median frequency of the vibrations with all contacts open [rad/s]."""
     values = looked_at[0].values.imag
     vibrating = values[values > MIN_VIBRATION_FREQUENCY]
     return float(np.median(vibrating)) if vibrating.size else DEFAULT_FREQUENCY
 
 
-def _growth(compiled: Compiled) -> float:
+def _error_growth(compiled: Compiled) -> float:
     """Factor on the errors of a run because it is long and nothing restores some motion."""
     longer = compiled.scene.duration / MEASURED
-    if longer <= 1.0 or compiled.derived.exact or not _drifts(compiled):
+    if longer <= 1.0 or compiled.derived.exact or not _can_drift(compiled):
         return 1.0
     return longer**GROWS
 
 
 @one_thread
-def _drifts(compiled: Compiled) -> bool:
+def _can_drift(compiled: Compiled) -> bool:
     """True if nothing restores a motion within the run, except of bodies that contacts carry."""
     scene = compiled.scene
     held = carried_weights(scene).keys()
-    for part in all_open(compiled.model, compiled.state).components:
+    for part in open_contacts_combination(compiled.model, compiled.state).components:
         here = np.searchsorted(compiled.model.bodies.active, part.linear.active)
         bodies = {scene.bodies[b].name for b in coordinate_owners(compiled.model.bodies)[here]}
         slow = np.abs(part.values) * scene.duration < 1.0

@@ -144,13 +144,15 @@ def compile_clock(compiled: Compiled) -> Clock:
         signal_step=signal_step(scene),
         held_step=held_step(compiled),
         control=Control(
-            solver.method.adapts, solver.tolerance.relative, _tolerances(scene, compiled.model)
+            solver.method.adapts,
+            solver.tolerance.relative,
+            _state_tolerances(scene, compiled.model),
         ),
         solver_step=solver.step,
     )
 
 
-def _tolerances(scene: Scene, model: Model) -> np.ndarray:
+def _state_tolerances(scene: Scene, model: Model) -> np.ndarray:
     """Absolute tolerance of every state (ny,). Radiation states get the tolerance of velocities
     times their steady response to a velocity. Springs of contact nodes get the tolerance of the
     friction force that they make. Slip distances, headings held in a step and energies do not

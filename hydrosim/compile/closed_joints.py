@@ -140,7 +140,7 @@ def describe_dropped(scene: Scene, model: Model, state: State) -> Iterator[str]:
             )
 
 
-def moves_freely(model: Model) -> bool:
+def bodies_move_freely(model: Model) -> bool:
     """Whether all bodies that no joint carries move in six directions."""
     tree = model.bodies.tree
     free_dofs = model.bodies.active.size - tree.coordinates
@@ -207,7 +207,8 @@ def _check_gaps(scene: Scene, model: Model, rows: Rows) -> None:
         if max(gap, np.radians(turn)) > CLOSURE_ATOL:
             raise InputError(
                 f"joints.{name}: does not close at the start: {gap:.3g} m and {turn:.3g} deg are"
-                f" missing between {_sides(scene, name)}; expected less than {CLOSURE_ATOL:g} m"
+                f" missing between {_joint_sides_text(scene, name)}; expected less"
+                f" than {CLOSURE_ATOL:g} m"
                 " and rad. Joints are closed with all bodies at rest: change the starts"
                 " (initial.position of bodies, initial of joints) together, or leave them"
                 f" out.{_start_of_drives(scene)}"
@@ -222,10 +223,10 @@ def _check_drives(scene: Scene, model: Model, state: State, rows: Rows) -> None:
     pawl = model.elements.locks.each["ratchet"][rows.lock] != NO_RATCHET
     scaled = _unit_rows(model, state.y, rows)[~pawl]  # a ratchet lets a drive go its way
     moves = np.eye(scaled.shape[1])[driven]
-    held = _rank(scaled)
-    if _rank(np.vstack([scaled, moves])) == held + driven.size:
+    held = _row_rank(scaled)
+    if _row_rank(np.vstack([scaled, moves])) == held + driven.size:
         return
-    alone = [_rank(np.vstack([scaled, [move]])) == held for move in moves]
+    alone = [_row_rank(np.vstack([scaled, [move]])) == held for move in moves]
     names = [name for i, name in enumerate(drives_of(scene)) if alone[i] or not any(alone)]
     joints = dict.fromkeys(constraint_names(scene)[i] for i in rows.lock)
     raise InputError(
@@ -261,7 +262,8 @@ def _check_velocities(scene: Scene, model: Model, state: State, rows: Rows) -> N
         unit = "m/s" if rows.slides[worst] else "rad/s"
         raise InputError(
             f"joints.{name}: holds at the start, and the initial velocities part"
-            f" {_sides(scene, name)} by {abs(rates[worst]):.3g} {unit}; expected velocities that"
+            f" {_joint_sides_text(scene, name)} by {abs(rates[worst]):.3g} {unit};"
+            " expected velocities that"
             " the joint allows (initial.velocity of bodies, rate or speed of joints). A joint that"
             " is to stop them needs active: {from: ...} after the start."
         )
@@ -285,17 +287,17 @@ def _start_of_drives(scene: Scene) -> str:
 def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None:
     """Refuse a loop in a place where its constraints depend on each other, and beside which they do
     not."""
-    here = _rank(_unit_rows(model, state.y, rows))
+    here = _row_rank(_unit_rows(model, state.y, rows))
     M = inertia(model, state.y)
     basis = nullspace_of(rows.J, M).basis
     basis = basis / np.maximum(np.abs(basis).max(axis=0, initial=1e-300), 1e-300)
     draw = np.random.default_rng(1)
     for _ in range(2 if basis.size else 0):
         y = state.y.copy()
-        _shift(y, ASIDE * basis @ draw.uniform(-1.0, 1.0, basis.shape[1]), model)
-        if not _return(model, y, state.modes):
+        _move_coordinates(y, ASIDE * basis @ draw.uniform(-1.0, 1.0, basis.shape[1]), model)
+        if not _return_to_constraints(model, y, state.modes):
             continue
-        beside = _rank(_unit_rows(model, y, _all_rows(model, y, state.modes)))
+        beside = _row_rank(_unit_rows(model, y, _all_rows(model, y, state.modes)))
         if beside > here:
             raise InputError(
                 f"joints.{singular_joints(scene, model, state)}: at the start these joints are in a"
@@ -304,11 +306,11 @@ def _check_regular(scene: Scene, model: Model, state: State, rows: Rows) -> None
             )
 
 
-def _rank(J: np.ndarray) -> int:
+def _row_rank(J: np.ndarray) -> int:
     return int(np.linalg.matrix_rank(J, tol=RANK_RTOL * np.linalg.norm(J, 2)))
 
 
-def _return(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
+def _return_to_constraints(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
     """Bring places in ``y`` back to the constraints by least squares; false if that fails."""
     root = np.sqrt(np.diag(inertia(model, y)))
     for _ in range(TRIES):
@@ -316,18 +318,18 @@ def _return(model: Model, y: np.ndarray, modes: np.ndarray) -> bool:
         if np.abs(rows.residual).max() < 1e-12:
             return True
         back = -np.linalg.lstsq(rows.J / root, rows.residual, rcond=RANK_RTOL)[0] / root
-        _shift(y, back, model)
+        _move_coordinates(y, back, model)
     return False
 
 
-def _shift(y: np.ndarray, change: np.ndarray, model: Model) -> None:
+def _move_coordinates(y: np.ndarray, change: np.ndarray, model: Model) -> None:
     """Change the places in ``y`` by rates (n,) over one second."""
     shift = change.copy()
     fill_rates(y[: change.size], change, model.bodies, shift)
     y[: change.size] += shift
 
 
-def _sides(scene: Scene, name: str) -> str:
+def _joint_sides_text(scene: Scene, name: str) -> str:
     joint = scene.joints[name]
     return f"{joint.body} and {joint.to or 'the earth'}"
 

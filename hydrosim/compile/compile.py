@@ -14,12 +14,12 @@ from hydrosim.compile import families, symmetry
 from hydrosim.compile.automatic import with_method, with_tolerance
 from hydrosim.compile.compiled import Compiled, DerivedData, derive_data
 from hydrosim.compile.drives import check_driven_start
-from hydrosim.compile.families import all_groups, members_of_families
+from hydrosim.compile.families import members_of_families, scene_groups
 from hydrosim.compile.hydrodynamic_groups import (
     HydrodynamicGroup,
     each_alone,
-    in_states,
     moving,
+    scene_with_states,
     uncoupled_resonance,
 )
 from hydrosim.compile.hydrostatics import hulls_of, liquids_of
@@ -35,20 +35,7 @@ from hydrosim.compile.tanks import tanks_of, weights_of
 from hydrosim.compile.validate_scene import check_scene, check_start
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS, about_z
-from hydrosim.elements import heights_of_wind, in_gusts
-from hydrosim.elements.kind import (
-    BodyAtRest,
-    JoinedBodies,
-    KindConstants,
-    Layout,
-    RollMode,
-    UncoupledResonance,
-    acting_joints,
-    carried_weights,
-    constraint_names,
-    elements_of,
-    row_names,
-)
+from hydrosim.elements import heights_of_wind, in_gusts, kind
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
 from hydrosim.files.yaml_nodes import source_context
@@ -85,7 +72,7 @@ SAME_STEP = 1e-9  # relative difference of table steps that is rounding
 
 
 def model_of(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: kind.KindConstants | None = None
 ) -> Model:
     """Model of a scene in calm water; its elements and tanks are compiled unless they are
     ``kind_constants``.
@@ -98,35 +85,37 @@ def model_of(
     family = families.family_constants(scene, wet)
     size = 6 * (len(scene.bodies) + family.owner.size)
     members = list(families.groups_with_dofs(wet, len(scene.bodies)))
-    groups = [fit for dofs, group in members for fit in _groups(group, dofs, free)]
+    groups = [fit for dofs, group in members for fit in _compile_groups(group, dofs, free)]
     states = radiation.state_space_model(groups)
     radiating = 2 * bodies.active.size
     own_states = radiating + states.decay.size
     if kind_constants is None:
         tanks = tanks_of(scene)
-        elements = forces.compile_elements(scene.forces, _layout(scene, bodies, alone, tanks))
+        elements = forces.compile_elements(
+            scene.forces, _compile_layout(scene, bodies, alone, tanks)
+        )
         kind_constants = forces.IndexedConstants(elements, tanks)
     elif bodies.tree.moves.size or forces.driven_coordinates(kind_constants.elements).size:
         # numbers of coordinates may differ
-        layout = _layout(scene, bodies, alone, kind_constants.tanks)
+        layout = _compile_layout(scene, bodies, alone, kind_constants.tanks)
         kind_constants = forces.renumber_coordinates(kind_constants, scene.forces, layout)
     slow = own_states + forces.state_count(kind_constants, scene)
     draught = slow + STATES_PER_FOLLOWED_BODY * len(slow_bodies(scene, met_by_waves(scene, alone)))
     energy = draught + draught_interpolation.DRAUGHT_STATES * family.body.size
     parts = forces.assign_indices(kind_constants, scene, own_states, energy)
-    rows = row_names(scene)
+    rows = kind.row_names(scene)
     impulse = energy + len(rows) + 1
     blocks = [(group.dofs, group.added_mass) for group in wet]
     added_mass = _assemble_blocks(6 * len(scene.bodies), blocks)
     return Model(
         bodies=bodies,
-        headings=_headings(scene, bodies, alone),
+        headings=_compile_headings(scene, bodies, alone),
         added_mass=added_mass,
         inertia=constant_inertia(bodies, added_mass),
-        stiffness=_stiffness(scene, alone),
+        stiffness=_compile_stiffness(scene, alone),
         hulls=hulls_of(scene, bodies),
         states=states,
-        convolution=_convolution(6 * len(scene.bodies), wet, free),
+        convolution=_compile_convolution(6 * len(scene.bodies), wet, free),
         damping=radiation.constant_damping(
             _assemble_blocks(size, [(dofs, group.damping) for dofs, group in members])
         ),
@@ -144,16 +133,16 @@ def model_of(
         draught=draught,
         energy=energy,
         impulse=impulse,
-        size=impulse + (_impulses(len(rows), bodies, parts) if scene.output_impulses else 0),
+        size=impulse + (_impulse_count(len(rows), bodies, parts) if scene.output_impulses else 0),
     )
 
 
-def _impulses(rows: int, bodies: Bodies, parts: KindConstants) -> int:
+def _impulse_count(rows: int, bodies: Bodies, parts: kind.KindConstants) -> int:
     """Number of integrals of impulses: of forces, of their works, and of units."""
     return 2 * rows * 6 * bodies.each.size + forces.tally_count(parts)
 
 
-def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
+def _compile_headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     """Heading axes of the bodies, and the current in these axes, at the start of the first run."""
     current = currents_on(scene, wet)
     stream = np.zeros((len(scene.bodies), 6))
@@ -163,7 +152,7 @@ def _headings(scene: Scene, bodies: Bodies, wet: Collection[str]) -> Headings:
     return new_headings(bodies, has_water, current, stream.ravel())
 
 
-def _groups(wet: HydrodynamicGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
+def _compile_groups(wet: HydrodynamicGroup, dofs: np.ndarray, free: np.ndarray) -> list[StateSpace]:
     """State-space models of a database on its own ``dofs``, without DOFs that are zero by
     symmetry."""
     moving = [fit for fit in wet.fits if np.isin(wet.dofs[fit.dofs], free).any()]
@@ -179,7 +168,7 @@ def _assemble_blocks(size: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]])
     return whole
 
 
-def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
+def _compile_stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     none = np.zeros((6, 6))
     rows = [
         require_array(alone[b.name], "hydrostatic_stiffness")
@@ -190,7 +179,7 @@ def _stiffness(scene: Scene, alone: Mapping[str, HydroDatabase]) -> np.ndarray:
     return np.array(rows)
 
 
-def _convolution(
+def _compile_convolution(
     size: int, groups: Sequence[HydrodynamicGroup], free: np.ndarray
 ) -> radiation.ConvolutionKernel:
     chosen = [wet for wet in groups if wet.convolved]
@@ -207,7 +196,7 @@ def _convolution(
         )
     rows = max(time.size for time in times)
     kernels = _assemble_blocks(
-        size, [(wet.dofs, _pad_kernel(_kernel(wet, free), rows)) for wet in chosen]
+        size, [(wet.dofs, _pad_kernel(_compile_kernel(wet, free), rows)) for wet in chosen]
     )
     return radiation.convolution_model(steps[0], kernels)
 
@@ -217,7 +206,7 @@ def _pad_kernel(kernel: np.ndarray, rows: int) -> np.ndarray:
     return np.pad(kernel, ((0, rows - len(kernel)), (0, 0), (0, 0)))
 
 
-def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
+def _compile_kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
     """Retardation functions of the convolved groups of DOFs of a database, without groups whose
     DOFs are all locked."""
     kernel = np.zeros_like(wet.memory.kernel)
@@ -227,21 +216,21 @@ def _kernel(wet: HydrodynamicGroup, free: np.ndarray) -> np.ndarray:
     return kernel
 
 
-def _layout(
+def _compile_layout(
     scene: Scene, bodies: Bodies, alone: Mapping[str, HydroDatabase], tanks: Tanks
-) -> Layout:
-    def of_body(body: int, stiffness: np.ndarray) -> UncoupledResonance:
+) -> kind.Layout:
+    def of_body(body: int, stiffness: np.ndarray) -> kind.UncoupledResonance:
         return uncoupled_resonance(
             scene.bodies[body], stiffness, alone.get(scene.bodies[body].name)
         )
 
-    def roll_of_body(body: int, stiffness: np.ndarray) -> RollMode:
+    def roll_of_body(body: int, stiffness: np.ndarray) -> kind.RollMode:
         return roll_mode(scene.bodies[body], stiffness, alone.get(scene.bodies[body].name))
 
-    rows = {*scene.forces, *acting_joints(scene)}
-    return Layout(
+    rows = {*scene.forces, *kind.acting_joints(scene)}
+    return kind.Layout(
         {body.name: i for i, body in enumerate(scene.bodies)},
-        {name: i for i, name in enumerate(row_names(scene)) if name in rows},
+        {name: i for i, name in enumerate(kind.row_names(scene)) if name in rows},
         current_table(scene.environment),
         mean_wind(scene.environment),
         of_body,
@@ -253,10 +242,10 @@ def _layout(
         tanks.row,
         tuple(tank_names(scene)),
         tuple(triggered_pumps(scene)),
-        carried_weights(scene),
+        kind.carried_weights(scene),
         scene.joints,
         _joined_bodies(scene, bodies),
-        len(row_names(scene)) - 1,
+        len(kind.row_names(scene)) - 1,
         bodies.tree,
         tuple(bodies.each["origin"]),
         dict(zip(point_names(scene), named_points(scene), strict=True)),
@@ -268,17 +257,17 @@ def _layout(
     )
 
 
-def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, JoinedBodies]:
+def _joined_bodies(scene: Scene, bodies: Bodies) -> dict[str, kind.JoinedBodies]:
     """The bodies of all joints that are constraints."""
     bodies_by_name = {
-        body.name: BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
+        body.name: kind.BodyAtRest(i, tuple(bodies.each[i]["origin"]), body.heading)
         for i, body in enumerate(scene.bodies)
     }
     return {
-        name: JoinedBodies(
+        name: kind.JoinedBodies(
             bodies_by_name[joint.body], bodies_by_name[joint.to] if joint.to else None, bodies.exact
         )
-        for name, joint in ((name, scene.joints[name]) for name in constraint_names(scene))
+        for name, joint in ((name, scene.joints[name]) for name in kind.constraint_names(scene))
     }
 
 
@@ -291,7 +280,7 @@ SHARE_OF_WAVES = 0.1
 
 
 def compile_calm(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: KindConstants | None = None
+    scene: Scene, wet: Sequence[HydrodynamicGroup], kind_constants: kind.KindConstants | None = None
 ) -> Compiled:
     """Compile a scene of `open_start` in calm water with its databases ``wet``, and with its
     elements and tanks if they are ``kind_constants``.
@@ -326,9 +315,9 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
     end = start_time(scene) + scene.duration
     check_span(scene.environment, 0.0, end)
     loaded = wave_bodies(scene, calm.derived.databases, calm.derived.met)
-    bodies = [_as_locked(body, scene) for body in loaded]
+    bodies = [_lock_wave_place(body, scene) for body in loaded]
     # from 0, wherever the run begins: its loads then equal those of a longer run to the bit
-    bodies = list(_at_draughts(bodies, calm.wet))
+    bodies = list(_bodies_at_draughts(bodies, calm.wet))
     loads = wave_loads_model(sea, bodies, 0.0, scene.solver.step / 2, end)
     block = steps_per_block(scene) * grid_step(scene)
     following = following_model(sea, bodies, block, wave_load_error(calm.scene.solver))
@@ -348,7 +337,7 @@ def add_waves(calm: Compiled, scene: Scene, sea: Sequence[WaveComponents]) -> Co
 
 def _met_at_rest(calm: Compiled, scene: Scene) -> list[WaveBody]:
     """Bodies on which waves act at rest, wherever they are; only lines with drag need them."""
-    if not any(line.dragging_streams() for _, line in elements_of(scene, Catenary)):
+    if not any(line.dragging_streams() for _, line in kind.elements_of(scene, Catenary)):
         return []
     met = {body.name: replace(calm.derived.met[body.name], **MEAN) for body in scene.bodies}
     return wave_bodies(scene, calm.derived.databases, met)
@@ -364,7 +353,7 @@ def wave_load_error(solver: Solver) -> float:
     return min(MISSED, solver.tolerance.relative, SHARE_OF_WAVES * solver.accuracy)
 
 
-def _at_draughts(
+def _bodies_at_draughts(
     bodies: Sequence[WaveBody], wet: Sequence[HydrodynamicGroup]
 ) -> Iterator[WaveBody]:
     """Bodies in waves; a body with a family of databases occurs once per member."""
@@ -378,7 +367,7 @@ def _at_draughts(
         yield replace(bodies[owner], database=loads, offset=6 * k, owner=owner)
 
 
-def _as_locked(body: WaveBody, scene: Scene) -> WaveBody:
+def _lock_wave_place(body: WaveBody, scene: Scene) -> WaveBody:
     """Body with the position that waves use: its position at rest, and its locked offsets."""
     at = np.where(body.active, 0.0, scene.bodies[body.offset // 6].position)
     loads = body.wave_forces
@@ -456,9 +445,9 @@ def compile_in_calm(
         scene = open_start(scene)
         check_scene(scene)
         scene = with_dofs_of_joints(scene)
-        wet = all_groups(scene, seas, memory_before(scene))
+        wet = scene_groups(scene, seas, memory_before(scene))
         if states is not None:
-            scene, wet = in_states(scene, wet, states)
+            scene, wet = scene_with_states(scene, wet, states)
         return compile_calm(scene, wet)
 
 

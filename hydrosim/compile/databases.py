@@ -16,8 +16,8 @@ from hydrosim.database.checks import (
     CheckSubject,
     Use,
     doubt_warnings,
-    in_order,
     refusing_findings,
+    require_ascending,
 )
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import overruled_values, read
@@ -57,7 +57,7 @@ def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDat
     """Database of a body about its centre of gravity. Raises InputError if a matrix is not that of
     a passive body."""
     for name in ("added_mass", "damping", "stiffness"):
-        _check(f"bodies.{body.name}.hydrodynamics.{name}", np.asarray(getattr(given, name)))
+        _check_matrix(f"bodies.{body.name}.hydrodynamics.{name}", np.asarray(getattr(given, name)))
     centre = np.array([body.centre_of_gravity])
     return HydroDatabase(
         source=SOURCE,
@@ -77,14 +77,14 @@ def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDat
     )
 
 
-def no_memory(db: HydroDatabase) -> Retardation:
+def constant_retardation(db: HydroDatabase) -> Retardation:
     """Retardation of constant coefficients: A_inf alone."""
     K = np.zeros((2, *db.added_mass.shape[1:]))
     report = KernelReport(0.0, 0.0, 0.0, 0.0, K[0])
     return Retardation(np.array([0.0, 1.0]), K, db.added_mass[0], report)
 
 
-def _check(key: str, matrix: np.ndarray) -> None:
+def _check_matrix(key: str, matrix: np.ndarray) -> None:
     """Check a matrix: a scene written in Python may have any."""
     if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
         raise InputError(
@@ -124,9 +124,9 @@ def open_database(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase
         given = replace(source.given, frequencies=source.changes.frequencies)
         return apply_changes(open_database(source.source, given), source.changes)
     if isinstance(source, Path):
-        return in_order(_check_given(read(source, given), given))
+        return require_ascending(_check_given(read(source, given), given))
     if isinstance(source, HydroDatabase):
-        return in_order(source)
+        return require_ascending(source)
     raise InputError(
         f"hydrodynamics: found an object of type {type(source).__name__}; expected a"
         " pathlib.Path, a HydroDatabase or a ChangedDatabase."
@@ -160,7 +160,7 @@ def database_groups(scene: Scene) -> list[DatabaseGroup]:
         source = body.hydrodynamics
         if source is None or isinstance(source, Family):
             continue
-        db, body = _of_body(body, source, scene.environment, databases)
+        db, body = _read_database_of_body(body, source, scene.environment, databases)
         # several bodies may be copies of the body of one database, far from each other
         key = (i,) if db.bodies == 1 else (source, *body.location, body.heading)
         group = groups.setdefault(key, DatabaseGroup(db, [], []))
@@ -173,7 +173,7 @@ def database_groups(scene: Scene) -> list[DatabaseGroup]:
     return list(groups.values())
 
 
-def _of_body(
+def _read_database_of_body(
     body: Body,
     source: Source | Coefficients,
     water: Environment,
@@ -229,10 +229,10 @@ def suitable_database(
     all faults and their remedies."""
     if db.source == SOURCE:
         return db
-    findings = refusing_findings(db, _use(db, bodies, free, seas))
-    faults = [*_other_water(db, water), *_gaps(db, bodies, water)]
+    findings = refusing_findings(db, _use_of_database(db, bodies, free, seas))
+    faults = [*_other_water(db, water), *_database_gaps(db, bodies, water)]
     if findings:
-        faults.append(_unproven([finding.name for finding in findings], findings))
+        faults.append(_unproven_fault([finding.name for finding in findings], findings))
     if faults:
         raise InputError(_fault_message(db, bodies, faults))
     return _complete_database(db, bodies)
@@ -245,17 +245,17 @@ def database_warnings(
     database as read, in the ``seas``. Raises InputError if such data cannot be right."""
     if db.source == SOURCE:  # checked where it is made
         return ()
-    warnings = doubt_warnings(db, _use(db, bodies, free, seas))
+    warnings = doubt_warnings(db, _use_of_database(db, bodies, free, seas))
     return (*warnings, *_unsaid_points(db, free))
 
 
-def _use(
+def _use_of_database(
     db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[WaveComponents]
 ) -> Use:
-    parts = frozenset(part for body in bodies for part in _parts(body, bool(seas)))
+    parts = frozenset(part for body in bodies for part in _check_subjects(body, bool(seas)))
     offset = db.reference_point - np.array([body.centre_of_gravity for body in bodies])
     moving = np.flatnonzero(velocity_transfer(offset)[:, free].any(axis=1))
-    return Use(parts, tuple(map(int, moving)), _highest(db, seas))
+    return Use(parts, tuple(map(int, moving)), _highest_frequency(db, seas))
 
 
 def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
@@ -275,7 +275,7 @@ def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
         )
 
 
-def _parts(body: Body, waves: bool) -> Iterator[CheckSubject]:
+def _check_subjects(body: Body, waves: bool) -> Iterator[CheckSubject]:
     wanted = body.wave_forces
     yield from (CheckSubject.ORDER, CheckSubject.RADIATION, CheckSubject.STIFFNESS)
     if not waves:
@@ -290,7 +290,7 @@ def _parts(body: Body, waves: bool) -> Iterator[CheckSubject]:
         yield CheckSubject.SUM
 
 
-def _highest(db: HydroDatabase, seas: Sequence[WaveComponents]) -> float:
+def _highest_frequency(db: HydroDatabase, seas: Sequence[WaveComponents]) -> float:
     """First frequency of the database above which the waves have almost no energy, or infinity.
     Seas that differ little have the same frequency, so they are checked once."""
     if not seas:
@@ -329,7 +329,9 @@ def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
             yield Fault(f"{found_text}. Use a database made for this water, or change the case.")
 
 
-def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iterator[Fault]:
+def _database_gaps(
+    db: HydroDatabase, bodies: Sequence[Body], water: Environment
+) -> Iterator[Fault]:
     """Faults: data that the bodies need and the database lacks."""
     assumed = db.attributes.get("assumed", "")
     density = water.water_density if "water density" in assumed else db.water_density
@@ -349,7 +351,7 @@ def _gaps(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> Iter
             "It does not state the reference points of moments and rotations, and its bodies"
             " turn. Capytaine stores them as rotation_center or, if that was not set, as"
             " center_of_mass.",
-            (f"reference_point: {_example(points)}",),
+            (f"reference_point: {_example_text(points)}",),
         )
     if tilting and db.centre_of_gravity is None:
         yield _lacking_centres(db, bodies)
@@ -365,18 +367,19 @@ def _lacking_centres(db: HydroDatabase, bodies: Sequence[Body]) -> Fault:
     at_waterline = [[x, y, 0.0] for x, y, _ in centres]
     reason = (
         "It does not state the centres of gravity with which its stiffness was made, and its"
-        f" bodies roll or pitch. They are those of the bodies, {_example(centres)}, if the weight"
-        f" is in the stiffness, and {_example(at_waterline)} if it was made without weight, as"
+        " bodies roll or pitch. They are those of the bodies,"
+        f" {_example_text(centres)}, if the weight"
+        f" is in the stiffness, and {_example_text(at_waterline)} if it was made without weight, as"
         " OpenFAST's .hst is."
     )
     stiffness = db.hydrostatic_stiffness
     turns = np.zeros(1) if stiffness is None else np.diag(stiffness).reshape(-1, 6)[:, 3:5]
     if centres == at_waterline:
-        return Fault(reason, (f"centre_of_gravity: {_example(centres)}",))
+        return Fault(reason, (f"centre_of_gravity: {_example_text(centres)}",))
     if np.any(turns < 0.0):
         weightless = " Its roll or pitch stiffness is negative, so it was made without weight."
-        return Fault(reason + weightless, (f"centre_of_gravity: {_example(at_waterline)}",))
-    return Fault(reason, (f"centre_of_gravity: {_example([UNKNOWN_POINT] * len(bodies))}",))
+        return Fault(reason + weightless, (f"centre_of_gravity: {_example_text(at_waterline)}",))
+    return Fault(reason, (f"centre_of_gravity: {_example_text([UNKNOWN_POINT] * len(bodies))}",))
 
 
 def _lacking_volumes(bodies: Sequence[Body], density: float) -> Fault:
@@ -400,15 +403,15 @@ def _lacking_volumes(bodies: Sequence[Body], density: float) -> Fault:
             UNKNOWN_NAME if is_carried else v
             for v, is_carried in zip(volumes, carried, strict=True)
         ]
-    return Fault(reason, (f"volume: {_example(volumes)}",))
+    return Fault(reason, (f"volume: {_example_text(volumes)}",))
 
 
-def _example(values: list[Any]) -> str:
+def _example_text(values: list[Any]) -> str:
     """One value for each body, as in a case."""
     return str(values[0] if len(values) == 1 else values).replace("'", "")
 
 
-def _unproven(names: list[str], findings: Sequence[object]) -> Fault:
+def _unproven_fault(names: list[str], findings: Sequence[object]) -> Fault:
     """Fault: findings that refuse a database."""
     reasons = "\n  ".join(map(str, findings))
     noise = (

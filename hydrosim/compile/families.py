@@ -36,13 +36,13 @@ VOLUME, CENTRE = 0.02, 0.01
 length."""
 
 
-def all_groups(
+def scene_groups(
     scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
 ) -> list[HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies; families have all their members. Raises InputError as
     `wet_groups` does, or if a family does not fit its hull or the scene."""
     families = [
-        _family(i, body, body.hydrodynamics, scene, seas, before)
+        _family_group(i, body, body.hydrodynamics, scene, seas, before)
         for i, body in enumerate(scene.bodies)
         if isinstance(body.hydrodynamics, Family)
     ]
@@ -76,7 +76,7 @@ def family_constants(
     body = np.array([group.dofs[0] // 6 for group in chosen], dtype=np.int64)
     return draught_interpolation.DraughtFamilies(
         body=body,
-        rest=np.array([_rest(scene.bodies[b]) for b in body]),
+        rest=np.array([_draught_at_rest(scene.bodies[b]) for b in body]),
         first=np.cumsum([0, *counts]).astype(np.int64),
         owner=np.repeat(body, counts).astype(np.int64),
         draught=np.array([member.draught for member in members], dtype=float),
@@ -84,13 +84,13 @@ def family_constants(
     )
 
 
-def _rest(body: Body) -> float:
+def _draught_at_rest(body: Body) -> float:
     """Draught of a body at its position at rest [m]."""
     assert isinstance(body.hydrodynamics, Family)
     return body.hydrodynamics.members[0].draught
 
 
-def _family(
+def _family_group(
     i: int,
     body: Body,
     family: Family,
@@ -99,13 +99,13 @@ def _family(
     before: MemoryBefore,
 ) -> HydrodynamicGroup:
     """Group of a body: its members, and their interpolation at the start as its database."""
-    _check(body, family, scene)
-    rest = _rest(body)
+    _check_family(body, family, scene)
+    rest = _draught_at_rest(body)
     members = []
     for member in sorted(family.members, key=lambda member: member.draught):
         x, y, z = body.centre_of_gravity
         alone = replace(
-            _by_states(body),
+            _with_state_radiation(body),
             hydrodynamics=member.source,
             hydrostatics=None,
             centre_of_gravity=(x, y, z + rest - member.draught),
@@ -119,17 +119,17 @@ def _family(
         )  # a family cannot use convolutions
         radiation.check_fits(member_group.fits, member_group.database.source)
         members.append(replace(member_group, draught=member.draught))
-    return _at_start(body, rest, tuple(members), scene)
+    return _group_at_start(body, rest, tuple(members), scene)
 
 
-def _by_states(body: Body) -> Body:
+def _with_state_radiation(body: Body) -> Body:
     """Body with state-space radiation in place of automatic, with the fits nearest to the
     memory."""
     chosen = radiation_of(body)
     return with_states(body, chosen.tolerance) if isinstance(chosen, AutomaticRadiation) else body
 
 
-def _check(body: Body, family: Family, scene: Scene) -> None:
+def _check_family(body: Body, family: Family, scene: Scene) -> None:
     draughts = [member.draught for member in family.members]
     key = f"bodies.{body.name}"
     draughts_text = ", ".join(f"{d:g}" for d in draughts)
@@ -193,11 +193,11 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
             )
 
 
-def _at_start(
+def _group_at_start(
     body: Body, rest: float, members: tuple[HydrodynamicGroup, ...], scene: Scene
 ) -> HydrodynamicGroup:
     """Group of the member nearest to the draught at the start, with the interpolated database."""
-    weights = _weights(rest - body.position[2], [member.draught for member in members])
+    weights = _draught_weights(rest - body.position[2], [member.draught for member in members])
     nearest = members[int(weights.argmax())]
     db = _weighted_mean(nearest.database, [member.database for member in members], weights)
     db = with_hulls(db, (body,), scene.environment)
@@ -211,7 +211,7 @@ def _at_start(
     )
 
 
-def _weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
+def _draught_weights(draught: float, draughts: Sequence[float]) -> np.ndarray:
     """Square roots of the weights at a draught, see `integrate.draught_interpolation`."""
     weights = np.zeros(len(draughts))
     k = int(np.clip(np.searchsorted(draughts, draught) - 1, 0, len(draughts) - 2))

@@ -14,9 +14,9 @@ from hydrosim import database
 from hydrosim.compile.databases import (
     SOURCE,
     DatabaseGroup,
+    constant_retardation,
     database_groups,
     database_warnings,
-    no_memory,
     suitable_database,
 )
 from hydrosim.compile.hydrostatics import with_hulls
@@ -119,7 +119,7 @@ class HydrodynamicGroup:
             return self
         if chosen == self.radiation and not self.convolved:
             return self
-        fits = _fits(self, chosen.tolerance)
+        fits = _fit_states(self, chosen.tolerance)
         members = tuple(member.with_states(tolerance) for member in self.members)
         group = replace(self, bodies=bodies, radiation=chosen, fits=fits, convolved=())
         return replace(group, members=members)
@@ -229,7 +229,7 @@ def group_of(
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(whole, centres))
     db = with_hulls(db, bodies, scene.environment)
-    memory = no_memory(db) if read.source == SOURCE else _memory(db, chosen)
+    memory = constant_retardation(db) if read.source == SOURCE else _choose_retardation(db, chosen)
     wet = HydrodynamicGroup(
         bodies,
         np.concatenate([np.arange(6 * i, 6 * i + 6) for i in group.places]),
@@ -241,10 +241,10 @@ def group_of(
         memory.added_mass_infinite,
         np.zeros_like(memory.added_mass_infinite),
     )
-    return _with_memory(wet, before)
+    return _add_memory(wet, before)
 
 
-def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
+def _choose_retardation(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
     table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
     return radiation.retardation(
         db.frequency,
@@ -256,25 +256,27 @@ def _memory(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
     )
 
 
-def _with_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGroup:
+def _add_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGroup:
     """Group with the data of its radiation model."""
     match wet.radiation:
         case ConstantRadiation(period):
             if wet.has_given_coefficients:
                 return replace(wet, damping=wet.database.radiation_damping[0])
-            added_mass, damping = _at_period(wet.database, wet.bodies[0], period)
+            added_mass, damping = _coefficients_at_period(wet.database, wet.bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
         case StateSpaceRadiation(tolerance):
-            return _chosen(wet, _fits(wet, tolerance), before, radiation.is_tolerable)
+            return _choose_fits(wet, _fit_states(wet, tolerance), before, radiation.is_tolerable)
         case ConvolutionRadiation():
             memory = radiation.groups_free_to_reduce(wet.memory, wet.free_dofs)
             return replace(wet, convolved=tuple(map(Convolved, memory)))
         case AutomaticRadiation(tolerance):
-            return _chosen(wet, _fits(wet, tolerance), before, radiation.is_within_tolerance)
+            return _choose_fits(
+                wet, _fit_states(wet, tolerance), before, radiation.is_within_tolerance
+            )
     return wet
 
 
-def _fits(wet: HydrodynamicGroup, tolerance: float) -> tuple[StateSpace, ...]:
+def _fit_states(wet: HydrodynamicGroup, tolerance: float) -> tuple[StateSpace, ...]:
     """State-space fits of all groups of DOFs of a database, with no more states than its bodies
     need."""
     db = wet.database
@@ -292,7 +294,7 @@ def floating_of(wet: HydrodynamicGroup) -> radiation.Floating:
     return radiation.Floating(inertia, np.zeros_like(inertia) if stiffness is None else stiffness)
 
 
-def _chosen(
+def _choose_fits(
     wet: HydrodynamicGroup,
     fits: Sequence[StateSpace],
     run: MemoryBefore,
@@ -316,10 +318,12 @@ def _chosen(
 def moving(bodies: Sequence[Body]) -> np.ndarray:
     """DOFs of ``bodies``, six each along their headings, that can move. Surge and sway are locked
     along the earth's axes, so if either is free, both move on a rotated body."""
-    return np.array([6 * k + i for k, b in enumerate(bodies) for i in _moving(b)], dtype=np.int64)
+    return np.array(
+        [6 * k + i for k, b in enumerate(bodies) for i in _moving_dofs(b)], dtype=np.int64
+    )
 
 
-def _moving(body: Body) -> list[int]:
+def _moving_dofs(body: Body) -> list[int]:
     free = {DOFS.index(dof) for dof in body.dofs}
     turned = 5 in free or abs(np.sin(body.heading + body.position[5])) > SAME_HEADING_TURNS
     return sorted(free | {0, 1} if turned and free & {0, 1} else free)
@@ -341,7 +345,7 @@ def with_states(body: Body, tolerance: float) -> Body:
     return replace(body, radiation=states)
 
 
-def in_states(
+def scene_with_states(
     scene: Scene, groups: Sequence[HydrodynamicGroup], tolerance: float
 ) -> tuple[Scene, list[HydrodynamicGroup]]:
     """Scene and its hydrodynamics with states in place of all convolutions. Fits are within the
@@ -350,7 +354,9 @@ def in_states(
     return replace(scene, bodies=bodies), [group.with_states(tolerance) for group in groups]
 
 
-def _at_period(db: HydroDatabase, body: Body, period: float) -> tuple[np.ndarray, np.ndarray]:
+def _coefficients_at_period(
+    db: HydroDatabase, body: Body, period: float
+) -> tuple[np.ndarray, np.ndarray]:
     """A and B (n, n), interpolated linearly between the frequencies of the database, and
     reciprocal."""
     w = db.frequency

@@ -45,20 +45,20 @@ HEIGHT_WEIGHT = (
 
 def solids_of(meshes: Sequence[Triangles]) -> Solids:
     """Constants of closed meshes."""
-    parcels = [_parcels(_faces(corners)) for corners in meshes]
+    parcels = [_split_parcels(_box_faces(corners)) for corners in meshes]
     parts = [part for body_parcels in parcels for part in body_parcels]
     every = np.concatenate([np.zeros((0, 3, 3)), *parts])
     return Solids(
         first=np.cumsum([0, *map(len, parcels)]).astype(np.int64),
         begin=np.cumsum([0, *map(len, parts)]).astype(np.int64),
-        box=np.reshape([_box(part) for part in parts], (-1, 2, 3)),
-        moments=np.array([_moments(part) for part in parts], dtype=MOMENTS),
+        box=np.reshape([_bounding_box(part) for part in parts], (-1, 2, 3)),
+        moments=np.array([_volume_moments(part) for part in parts], dtype=MOMENTS),
         corners=every,
         area=np.ascontiguousarray(areas(every)[:, 2]),
     )
 
 
-def _faces(corners: Triangles) -> Triangles:
+def _box_faces(corners: Triangles) -> Triangles:
     """Triangles that are not upright."""
     vectors = areas(corners)
     return corners[
@@ -66,7 +66,7 @@ def _faces(corners: Triangles) -> Triangles:
     ]
 
 
-def _parcels(corners: np.ndarray) -> list[np.ndarray]:
+def _split_parcels(corners: np.ndarray) -> list[np.ndarray]:
     """Groups of a few neighbouring triangles (nt, 3, 3)."""
     middles, size = corners.mean(axis=1), np.ptp(corners, axis=(0, 1))
     return [corners[rows] for rows in _split_in_groups(middles / size * [1.0, 1.0, HEIGHT_WEIGHT])]
@@ -82,13 +82,13 @@ def _split_in_groups(middles: np.ndarray) -> list[np.ndarray]:
     return [half[indices] for half in halves for indices in _split_in_groups(middles[half])]
 
 
-def _box(corners: np.ndarray) -> np.ndarray:
+def _bounding_box(corners: np.ndarray) -> np.ndarray:
     """Centre of the bounding box of triangles, and its half sides, (2, 3)."""
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     return np.array([(low + high) / 2.0, (high - low) / 2.0])
 
 
-def _moments(corners: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+def _volume_moments(corners: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """`MOMENTS` of triangles. Midpoints of edges integrate quadratic functions exactly."""
     A, points = areas(corners)[:, 2], (corners + np.roll(corners, -1, axis=1)) / 2.0
     second = np.einsum("k,kpi,kpj->ij", A / 3.0, points, points)
@@ -111,7 +111,7 @@ def hulls_of(scene: Scene, bodies: Bodies) -> MeshHulls:
         body=np.array([b for b, *_ in meshes], dtype=np.int64),
         solids=solids_of([hull.corners - np.array(b.centre_of_gravity) for _, b, hull in meshes]),
         height=np.array([body.centre_of_gravity[2] for _, body, _ in meshes], dtype=float),
-        weight=np.reshape([_weight(body, hull) for _, body, hull in meshes], (-1, 4)),
+        weight=np.reshape([_weight_stiffness(body, hull) for _, body, hull in meshes], (-1, 4)),
         density=water.water_density * water.gravity,
         roll=np.flatnonzero(np.isin(bodies.active, places)),
     )
@@ -176,7 +176,7 @@ def _hydrostatic_energy(
     return float(stored[HYDROSTATIC])
 
 
-def _weight(body: Body, hull: Hull) -> np.ndarray:
+def _weight_stiffness(body: Body, hull: Hull) -> np.ndarray:
     """V_0 and V_0 p of a body whose weight is balanced at rest; zero for a body that carries its
     weight."""
     if body.weight == Weight.CARRIED:

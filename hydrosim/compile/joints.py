@@ -83,13 +83,13 @@ def tree_of(scene: Scene, own_dofs: np.ndarray, origins: np.ndarray) -> Tree:
         body = index[branch.joint.body]
         place = place_at_rest(branch.joint, scene.bodies[body], origins[body])
         begin = len(moves)
-        moves += _moves(branch, scene.bodies[body], first[branch.name])
+        moves += _branch_moves(branch, scene.bodies[body], first[branch.name])
         branches.append(
             (
                 *(child, parent, begin, len(moves), scene.bodies[child].heading),
                 place - (0.0 if parent == NO_BODY else origins[parent]),
                 place - origins[child],
-                _winding(moves[begin:], begin),
+                _winding_index(moves[begin:], begin),
                 *(list(scene.joints).index(branch.name), branch.reversed),
             )
         )
@@ -98,7 +98,7 @@ def tree_of(scene: Scene, own_dofs: np.ndarray, origins: np.ndarray) -> Tree:
         np.array(moves, dtype=MOVE),
         np.full(len(names), -1),
         sum(len(joint.motions) for joint in tree_joints(scene).values()),
-        _start(scene),
+        _start_coordinates(scene),
         np.zeros((0, 0)),
     )
     tree.branch[tree.branches["child"]] = np.arange(len(branches))
@@ -120,7 +120,7 @@ def _first_coordinates(scene: Scene, first: int) -> dict[str, int]:
     return first_by_joint
 
 
-def _moves(branch: TreeJoint, body: Body, first: int) -> Iterator[tuple[object, ...]]:
+def _branch_moves(branch: TreeJoint, body: Body, first: int) -> Iterator[tuple[object, ...]]:
     """Entries of `MOVE` of a joint, from parent to child; its coordinates begin at ``first``."""
     axes = branch.joint.axes() @ about_z(body.heading).T
     steps = [
@@ -141,7 +141,7 @@ def _axes_of(motion: JointMotion, axes: np.ndarray) -> np.ndarray:
     return np.roll(axes, -motion.axis, axis=0)
 
 
-def _winding(moves: list[tuple[object, ...]], begin: int) -> int:
+def _winding_index(moves: list[tuple[object, ...]], begin: int) -> int:
     """Number of the move that turns a joint about the vertical if it has no other turn, else -1."""
     turns = [(begin + m, move) for m, move in enumerate(moves) if move[0] != SLIDE]
     upright = len(turns) == 1 and turns[0][1][0] == TURN
@@ -150,7 +150,7 @@ def _winding(moves: list[tuple[object, ...]], begin: int) -> int:
     return -1
 
 
-def _start(scene: Scene) -> np.ndarray:
+def _start_coordinates(scene: Scene) -> np.ndarray:
     """Values and rates (nq, 2) of the coordinates of joints at the start."""
     branches = arrangement(scene).branches
     backwards = {branch.name for branch in branches if branch.reversed}

@@ -77,14 +77,14 @@ def with_line_drag(
     the ``bodies`` at rest."""
     p = CATENARY_KIND.constants_in(model)
     if not p.lines["width"].any():
-        return DraggedLines(model, tuple(_friction(scene)))
+        return DraggedLines(model, tuple(_friction_notes(scene)))
     names = CATENARY_KIND.unit_names(scene)
     before = _drag_before(scene)
     n = model.bodies.active.size
     motion = new_work(model).motion
     place_bodies(state.y[:n], np.zeros(n), model.bodies, motion)
     now = line_shapes(model, scene, start_time(scene), state.y, state.modes, model.bodies, motion)
-    there = {line.name: _fairlead(line, scene, model, state) for line in now}
+    there = {line.name: _fairlead_motion(line, scene, model, state) for line in now}
     gone = Fairlead(np.zeros((3, n)), np.zeros(3), np.zeros(0), np.zeros(0))
     fairleads = [there.get(name, gone) for name in names]
     linearised = _fixed_point(model, state, seas, bodies, fairleads)
@@ -101,10 +101,10 @@ def with_line_drag(
         if line["width"]:
             texts.append(f"{name}: {_drag_text(c, sigma, is_kept)}")
     elements = model.elements._replace(**{CATENARY_KIND.field: p._replace(lines=lines)})
-    return DraggedLines(model._replace(elements=elements), (*texts, *_friction(scene)))
+    return DraggedLines(model._replace(elements=elements), (*texts, *_friction_notes(scene)))
 
 
-def _friction(scene: Scene) -> Iterator[str]:
+def _friction_notes(scene: Scene) -> Iterator[str]:
     """What friction of the seabed means for the energy of lines."""
     for name, line in elements_of(scene, Catenary):
         if getattr(line, "friction", None):
@@ -136,7 +136,7 @@ def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
     return {str(name): (float(c), float(m)) for name, c, m in line_rows}
 
 
-def _fairlead(now: LineShape, scene: Scene, model: Model, state: State) -> Fairlead:
+def _fairlead_motion(now: LineShape, scene: Scene, model: Model, state: State) -> Fairlead:
     """A line at the start."""
     line = now.constants
     ends = now.ends
@@ -169,8 +169,8 @@ def _fixed_point(
     if not waves:
         return [_linearise_drag(at, still, False) for at in fairleads]
     regular = sum(sea.omega.size for sea in waves) == 1
-    omega, loads = _loads(model, state, waves, bodies)
-    D = _stiffness(model, state, omega)
+    omega, loads = _wave_loads(model, state, waves, bodies)
+    D = _dynamic_stiffness(model, state, omega)
     linearised: list[tuple[LinearisedDrag, float]] = []
     c = np.zeros(len(fairleads))
     for _ in range(ROUNDS):
@@ -199,7 +199,7 @@ def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[Lineari
     return LinearisedDrag(float(damping), float(drift)), sigma
 
 
-def _loads(
+def _wave_loads(
     model: Model, state: State, seas: Sequence[WaveComponents], bodies: Sequence[WaveBody]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (nb,) of bins, and covariances (nb, n, n) of the generalised loads in them."""
@@ -216,7 +216,7 @@ def _loads(
     return centres, np.array(spread)
 
 
-def _stiffness(model: Model, state: State, omega: np.ndarray) -> np.ndarray:
+def _dynamic_stiffness(model: Model, state: State, omega: np.ndarray) -> np.ndarray:
     """D(w), (nw, n, n), at the start, without drag of lines; a memory by convolution included."""
     n = model.bodies.active.size
     y = state.y.copy()

@@ -76,11 +76,12 @@ def _met_as_before(body: Body, start: Start) -> Body:
 def opened_start(start: Start) -> Start:
     """Start with its run in memory and the time of the stored state. Raises as `open_start`
     does."""
-    run = _read(start.run) if isinstance(start.run, Path | str) else start.run.load()
+    run = _read_run(start.run) if isinstance(start.run, Path | str) else start.run.load()
     if "state_value" not in run or "state_kind" not in run:
         found_text = "has no states" if "state_value" not in run else "does not name its states"
         raise InputError(
-            f"initial.run: {_source(run)} {found_text}, so no run can start from it; expected the"
+            f"initial.run: {_source_text(run)} {found_text}, so no run can start from"
+            " it; expected the"
             " result of `hydrosim run` or simulate of this version. Run that case again."
         )
     return Start(run, _stored_time(run, start.time))
@@ -98,17 +99,17 @@ def method_before(scene: Scene, accuracy: float) -> str | None:
     ``accuracy``; else None."""
     if scene.initial is None:
         return None
-    attributes = _run(scene).attrs
+    attributes = _open_run(scene).attrs
     same = float(attributes.get(ACCURACY, 0.0)) == accuracy
     return str(attributes["solver_method"]) if same else None
 
 
-def knows_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
+def has_slow_places(scene: Scene, met: Mapping[str, WaveForces]) -> bool:
     """Whether an `open_start` scene starts from a run that stored all its slow positions in waves.
     ``met`` has the positions where waves act, by body."""
     if scene.initial is None:
         return False
-    run = _run(scene)
+    run = _open_run(scene)
     there = {*run.state_owner.values[run.state_kind.values == StateKind.SLOW_PLACE]}
     return {*slow_bodies(scene, met)} <= there
 
@@ -118,7 +119,7 @@ def initial_headings(scene: Scene) -> list[float]:
     here = [body.heading + body.position[5] for body in scene.bodies]
     if scene.initial is None:
         return here
-    stored = np.atleast_1d(_run(scene).attrs.get(HEADINGS, here))
+    stored = np.atleast_1d(_open_run(scene).attrs.get(HEADINGS, here))
     return [float(x) for x in stored] if len(stored) == len(here) else here
 
 
@@ -145,12 +146,12 @@ def resumed_state(scene: Scene, model: Model, layout: StateLayout, fresh: State)
 
     Raises InputError if the stored state is not finite, or if its memory is too short.
     """
-    run = _run(scene)
+    run = _open_run(scene)
     time = start_time(scene)
     values = run.state_value.sel(state_time=time).values
     if not np.isfinite(values).all():
         text = f"its state at {time:g} s is not finite; start from an earlier time"
-        raise InputError(f"initial.run: {_source(run)}: {text}.")
+        raise InputError(f"initial.run: {_source_text(run)}: {text}.")
     there = dict(zip(run.state.values, values, strict=True))
     names = layout.names()
     is_known = np.array([name in there for name in names])
@@ -160,24 +161,24 @@ def resumed_state(scene: Scene, model: Model, layout: StateLayout, fresh: State)
     for i, entry in enumerate(layout.entries_of(StateKind.SLOW_DRAUGHT), model.draught):
         if not is_known[i]:  # at the draught of the body
             y[i] = there.get(Coordinate("heave", entry.owner).name, 0.0)
-    modes = _modes(scene, model, run, y, is_known)
-    return State(y, modes, _history(scene, model, run, fresh.history))
+    modes = _stored_modes(scene, model, run, y, is_known)
+    return State(y, modes, _restore_history(scene, model, run, fresh.history))
 
 
-def _run(scene: Scene) -> xr.Dataset:
+def _open_run(scene: Scene) -> xr.Dataset:
     assert scene.initial is not None
     assert not isinstance(scene.initial.run, Path | str)
     return scene.initial.run
 
 
-def _read(path: Path | str) -> xr.Dataset:
+def _read_run(path: Path | str) -> xr.Dataset:
     try:
         return read_run(Path(path))
     except InputError as error:
         raise InputError(f"initial.run: {error}") from None
 
 
-def _source(run: xr.Dataset) -> str:
+def _source_text(run: xr.Dataset) -> str:
     return str(run.encoding.get("source", "the dataset"))
 
 
@@ -189,7 +190,7 @@ def _stored_time(run: xr.Dataset, time: float | None) -> float:
     nearest = float(times[np.abs(times - time).argmin()])
     if np.isclose(nearest, time, rtol=1e-9, atol=1e-9):
         return nearest
-    text = f"initial.time: found {time:g} s; {_source(run)} has"
+    text = f"initial.time: found {time:g} s; {_source_text(run)} has"
     if times.size < run.sizes["time"]:
         raise InputError(
             f"{text} only its last whole state, at {nearest:g} s. Start there, or run that case"
@@ -201,7 +202,7 @@ def _stored_time(run: xr.Dataset, time: float | None) -> float:
 def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     """Raises InputError if bodies, degrees of freedom or radiation of an `open_start` scene differ
     from those of the run that it starts from."""
-    run = _run(scene)
+    run = _open_run(scene)
     moving = layout.moving()
     names = {entry.name: [q.name for q in entry.coordinates] for entry in moving}
     names |= {f"memory of {name}": [name] for name in memory_names(scene, model)}
@@ -221,14 +222,15 @@ def check_fit(scene: Scene, model: Model, layout: StateLayout) -> None:
     problem_text = "; ".join(
         f"{what} {_name_list(names)}" for what, names in problems.items() if names
     )
-    if not problem_text and not _same_fit(model, layout, run):
+    if not problem_text and not _has_same_fit(model, layout, run):
         problem_text = (
             "its radiation states belong to another fit (another database, other masses, or"
             " another program version)"
         )
     if problem_text:
         raise InputError(
-            f"initial.run: {_source(run)}: {problem_text}; expected the same bodies, degrees of"
+            f"initial.run: {_source_text(run)}: {problem_text}; expected the same"
+            " bodies, degrees of"
             " freedom and radiation in that run and in this scene. Change this case, or run the"
             " earlier case again."
         )
@@ -239,7 +241,7 @@ def _name_list(names: Sequence[str]) -> str:
     return ", ".join(names[:MAX_NAMES_SHOWN]) + more
 
 
-def _same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
+def _has_same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
     """Whether the radiation states that both have belong to one fit."""
     names = layout.names()[model.radiation :]
     here = radiation.input_rates(model.states)
@@ -248,7 +250,7 @@ def _same_fit(model: Model, layout: StateLayout, run: xr.Dataset) -> bool:
     return np.abs(missed).max(initial=0.0) <= SAME_FIT * np.abs(here).max(initial=0.0)
 
 
-def _modes(
+def _stored_modes(
     scene: Scene, model: Model, run: xr.Dataset, y: np.ndarray, is_known: np.ndarray
 ) -> np.ndarray:
     """Modes (rows, 3) of all units: the stored mode if it is possible, else that of a start from
@@ -264,15 +266,17 @@ def _modes(
     stored = settled.copy()
     at = run.sel(time=time, state_time=time)
     for kind, p in kinds_of(model):
-        _restore(kind, kind.modes(p), kind.unit_names(scene), at, modes_of_kind(kind, p, stored))
-    possible = _possible(time, y, stored, motion, model)
+        _restore_modes(
+            kind, kind.modes(p), kind.unit_names(scene), at, modes_of_kind(kind, p, stored)
+        )
+    possible = _possible_modes(time, y, stored, motion, model)
     for resetting in renewing:
         p = resetting.constants_in(model)
         resetting.renew(p, y, anew, modes_of_kind(resetting, p, possible[:, None])[:, 0], is_known)
     return np.where(possible[:, None], stored, settled)
 
 
-def _restore(
+def _restore_modes(
     kind: UnitKind, rows: ModeRows, names: Sequence[str], at: xr.Dataset, modes: np.ndarray
 ) -> None:
     """Stored modes of the units that the run has by name, ``at`` the time of the start."""
@@ -289,7 +293,7 @@ def _restore(
             modes[i, RISING] = int(stored[f"{kind.unit}_{rows.rising}"])
 
 
-def _possible(
+def _possible_modes(
     time: float, y: np.ndarray, modes: np.ndarray, motion: Motion, model: Model
 ) -> np.ndarray:
     """Whether each unit (rows,) is in contact, or on its curve, as its mode says."""
@@ -314,7 +318,7 @@ def _possible(
     return possible
 
 
-def _history(
+def _restore_history(
     scene: Scene, model: Model, run: xr.Dataset, fresh: VelocityHistory
 ) -> VelocityHistory:
     """Memory of a convolution before the start: ``fresh``, filled with the memory of the run."""
@@ -326,7 +330,7 @@ def _history(
     length = (len(kernel.K) - 1) * kernel.step
     if t[0] > max(0.0, time - length):
         raise InputError(
-            f"initial.time: found {time:g} s; {_source(run)} stores velocities from {t[0]:g} s"
+            f"initial.time: found {time:g} s; {_source_text(run)} stores velocities from {t[0]:g} s"
             f" on, and a convolution needs {length:g} s of them. Start at {t[0] + length:g} s or"
             " later."
         )
@@ -343,4 +347,4 @@ def started_from(scene: Scene) -> dict[str, object]:
     start = scene.initial
     if start is None or isinstance(start.run, Path | str):
         return {}
-    return {"initial_run": _source(start.run), "initial_time": start.time}
+    return {"initial_run": _source_text(start.run), "initial_time": start.time}

@@ -49,7 +49,7 @@ def roll_mode(body: Body, stiffness: np.ndarray, db: HydroDatabase | None) -> Ro
     if db is not None:
         total = total + database.require_array(db, "hydrostatic_stiffness")
     K = 0.5 * (total + total.T)[free_block]
-    coefficients = _coefficients(db)
+    coefficients = _roll_coefficients(db)
 
     def schur(w: float) -> complex:
         A, B = coefficients(w)
@@ -92,7 +92,7 @@ def _undamped_roll(
     return omega, float(u @ H @ u)
 
 
-def _coefficients(db: HydroDatabase | None) -> Matrices:
+def _roll_coefficients(db: HydroDatabase | None) -> Matrices:
     """Added mass and radiation damping (6, 6) over frequency [rad/s]: cubic splines, constant
     beyond those of the database."""
     if db is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compile.closed_joints import describe_dropped, moves_freely
+from hydrosim.compile.closed_joints import bodies_move_freely, describe_dropped
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_database
 from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.dofs import DOFS
@@ -50,8 +50,8 @@ from hydrosim.water.components import (
 )
 from hydrosim.water.current import current_table, draught_of, is_sheared
 from hydrosim.water.database_limits import lost_between_headings, shares_outside
-from hydrosim.water.quadratic_loads import second_order_at_rest
-from hydrosim.water.second_order import separate_headings
+from hydrosim.water.quadratic_loads import uses_second_order_at_rest
+from hydrosim.water.second_order import has_separate_headings
 from hydrosim.water.transfer import angle_between
 from hydrosim.water.wind import (
     REFERENCE_HEIGHT,
@@ -100,7 +100,7 @@ def meetings(
             between = chosen.headings != Place.MEAN or _is_between_headings(body, seas, db)
             between = between and body.wave_forces.first_order
             lost = lost_between_headings(db, seas) if between else None
-            fixed = second_order_at_rest(chosen, db)
+            fixed = uses_second_order_at_rest(chosen, db)
             yield Meeting(body, db, chosen.position, chosen.headings, lost, fixed)
 
 
@@ -128,7 +128,8 @@ def coarse_headings(meeting: Meeting) -> Iterator[str]:
         yield (
             f"bodies.{meeting.body.name}: {_loss_text(lost, db)}; expected less than"
             f" {HEADING_LOSS_WARNING:.0%}. Compute the database for headings"
-            f" {_spacing(db) / 2.0:.3g} deg apart, or choose waves that meet the body at a heading"
+            f" {_frequency_spacing(db) / 2.0:.3g} deg apart, or choose waves that meet"
+            " the body at a heading"
             " of the database."
         )
 
@@ -137,18 +138,19 @@ def said_of_current(scene: Scene, model: Model) -> Iterator[str]:
     """Note on the effect of the current on the added-mass loads of the bodies."""
     for b in model.headings.turning if scene.environment.current.speed else ():
         A = model.added_mass[6 * b : 6 * b + 2, 6 * b : 6 * b + 2]
-        yield _munk(scene, scene.bodies[b], A, float(np.hypot(*model.headings.current[b])))
+        yield _munk_note(scene, scene.bodies[b], A, float(np.hypot(*model.headings.current[b])))
 
 
 def _loss_text(lost: tuple[float, float], db: HydroDatabase) -> str:
     return (
-        f"the headings of {db.source} are {_spacing(db):.3g} deg apart; interpolation between"
+        f"the headings of {db.source} are {_frequency_spacing(db):.3g} deg apart;"
+        " interpolation between"
         f" them loses about {lost[0]:.1%} of the first-order forces and {lost[1]:.1%} of the"
         " moments in this sea"
     )
 
 
-def _spacing(db: HydroDatabase) -> float:
+def _frequency_spacing(db: HydroDatabase) -> float:
     return 360.0 / db.heading.size
 
 
@@ -162,7 +164,7 @@ def _is_between_headings(body: Body, seas: Sequence[WaveComponents], db: HydroDa
     return bool(energy[off > AT_NODE].sum() > MAX_ENERGY_BETWEEN_HEADINGS * energy.sum())
 
 
-def _munk(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:
+def _munk_note(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:
     """Note on the Munk moment, which measured coefficients often contain as well, for the ``speed``
     of the current on the body."""
     largest = 0.5 * abs(A[1, 1] - A[0, 0]) * speed**2
@@ -281,7 +283,9 @@ def notes_of_sea(
             warnings.extend(range_warnings(seas, body, alone[body.name]))
             warnings.extend(_heading_warnings(seas, body, alone[body.name]))
     dropped = list(describe_dropped(scene, derived.model, state))
-    shared = moves_freely(derived.model)  # otherwise a locked or mirrored direction may hold them
+    shared = bodies_move_freely(
+        derived.model
+    )  # otherwise a locked or mirrored direction may hold them
     warnings.extend(dropped if shared else ())
     met = list(meetings(scene, derived, seas))
     warnings.extend(text for meeting in met for text in coarse_headings(meeting))
@@ -292,7 +296,7 @@ def notes_of_sea(
             *_skipped_loads(scene, derived.model, alone, seas, notes.zero),
             *(() if shared else dropped),
         ),
-        records=(*_records(scene), *_jumps(scene)),
+        records=(*_record_notes(scene), *_jump_notes(scene)),
         seas=tuple(_describe_trains(scene, alone)),
         meetings=(*notes_of_waves, *said_of_current(scene, derived.model)),
         streams=tuple(said_of_streams(scene, derived.model)),
@@ -344,7 +348,7 @@ def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str
     """Warnings about QTFs without pairs of different headings."""
     second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
     for waves in seas if second else ():
-        if separate_headings(db, waves):
+        if has_separate_headings(db, waves):
             yield (
                 f"{db.source} has QTFs for pairs of waves of one heading only: pairs of waves of"
                 f" different headings give {body.name} no second-order load."
@@ -397,7 +401,7 @@ def _figures_of_train(train: WaveTrain, state: SeaState, units: Units) -> Iterat
         yield "long-crested"
 
 
-def _records(scene: Scene) -> Iterator[str]:
+def _record_notes(scene: Scene) -> Iterator[str]:
     """Notes on left-out parts of recorded elevations, and on the accuracy of splines through
     recorded forces."""
     for train in scene.environment.waves:
@@ -419,7 +423,7 @@ def _records(scene: Scene) -> Iterator[str]:
             )
 
 
-def _jumps(scene: Scene) -> Iterator[str]:
+def _jump_notes(scene: Scene) -> Iterator[str]:
     """Notes on forces that jump at corners of tables."""
     for name, element in scene.forces.items():
         for key, jump in element.jumps():

@@ -17,7 +17,7 @@ from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import coordinate_names
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import Admittance, Change, at_frequencies, find_admittances
+from hydrosim.linear.modes import Admittance, Change, find_admittances, interpolate_frequencies
 from hydrosim.multibody.kinematics import moving_dofs, slopes_at_rest
 from hydrosim.scene import (
     AutomaticRadiation,
@@ -47,7 +47,7 @@ MOST_WAVES = 2e6  # waves of all trains
 CONTAINER = Path("/sys/fs/cgroup/memory.max")
 
 
-class MemoryUse(NamedTuple):
+class RamUse(NamedTuple):
     """A use of memory: the key and value that cause it, the ``bytes``, and the remedy."""
 
     key: str
@@ -57,13 +57,13 @@ class MemoryUse(NamedTuple):
 
 def memory_needed(scene: Scene) -> float:
     """Memory [bytes] that a run needs, within a factor of about two."""
-    return sum(part.memory for part in _parts(scene))
+    return sum(part.memory for part in _ram_uses(scene))
 
 
 def result_size(scene: Scene) -> float:
     """Approximate size [bytes] of the result of a run."""
-    states = _states(scene) if scene.output_states else 0.0
-    return NUMBER * _records(scene) * (_channels(scene) + states)
+    states = _estimated_states(scene) if scene.output_states else 0.0
+    return NUMBER * _record_count(scene) * (_numbers_per_record(scene) + states)
 
 
 def check_sizes(scene: Scene) -> None:
@@ -75,21 +75,22 @@ def check_sizes(scene: Scene) -> None:
             f" steps; expected at most {MOST_STEPS:g}, which take months. Shorten the duration."
         )
     for body in scene.bodies:
-        if _rows(body) > MOST_ROWS:
+        if _row_count(body) > MOST_ROWS:
             raise InputError(
-                f"bodies.{body.name}.radiation: found a table of {_rows(body):.3g} rows (length"
+                f"bodies.{body.name}.radiation: found a table of"
+                f" {_row_count(body):.3g} rows (length"
                 f" over step); expected at most {MOST_ROWS:,}. Choose a larger step; it does not"
                 " depend on the step of the run."
             )
-    count = sum(_waves(scene))
+    count = sum(_wave_counts(scene))
     if count > MOST_WAVES:
         raise InputError(
             f"environment.waves.repeat_period: found {count:.1e} waves in all trains, and"
             f" components of gusts; expected at most {MOST_WAVES:g}. Choose periods about as long"
             " as the run, or fewer trains."
         )
-    largest = max(_parts(scene), key=lambda part: part.memory)
-    most = _available()
+    largest = max(_ram_uses(scene), key=lambda part: part.memory)
+    most = _available_bytes()
     if memory_needed(scene) > most:
         raise InputError(
             f"{largest.key}: the run needs about {size_text(memory_needed(scene))} of memory,"
@@ -107,24 +108,28 @@ def size_text(size: float) -> str:
     return f"{size / 1000.0:.3g} TB"
 
 
-def _parts(scene: Scene) -> Iterator[MemoryUse]:
+def _ram_uses(scene: Scene) -> Iterator[RamUse]:
     motions = 6 * len(scene.bodies)
     # records are copied once for the dataset
-    recorded = NUMBER * _records(scene) * (2.0 * _channels(scene) + _states(scene))
-    yield MemoryUse("output.step", recorded, "Record less often, or make a shorter run")
+    recorded = (
+        NUMBER
+        * _record_count(scene)
+        * (2.0 * _numbers_per_record(scene) + _estimated_states(scene))
+    )
+    yield RamUse("output.step", recorded, "Record less often, or make a shorter run")
     # components, their loads, and a table over time of both
     wave = NUMBER * (6 + 8 * (1 + motions))
-    waves = wave * sum(_waves(scene))
-    yield MemoryUse("environment.waves.repeat_period", waves, "Shorten it")
+    waves = wave * sum(_wave_counts(scene))
+    yield RamUse("environment.waves.repeat_period", waves, "Shorten it")
     tables = NUMBER * 3 * FINER * 36 * _rows_of_pairs(scene)
-    yield MemoryUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
+    yield RamUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
 
 
-def _records(scene: Scene) -> float:
+def _record_count(scene: Scene) -> float:
     return scene.duration / scene.output_step + 1.0
 
 
-def _channels(scene: Scene) -> float:
+def _numbers_per_record(scene: Scene) -> float:
     """Numbers in a stored record."""
     motions = 6 * len(scene.bodies)
     forces = 4 + len(scene.forces)
@@ -133,12 +138,12 @@ def _channels(scene: Scene) -> float:
     return 6.0 + rates * motions + forces * (2.0 + motions) + 20.0 * points + len(scene.wave_probes)
 
 
-def _states(scene: Scene) -> float:
+def _estimated_states(scene: Scene) -> float:
     """Estimated number of states of a scene, with a usual number of radiation states."""
     return sum(12.0 + (60.0 if body.hydrodynamics is not None else 0.0) for body in scene.bodies)
 
 
-def _rows(body: Body) -> float:
+def _row_count(body: Body) -> float:
     table = body.radiation
     if body.hydrodynamics is None or not isinstance(
         table, AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
@@ -150,9 +155,9 @@ def _rows(body: Body) -> float:
 
 def _rows_of_pairs(scene: Scene) -> float:
     """Rows of the tables of all pairs of bodies of one database; others do not feel each other."""
-    wet = [body for body in scene.bodies if _rows(body) > 0.0]
+    wet = [body for body in scene.bodies if _row_count(body) > 0.0]
     pairs = Counter(_database_key(body) for body in wet)
-    return sum(_rows(body) * pairs[_database_key(body)] for body in wet)
+    return sum(_row_count(body) * pairs[_database_key(body)] for body in wet)
 
 
 def _database_key(body: Body) -> tuple[object, ...]:
@@ -162,7 +167,7 @@ def _database_key(body: Body) -> tuple[object, ...]:
     return (body.hydrodynamics, *body.location, body.heading)
 
 
-def _waves(scene: Scene) -> Iterator[float]:
+def _wave_counts(scene: Scene) -> Iterator[float]:
     """Number of waves in each random sea, and of components of gusts."""
     for train in scene.environment.waves:
         if isinstance(train.spectrum, Density):
@@ -171,7 +176,7 @@ def _waves(scene: Scene) -> Iterator[float]:
         yield gusts.highest * gusts.repeat_period / (2.0 * pi)
 
 
-def _available() -> float:
+def _available_bytes() -> float:
     """Memory of the machine [bytes], or of the container."""
     most = inf
     if hasattr(os, "sysconf"):
@@ -209,22 +214,22 @@ class MemoryErrors:
 
     def __str__(self) -> str:
         told = f"{self.names}: a memory of {self.longer:g} s instead of {self.length:g} s would"
-        cut = f"{told} change motions by at most {_size(self.cut)}"
+        cut = f"{told} change motions by at most {_size_text(self.cut)}"
         if self._is_all:
             cut += f" ({self._limit})"
-        return f"{cut}; the fits do so by at most {_size(self.fit)}" if self.fit else cut
+        return f"{cut}; the fits do so by at most {_size_text(self.fit)}" if self.fit else cut
 
     def warnings(self) -> Iterator[str]:
         """Warnings about changes that are too large to ignore."""
         if self.fit and self.fit[0].size > FIT_WARNED:
             yield (
                 f"radiation of {self.names}: the state-space fits may change motions by"
-                f" {_size(self.fit)}; give a smaller `tolerance` or `model: convolution`."
+                f" {_size_text(self.fit)}; give a smaller `tolerance` or `model: convolution`."
             )
         if self.cut[0].size > CUT_WARNED:
             yield (
                 f"radiation of {self.names}: truncation of its memory at {self.length:g} s may"
-                f" change motions by {_size(self.cut)}; {self._remedy}."
+                f" change motions by {_size_text(self.cut)}; {self._remedy}."
             )
 
     @property
@@ -255,18 +260,18 @@ def memory_errors(
 ) -> tuple[MemoryErrors, ...]:
     """Errors of all databases with a memory, with all other forces linearised about ``state``."""
     moving = moving_dofs(model.bodies)
-    groups = [group for group in wet if np.isin(group.dofs, moving).any() and _remembers(group)]
+    groups = [group for group in wet if np.isin(group.dofs, moving).any() and _has_memory(group)]
     if not groups:
         return ()
     duration = time + scene.duration  # a continued run remembers earlier velocities
     spectra = [_spectra(group, duration) for group in groups]
     w = np.unique(np.concatenate([_refine_frequencies(of.w) for of in spectra]))
     K = [
-        _to_body_coordinates(group, at_frequencies(w, of.w, of.K))
+        _to_body_coordinates(group, interpolate_frequencies(w, of.w, of.K))
         for group, of in zip(groups, spectra, strict=True)
     ]
     s = 1.0 / duration + 1j * w
-    linear = _without_memory(model, state, time)
+    linear = _linearise_without_memory(model, state, time)
     slopes = slopes_at_rest(model.bodies)
     admittances = find_admittances(s, [slopes[group.dofs] for group in groups], K, linear)
     names = coordinate_names(scene)
@@ -284,19 +289,19 @@ def memory_errors(
             LONGER * float(group.memory.time[-1]),
             resolved_length(group.database.frequency),
             change(group, group_errors, _fit_error(group, w, of, duration)) if group.fits else None,
-            change(group, group_errors, at_frequencies(w, of.w, of.cut)),
+            change(group, group_errors, interpolate_frequencies(w, of.w, of.cut)),
         )
         for group, of, group_errors in zip(groups, spectra, admittances, strict=True)
     )
 
 
-def _without_memory(model: Model, state: State, time: float) -> Linear:
+def _linearise_without_memory(model: Model, state: State, time: float) -> Linear:
     """Linearised matrices of positions and rates, with all forces except the memory."""
     others = model._replace(convolution=convolution_model(1.0, np.zeros((2, 0, 0))))
     return linearise(others, state, time=time, states=np.arange(2 * model.bodies.active.size))
 
 
-def _remembers(group: HydrodynamicGroup) -> bool:
+def _has_memory(group: HydrodynamicGroup) -> bool:
     return group.radiation is not None and not isinstance(group.radiation, ConstantRadiation)
 
 
@@ -312,7 +317,7 @@ def _fit_error(group: HydrodynamicGroup, w: np.ndarray, of: Spectra, duration: f
     for fit in group.fits:
         block = fit.dofs[:, None], fit.dofs
         missed[:, *block] = fit.modes.transfer_function(s) - of.K[:, *block]
-    return at_frequencies(w, of.w, missed)
+    return interpolate_frequencies(w, of.w, missed)
 
 
 def _to_body_coordinates(group: HydrodynamicGroup, values: np.ndarray) -> np.ndarray:
@@ -331,6 +336,6 @@ def _refine_frequencies(w: np.ndarray) -> np.ndarray:
     )
 
 
-def _size(change: tuple[Change, str]) -> str:
+def _size_text(change: tuple[Change, str]) -> str:
     largest, name = change
     return f"{largest.size:.1e} ({name}, at {2.0 * np.pi / largest.w:.3g} s)"

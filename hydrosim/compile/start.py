@@ -60,13 +60,13 @@ def states_at_rest(scene: Scene, model: Model, state: State) -> np.ndarray:
         unit = "N" if lost.dof in DOFS[:3] else "N m"
         raise InputError(
             f"initial: {PROMISE}, and nothing carries {rest.drift[worst]:.4g} {unit} in"
-            f" {lost.name}{_nearest(scene, model, rest.state)}; expected supports, lines or"
+            f" {lost.name}{_nearest_note(scene, model, rest.state)}; expected supports, lines or"
             " buoyancy that carry it."
         )
     return rest.state.y
 
 
-def _nearest(scene: Scene, model: Model, state: State) -> str:
+def _nearest_note(scene: Scene, model: Model, state: State) -> str:
     """Text on the nearest open contact, for a body that hovers over it."""
     fenders = model.elements.fenders
     motion = new_work(model).motion
@@ -103,11 +103,11 @@ def first_state(scene: Scene, model: Model) -> State:
     motion = new_work(model).motion
     y[model.draught : model.energy] = steady_filters(model.family, bodies.locked)
     speeds = np.concatenate([b.velocity for b in scene.bodies])
-    y[n : 2 * n] = _rates(bodies, motion, y[:n], speeds)
+    y[n : 2 * n] = _start_rates(bodies, motion, y[:n], speeds)
     follow_at(0.0, y, model)
     place_bodies(y[:n], y[n : 2 * n], bodies, motion)
     set_initial_modes(0.0, y, modes, motion, bodies, model.elements, tanks)
-    state = State(y, modes, _history(scene, model))
+    state = State(y, modes, _start_history(scene, model))
     keep_independent_rows(model, state)
     start_followers(model, state)
     if scene.at_rest:
@@ -136,7 +136,7 @@ def with_slow_places(
 ) -> State:
     """The state with slow positions in waves of bodies that have always moved as they do now. Slow
     positions of an earlier run are kept. ``met`` has the positions where waves act, by body."""
-    if not model.following.slow.any() or restart.knows_slow_places(scene, met):
+    if not model.following.slow.any() or restart.has_slow_places(scene, met):
         return state
     y = state.y.copy()
     motion = motion_at(model, y)
@@ -147,7 +147,7 @@ def with_slow_places(
     return state._replace(y=y)
 
 
-def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+def _start_rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Rates of the free coordinates for given velocities (6 nb,). Rates of angles are E^-1
     omega."""
     place_bodies(q, np.zeros_like(q), bodies, motion)
@@ -158,7 +158,7 @@ def _rates(bodies: Bodies, motion: Motion, q: np.ndarray, velocity: np.ndarray) 
     return np.concatenate([rates, bodies.tree.start[:, 1]])[bodies.active]
 
 
-def _history(scene: Scene, model: Model) -> radiation.VelocityHistory:
+def _start_history(scene: Scene, model: Model) -> radiation.VelocityHistory:
     """Arrays for the memory of a convolution."""
     own_dofs = model.bodies.each.size + model.family.owner.size
     return radiation.new_history(model.convolution, 6 * own_dofs, grid_step(scene))

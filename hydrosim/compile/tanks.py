@@ -30,12 +30,12 @@ from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
 from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
 from hydrosim.tanks.surface import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 from hydrosim.tanks.timeline import (
-    at_start,
     body_without,
     integrate_tanks,
     least_moment,
     loaded_body,
     symmetric_matrix,
+    tanks_at_start,
 )
 from hydrosim.water.current import currents_on
 
@@ -45,7 +45,7 @@ DENSITY_RTOL = 1e-9  # relative difference of densities
 def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
     """Refuse a body that without the contents of its tanks is heavier than its displacement [kg]:
     at rest, or of the whole hull if it ``sinks``."""
-    empty = body.mass - sum(t.density * volume for t, volume in at_start(body.tanks))
+    empty = body.mass - sum(t.density * volume for t, volume in tanks_at_start(body.tanks))
     if body.tanks and empty > displaced:
         raise InputError(
             f"bodies.{body.name}.lightship: found {empty:.4g} kg without the contents of tanks;"
@@ -136,7 +136,7 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
 
 def _check_lightship(body: Body) -> None:
     """Refuse a body whose tanks hold more than its mass."""
-    mass = body.mass - sum(t.density * volume for t, volume in at_start(body.tanks))
+    mass = body.mass - sum(t.density * volume for t, volume in tanks_at_start(body.tanks))
     if mass <= 0.0:
         raise InputError(
             f"bodies.{body.name}: found {body.mass:.4g} kg in all and {body.mass - mass:.4g} kg"
@@ -176,7 +176,9 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
     for body in scene.bodies:
         here = [(tank, next(held)) for tank in changing_tanks(body)]
         gone = [
-            (tank, volume) for tank, volume in at_start(body.tanks) if tank in changing_tanks(body)
+            (tank, volume)
+            for tank, volume in tanks_at_start(body.tanks)
+            if tank in changing_tanks(body)
         ]
         left = body_without(body, gone)
         least = least_moment(body, loaded_body(left.mass, left.centre, left.inertia, here).inertia)
@@ -201,13 +203,16 @@ def tanks_of(scene: Scene) -> Tanks:
         return no_tanks()
     changing = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing_tanks(body)]
     index = {(b, tank.name): k for k, (b, tank) in enumerate(changing)}
-    image = [index.get((b, _image(scene.bodies[b], t)), k) for k, (b, t) in enumerate(changing)]
-    shapes = [_shape(tank, scene.bodies[b], scene) for b, tank in changing]
+    image = [
+        index.get((b, _mirror_image_name(scene.bodies[b], t)), k)
+        for k, (b, t) in enumerate(changing)
+    ]
+    shapes = [_tank_pieces(tank, scene.bodies[b], scene) for b, tank in changing]
     cut = {(liquid.body, liquid.tank.name): k for k, liquid in enumerate(cut_tanks(scene))}
     liquids = [cut.get((b, tank.name), -1) for b, tank in changing]
     last = np.cumsum([len(shape) for shape in shapes]) - 1
     begun = [0, *(last[:-1] + 1)]
-    flows, rates = _flows(scene, index)
+    flows, rates = _compile_flows(scene, index)
     names = row_names(scene)
     pumping = {body.name for body in scene.bodies if changing_tanks(body)}
     constants = Tanks(
@@ -219,7 +224,9 @@ def tanks_of(scene: Scene) -> Tanks:
             dtype=TANK,
         ),
         np.concatenate(shapes),
-        np.array([_rest(b, scene) for b in sorted({b for b, _ in changing})], dtype=REST),
+        np.array(
+            [_body_without_contents(b, scene) for b in sorted({b for b, _ in changing})], dtype=REST
+        ),
         np.array(flows, dtype=FLOW),
         np.array(rates, dtype=PUMP_RATE_DTYPE),
         names.index(BALLAST),
@@ -241,7 +248,7 @@ def steady_surface(body: Body, scene: Scene) -> np.ndarray:
     )
 
 
-def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
+def _tank_pieces(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     """Pieces of a tank about the origin of its body, without the free surface if it is frozen or
     cut."""
     tank_pieces = pieces(tank.shape, np.asarray(body.centre_of_gravity))
@@ -252,17 +259,17 @@ def _shape(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
 
 def _contents_at_start(tank: Tank, body: Body, scene: Scene) -> np.ndarray:
     """Quantities of `shapes` for a tank at its first level."""
-    return quantities_at(_shape(tank, body, scene), volume_at(tank.shape, tank.level))
+    return quantities_at(_tank_pieces(tank, body, scene), volume_at(tank.shape, tank.level))
 
 
-def _image(body: Body, tank: Tank) -> str:
+def _mirror_image_name(body: Body, tank: Tank) -> str:
     """Name of the tank that is the mirror image of a tank; its own name if there is none."""
     tanks, _ = image_indices(body)
     tank_image = tanks[body.tanks.index(tank)]
     return tank.name if tank_image is None else body.tanks[tank_image].name
 
 
-def _rest(b: int, scene: Scene) -> tuple[object, ...]:
+def _body_without_contents(b: int, scene: Scene) -> tuple[object, ...]:
     """Mass properties of a body without the contents of changing tanks."""
     body = scene.bodies[b]
     mass, moment, inertia = body.mass, np.zeros(3), np.array(body.inertia, dtype=float)
@@ -275,7 +282,9 @@ def _rest(b: int, scene: Scene) -> tuple[object, ...]:
     return b, mass, moment, inertia, steady_surface(body, scene), not body.constant_inertia
 
 
-def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple], list[tuple]]:
+def _compile_flows(
+    scene: Scene, index: dict[tuple[int, str], int]
+) -> tuple[list[tuple], list[tuple]]:
     """Constants `FLOW` and `PUMP_RATE_DTYPE` of all flows."""
     flows: list[tuple] = []
     rates: list[tuple] = []
@@ -284,10 +293,10 @@ def _flows(scene: Scene, index: dict[tuple[int, str], int]) -> tuple[list[tuple]
         begun, (_, others) = len(flows), image_indices(body)
         for k, pump in enumerate(body.pumps):
             first, waits = len(rates), is_triggered(pump)
-            rates += [(inf, pump.rate)] if waits else _pieces(pump)
+            rates += [(inf, pump.rate)] if waits else _pump_pieces(pump)
             ends = (index.get((b, str(name)), SEA_INDEX) for name in (pump.source, pump.target))
             whens = (None, None) if waits else (pump.start, pump.stop)
-            limits = [x for when in whens for x in _level(b, when, tanks, index)]
+            limits = [x for when in whens for x in _level_condition(b, when, tanks, index)]
             kind = _is_watched(pump, body), waits, inertial
             other = others[k]
             image = begun + (k if other is None else other)
@@ -309,7 +318,7 @@ def _is_watched(pump: Pump, body: Body) -> bool:
     return not (isinstance(pump.stop, float | int) and foreseen)
 
 
-def _pieces(pump: Pump) -> Iterator[tuple[float, float]]:
+def _pump_pieces(pump: Pump) -> Iterator[tuple[float, float]]:
     """Rates of a pump, with the times at which each ends."""
     if isinstance(pump.start, float | int):
         yield pump.start, 0.0
@@ -330,7 +339,7 @@ def _planned_rates(tank: Tank) -> Iterator[tuple[float, float]]:
     yield inf, 0.0
 
 
-def _level(
+def _level_condition(
     b: int, when: object, tanks: dict[str, Tank], index: dict[tuple[int, str], int]
 ) -> tuple[int, float, float]:
     """Tank, volume and sign of the level that an event waits for; the sea if there is no tank."""
@@ -353,16 +362,16 @@ def weights_of(scene: Scene, alone: Mapping[str, HydroDatabase], rows: Sequence[
             whole = scene.environment.water_density * integrals(body.hydrostatics.corners).volume
             check_lightship(body, whole, sinks=True)
         elif body.name in alone:
-            check_lightship(body, _buoyancy(body, alone) / scene.environment.gravity)
+            check_lightship(body, _buoyancy_at_rest(body, alone) / scene.environment.gravity)
     return Weights(
         np.array(carried, dtype=np.int64),
-        np.array([_buoyancy(scene.bodies[i], alone) for i in carried], dtype=float),
+        np.array([_buoyancy_at_rest(scene.bodies[i], alone) for i in carried], dtype=float),
         rows.index(WEIGHT) if carried else HYDROSTATIC,
         scene.environment.gravity,
     )
 
 
-def _buoyancy(body: Body, alone: Mapping[str, HydroDatabase]) -> float:
+def _buoyancy_at_rest(body: Body, alone: Mapping[str, HydroDatabase]) -> float:
     """Buoyancy rho g V of a body at rest [N]; 0 for a dry body, and for one whose hull gives it."""
     if body.name not in alone or body.hydrostatics is not None:
         return 0.0
@@ -386,14 +395,14 @@ def _check_supports(scene: Scene, alone: Mapping[str, HydroDatabase]) -> None:
 
 def _supported_bodies(scene: Scene, alone: Mapping[str, HydroDatabase]) -> set[str]:
     """Names of the bodies that float, that are held, or that hang on or rest on such bodies."""
-    standing = {body.name for body in scene.bodies if _stands(body, alone)}
-    links = list(_links(scene))
+    standing = {body.name for body in scene.bodies if _has_heave_restoring(body, alone)}
+    links = list(_carrying_pairs(scene))
     for _ in scene.bodies:  # chains of bodies are at most this long
         standing |= {a for a, b in links if b is None or b in standing}
     return standing
 
 
-def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
+def _has_heave_restoring(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
     if "heave" not in body.dofs or body.hydrostatics is not None:
         return True
     if body.name not in alone:
@@ -401,14 +410,14 @@ def _stands(body: Body, alone: Mapping[str, HydroDatabase]) -> bool:
     return bool(require_array(alone[body.name], "hydrostatic_stiffness")[2, 2] > 0.0)
 
 
-def _links(scene: Scene) -> Iterator[tuple[str, str | None]]:
+def _carrying_pairs(scene: Scene) -> Iterator[tuple[str, str | None]]:
     """Pairs of bodies: the second may carry the first; None is the earth."""
     for joint in scene.joints.values():
         yield joint.body, joint.to
         if joint.to is not None:
             yield joint.to, joint.body
     for element in scene.forces.values():
-        if element.supports_weight():
+        if element.can_carry_weight():
             others = [name for _, name in element.connected_bodies()] or [None]
             for other in others:
                 yield element.body, other

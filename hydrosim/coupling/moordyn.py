@@ -54,7 +54,7 @@ class MoorDyn:
     """The function of the force: MoorDyn's lines, which remember."""
 
     def __init__(self, file: Path, body: str | Mapping[int, str]) -> None:
-        self._library = _library()
+        self._library = _load_library()
         if not file.is_file():
             raise InputError(f"moordyn: there is no file {file}; expected an input of MoorDyn.")
         self._file = file
@@ -64,7 +64,7 @@ class MoorDyn:
             text = f"{file}: MoorDyn cannot read it ({error}); what it printed above has the line."
             raise InputError(text) from error
         coupled = self._coupled_points()
-        self._owners = _owners(file, coupled, body)
+        self._owners = _point_owners(file, coupled, body)
         self._rest = np.array(list(coupled.values()))
         self.bodies = list(dict.fromkeys(self._owners))
         self._points: np.ndarray | None = None
@@ -134,7 +134,7 @@ class MoorDyn:
         before = self._place
         for k in range(pieces):
             x = (k + 1) / pieces
-            after = _along_cubic(x, step, self._place, self._speed, place, speed)
+            after = _places_on_cubic(x, step, self._place, self._speed, place, speed)
             rate = (after - before) / short
             now = self._time + k * short
             there = before.ravel().tolist()
@@ -180,7 +180,7 @@ class MoorDyn:
             self._library.Close(self._system)
 
 
-def _library() -> Any:
+def _load_library() -> Any:
     try:
         return import_module("moordyn")
     except ImportError:
@@ -190,7 +190,7 @@ def _library() -> Any:
         ) from None
 
 
-def _owners(
+def _point_owners(
     file: Path, points: Mapping[int, tuple[float, ...]], body: str | Mapping[int, str]
 ) -> list[str]:
     """Name of the body of each coupled point."""
@@ -213,7 +213,7 @@ def _own_step(file: Path) -> float:
     return USUAL_STEP
 
 
-def _along_cubic(
+def _places_on_cubic(
     x: float, h: float, a: np.ndarray, va: np.ndarray, b: np.ndarray, vb: np.ndarray
 ) -> np.ndarray:
     """Places at the fraction ``x`` of a step of ``h`` [s], on the cubic from the places ``a`` to

@@ -13,7 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown_name_message
-from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
+from hydrosim.database.database import (
+    Complex,
+    HydroDatabase,
+    Real,
+    require_array,
+    select_frequencies,
+)
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
@@ -145,7 +151,7 @@ def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
     if changes.bodies_apart:
         db = _uncouple_bodies(db)
     if changes.symmetrise:
-        db = _symmetric(db)
+        db = _make_symmetric(db)
     changes_text = [*filter(None, [db.attributes.get(CHANGED_ATTRIBUTE)]), *_change_words(changes)]
     more = {CHANGED_ATTRIBUTE: "; ".join(changes_text)} if changes_text else {}
     if changes.accept:
@@ -181,7 +187,7 @@ def _cut_frequencies(db: HydroDatabase, lowest: float, highest: float) -> HydroD
             f" {db.source} has {np.count_nonzero(keep)} frequencies; expected at least two, of"
             f" {db.frequency[0]:g} to {db.frequency[-1]:g} rad/s."
         )
-    return of_frequencies(db, keep)
+    return select_frequencies(db, keep)
 
 
 def _drop_part(db: HydroDatabase, part: Without) -> HydroDatabase:
@@ -204,10 +210,10 @@ def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
     body = np.arange(6 * db.bodies) // 6
     same_body = (body[:, None] == body).astype(float)
     attributes = {**db.attributes, BODIES_APART: "yes"}
-    return replace(db, **_matrices(db, same_body), attributes=attributes)
+    return replace(db, **_transformed_matrices(db, same_body), attributes=attributes)
 
 
-def _symmetric(db: HydroDatabase) -> HydroDatabase:
+def _make_symmetric(db: HydroDatabase) -> HydroDatabase:
     """Database with symmetric matrices. If bodies are symmetric, entries that couple symmetric with
     antisymmetric motions are zero."""
     halves = replace(
@@ -221,9 +227,11 @@ def _symmetric(db: HydroDatabase) -> HydroDatabase:
     if not db.port_starboard_symmetric:
         return halves
     sign = np.tile(MIRROR_SIGN, db.bodies)
-    return replace(halves, **_matrices(halves, (np.outer(sign, sign) > 0).astype(float)))
+    return replace(
+        halves, **_transformed_matrices(halves, (np.outer(sign, sign) > 0).astype(float))
+    )
 
 
-def _matrices(db: HydroDatabase, weight: Real) -> dict[str, Any]:
+def _transformed_matrices(db: HydroDatabase, weight: Real) -> dict[str, Any]:
     values = {name: getattr(db, name) for name in MATRIX_VARIABLES}
     return {name: value * weight for name, value in values.items() if value is not None}

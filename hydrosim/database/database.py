@@ -251,7 +251,7 @@ _BY_FREQUENCY = (
 )
 
 
-def of_frequencies(db: HydroDatabase, keep: NDArray[np.bool_]) -> HydroDatabase:
+def select_frequencies(db: HydroDatabase, keep: NDArray[np.bool_]) -> HydroDatabase:
     """Database with some of its frequencies (nw,). Quadratic transfer functions have their own
     frequencies and are unchanged."""
     values = {name: getattr(db, name) for name in _BY_FREQUENCY}
@@ -268,12 +268,12 @@ def _full_circle(db: HydroDatabase, angle: Real) -> tuple[Real, NDArray[np.intp]
         mirrored = np.concatenate([mirrored, ~mirrored])
     angle = np.mod(angle, TURN_RAD)
     angle[TURN_RAD - angle < SAME_HEADING] = 0.0
-    keep = np.unique(_directions(angle), axis=0, return_index=True)[1]
+    keep = np.unique(_unit_directions(angle), axis=0, return_index=True)[1]
     sign = np.where(mirrored[keep, None], np.tile(MIRROR_SIGN, db.bodies), 1.0)
     return angle[keep], rows[keep], sign
 
 
-def _directions(angle: Real) -> NDArray[np.intp]:
+def _unit_directions(angle: Real) -> NDArray[np.intp]:
     """Integers that increase with the angles, equal for equal directions."""
     order = np.argsort(angle, axis=None)
     numbers = np.empty(angle.size, dtype=np.intp)

@@ -64,12 +64,12 @@ WATERPLANE_ROUNDING = 1e-9  # of the volume to 2/3: area of a waterplane that is
 def read_hull(path: Path, keys: MeshKeys = MeshKeys()) -> Hull:
     """Closed hull in a mesh file of any format that meshio reads; the ``keys`` place it. Raises
     `InputError` if it cannot be read, is open, or does not cross the water surface."""
-    return close_hull(keys.to_database_frame(_read(path)), str(path))
+    return close_hull(keys.to_database_frame(_read_triangles(path)), str(path))
 
 
 def read_closed(path: Path, keys: MeshKeys = MeshKeys()) -> Triangles:
     """The triangles of any closed mesh file, as `read_hull` reads it."""
-    return with_outward_normals(keys.to_database_frame(_read(path)), str(path))
+    return with_outward_normals(keys.to_database_frame(_read_triangles(path)), str(path))
 
 
 def close_hull(corners: Triangles, source: str) -> Hull:
@@ -175,10 +175,10 @@ def read_quietly(read: Callable[[Path], Any], path: Path, formats: str) -> Any:
         ) from error
 
 
-def _read(path: Path) -> Triangles:
+def _read_triangles(path: Path) -> Triangles:
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such file; expected the mesh of a closed hull.")
-    parts = read_quietly(_parts, path, "meshio knows, such as .stl, .obj, .ply or .msh")
+    parts = read_quietly(_split_parts, path, "meshio knows, such as .stl, .obj, .ply or .msh")
     if not parts or not np.isfinite(np.concatenate(parts)).all():
         raise InputError(
             f"{path}: found no triangles or quadrilaterals, or coordinates that are not finite"
@@ -187,7 +187,7 @@ def _read(path: Path) -> Triangles:
     return np.concatenate(parts).astype(float)
 
 
-def _parts(path: Path) -> list[Triangles]:
+def _split_parts(path: Path) -> list[Triangles]:
     import meshio  # slow to load, and few scenes need it
 
     mesh = meshio.read(path)

@@ -12,13 +12,13 @@ import numpy as np
 
 from hydrosim.database import netcdf
 from hydrosim.database.changes import apply_changes
-from hydrosim.database.checks import EVERYTHING, doubt_warnings, in_order
+from hydrosim.database.checks import EVERYTHING, doubt_warnings, require_ascending
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.readers import READERS, Reader, bemio, wamit
 from hydrosim.database.readers.orcaflex import NAME as DRAUGHTS
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output, as_output
-from hydrosim.files.text import no_file
+from hydrosim.files.text import unreadable_reason
 from hydrosim.scene import Changes
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, POINTS_UNKNOWN, Given
 
@@ -46,7 +46,7 @@ def load(
     sign, unit or convention must be wrong. Milder findings are warnings.
     """
     given = replace(given, frequencies=changes.frequencies)
-    db = apply_changes(in_order(read(path, given)), changes)
+    db = apply_changes(require_ascending(read(path, given)), changes)
     if POINTS_UNKNOWN in db.attributes.get("assumed", ""):
         raise InputError(
             f"{path}: found no points of rotation (Capytaine's rotation_center); expected one for"
@@ -88,8 +88,8 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
     """Reader of ``path``, and the file to read. Raises `InputError` if it is missing or of no known
     format."""
     path = Path(path)
-    for file in _files(path):
-        head = _head(file)
+    for file in _files_of_database(path):
+        head = _first_bytes(file)
         for reader in READERS:
             if reader.sniff(file, head):
                 return reader, file
@@ -99,19 +99,19 @@ def recognise(path: Path | str) -> tuple[Reader, Path]:
     raise InputError(f"{path}: found a file of no known format; expected one of {names}.")
 
 
-def _files(path: Path) -> list[Path]:
+def _files_of_database(path: Path) -> list[Path]:
     """The file itself, or files with its name and any suffix."""
-    reason = no_file(path)
+    reason = unreadable_reason(path)
     if not reason:
         return [path]
     named = sorted(path.parent.glob(f"{escape(path.name)}.*")) if path.name else []
-    files = [file for file in named if not no_file(file)]
+    files = [file for file in named if not unreadable_reason(file)]
     if not files:
         raise InputError(f"{path}: {reason}; expected a hydrodynamic database.")
     return files
 
 
-def _head(file: Path) -> bytes:
+def _first_bytes(file: Path) -> bytes:
     try:
         with file.open("rb") as opened:
             return opened.read(HEAD_BYTES).removeprefix(b"\xef\xbb\xbf")  # of UTF-8

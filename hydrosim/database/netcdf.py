@@ -136,7 +136,9 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
             )
         _check_sizes(file)
         try:
-            arrays = {n: _array(file, n, v) for n, v in VARIABLES.items() if n in file.variables}
+            arrays = {
+                n: _read_array(file, n, v) for n, v in VARIABLES.items() if n in file.variables
+            }
         except RuntimeError as error:
             raise InputError(
                 f"{path}: is damaged ({error}); expected a hydrosim database. Copy it again."
@@ -149,7 +151,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     )
     if written is not None and texts.get(NUMBERS_ATTRIBUTE) != ALTERED:
         texts[NUMBERS_ATTRIBUTE] = AS_WRITTEN if db.checksum == written else ALTERED
-    added = _of_bodies(given, path, db.bodies)
+    added = _given_body_values(given, path, db.bodies)
     lacking = {name: value for name, value in added.items() if getattr(db, name) is None}
     return replace(db, **lacking) if lacking else db
 
@@ -176,12 +178,12 @@ def write(db: HydroDatabase, path: Path) -> None:
     import netCDF4
 
     with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
-        file.setncatts(_attributes(db))
-        _dimensions(file, db)
+        file.setncatts(_database_attributes(db))
+        _define_dimensions(file, db)
         for name, variable in VARIABLES.items():
             value = getattr(db, name)
             if value is not None:
-                _store(file, name, variable, value)
+                _write_variable(file, name, variable, value)
 
 
 def dof_names(bodies: int) -> list[str]:
@@ -196,7 +198,7 @@ def body_names(bodies: int) -> list[str]:
     return [f"body{number + 1}" for number in range(bodies)]
 
 
-def _array(file: netCDF4.Dataset, name: str, variable: StoredVariable) -> Any:
+def _read_array(file: netCDF4.Dataset, name: str, variable: StoredVariable) -> Any:
     stored = file.variables[name]
     expected = variable.dimensions + (("complex",) if variable.is_complex else ())
     if stored.dimensions != expected:
@@ -223,7 +225,7 @@ def _array(file: netCDF4.Dataset, name: str, variable: StoredVariable) -> Any:
     return value if expected else float(value)
 
 
-def _of_bodies(given: Given, path: Path, bodies: int) -> dict[str, Any]:
+def _given_body_values(given: Given, path: Path, bodies: int) -> dict[str, Any]:
     """Given volumes and centres, in the shapes of the database."""
     shapes = {"volume": (bodies,), "centre_of_buoyancy": (bodies, 3)}
     shapes["centre_of_gravity"] = (bodies, 3)
@@ -240,7 +242,7 @@ def _of_bodies(given: Given, path: Path, bodies: int) -> dict[str, Any]:
     return arrays
 
 
-def _attributes(db: HydroDatabase) -> dict[str, str]:
+def _database_attributes(db: HydroDatabase) -> dict[str, str]:
     standard = {
         "Conventions": "CF-1.11",
         "title": "Hydrodynamic database",
@@ -254,7 +256,7 @@ def _attributes(db: HydroDatabase) -> dict[str, str]:
     return {**standard, **attributes, CHECKSUM_ATTRIBUTE: db.checksum}
 
 
-def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
+def _define_dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
     """Dimensions, and the labels of dimensions without numbers."""
     file.createDimension("frequency", db.frequency.size)
     file.createDimension("heading", db.heading.size)
@@ -277,7 +279,7 @@ def _dimensions(file: netCDF4.Dataset, db: HydroDatabase) -> None:
         variable[:] = np.array(values, dtype=object)
 
 
-def _store(file: netCDF4.Dataset, name: str, variable: StoredVariable, value: Any) -> None:
+def _write_variable(file: netCDF4.Dataset, name: str, variable: StoredVariable, value: Any) -> None:
     numbers = np.asarray(value)
     dimensions = variable.dimensions
     if variable.is_complex:

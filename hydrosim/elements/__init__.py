@@ -53,6 +53,8 @@ from hydrosim.elements.joint import locks, motions
 from hydrosim.elements.kind import (
     CanFail,
     ElementKind,
+    ElementLoads,
+    HasCoupledStates,
     HasImpulses,
     HasLinearDamping,
     HasLosses,
@@ -61,6 +63,8 @@ from hydrosim.elements.kind import (
     KindWithModeSets,
     Layout,
     LinearResistance,
+    RecordsUnits,
+    RecordsWithoutModes,
     UnitKind,
 )
 from hydrosim.elements.line import catenary, compensator, winch
@@ -104,6 +108,10 @@ class Elements(NamedTuple):
     externals: Any
     drives: Any
     triggers: Any
+    row_owners: np.ndarray = np.zeros((0, 2), dtype=np.int64)
+    """Kind (`kind.UnitKind.code`) and unit of every row of modes."""
+    output_starts: np.ndarray = np.zeros(0, dtype=np.int64)
+    """Place of the recorded values of the units of each kind, and the end of all."""
 
 
 ELEMENT_KINDS: tuple[UnitKind, ...] = (
@@ -137,41 +145,40 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     """Add the forces of all elements, each into its row of ``wrench`` (rows, 6 nb); see the
     elements."""
     e = elements
+    loads = ElementLoads(wrench, rate, dy)
     if e.linear_moorings.size > 0:
-        linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, wrench, rate, dy)
+        linear_mooring.add_force(t, y, modes, motion, bodies, e.linear_moorings, loads)
     if e.applied_forces.each.size > 0:
-        applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, wrench, rate, dy)
-    fender.add_force(t, y, modes, motion, bodies, e.fenders, wrench, rate, dy)
+        applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, loads)
+    fender.add_force(t, y, modes, motion, bodies, e.fenders, loads)
     if e.springs.lines.size > 0:  # passing arguments alone would cost a few percent
-        spring.add_force(t, y, modes, motion, bodies, e.springs, wrench, rate, dy)
+        spring.add_force(t, y, modes, motion, bodies, e.springs, loads)
     if e.linear_dampings.size > 0:
-        damping.add_linear_damping(t, y, modes, motion, bodies, e.linear_dampings, wrench, rate, dy)
+        damping.add_linear_damping(t, y, modes, motion, bodies, e.linear_dampings, loads)
     if e.quadratic_dampings.size > 0:
-        damping.add_quadratic_damping(
-            t, y, modes, motion, bodies, e.quadratic_dampings, wrench, rate, dy
-        )
+        damping.add_quadratic_damping(t, y, modes, motion, bodies, e.quadratic_dampings, loads)
     if e.viscous_rolls.size > 0:
-        viscous_roll.add_force(t, y, modes, motion, bodies, e.viscous_rolls, wrench, rate, dy)
+        viscous_roll.add_force(t, y, modes, motion, bodies, e.viscous_rolls, loads)
     if e.stream_loads.each.size > 0:
-        stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, wrench, rate, dy)
+        stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, loads)
     if e.links.links.size > 0:
-        link.add_force(t, y, modes, motion, bodies, e.links, wrench, rate, dy)
+        link.add_force(t, y, modes, motion, bodies, e.links, loads)
     if e.bushings.each.size > 0:
-        bushing.add_force(t, y, modes, motion, bodies, e.bushings, wrench, rate, dy)
+        bushing.add_force(t, y, modes, motion, bodies, e.bushings, loads)
     if e.catenaries.lines.size > 0:
-        catenary.add_force(t, y, modes, motion, bodies, e.catenaries, wrench, rate, dy)
+        catenary.add_force(t, y, modes, motion, bodies, e.catenaries, loads)
     if e.guides.pins.size > 0:
         landing.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.winches.each.size > 0:
-        winch.add_force(t, y, modes, motion, bodies, e.winches, wrench, rate, dy)
+        winch.add_force(t, y, modes, motion, bodies, e.winches, loads)
     if e.compensators.each.size > 0:
-        compensator.add_force(t, y, modes, motion, bodies, e.compensators, wrench, rate, dy)
+        compensator.add_force(t, y, modes, motion, bodies, e.compensators, loads)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.LOCK_STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
         motions.add_force(y, modes, motion, bodies, e.joint_motions, wrench, rate)
     if e.externals.each.size > 0:
-        external.add_force(t, y, modes, motion, bodies, e.externals, wrench, rate, dy)
+        external.add_force(t, y, modes, motion, bodies, e.externals, loads)
     if e.triggers.each.size > 0:
         trigger.clear_inactive(modes, e.triggers, wrench, rate)
         clear(dy[e.triggers.state : e.triggers.state + e.triggers.each.size])
@@ -183,7 +190,8 @@ def add_given_forces(t, y, modes, motion, bodies, elements, wrench, work):
     scratch."""
     p = elements.applied_forces
     if p.each.size > 0:
-        applied_force.add_force(t, y, modes, motion, bodies, p, wrench, work.rate, work.total)
+        loads = ElementLoads(wrench, work.rate, work.total)
+        applied_force.add_force(t, y, modes, motion, bodies, p, loads)
 
 
 @kernel
@@ -278,7 +286,34 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     indices = {
         kind.field: constants[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)
     }
-    return IndexedConstants(Elements(**indices), constants[tanks.TANK_FLOW_KIND])
+    whose = [
+        (kind.code, unit) for kind, p in constants.items() for unit in range(kind.modes(p).size)
+    ]
+    widths = {kind.code: units * values for kind, units, values in _recorded_units(constants)}
+    compiled = Elements(
+        **indices,
+        row_owners=np.array(whose, dtype=np.int64).reshape(-1, 2),
+        output_starts=np.cumsum([0, *(widths.get(code, 0) for code in range(max(widths) + 1))]),
+    )
+    return IndexedConstants(compiled, constants[tanks.TANK_FLOW_KIND])
+
+
+def output_shapes(parts: KindConstants) -> dict[str, tuple[int, int]]:
+    """Units and values of each in a record, by the unit of kinds, in the order of
+    `Elements.output_starts`."""
+    constants = {kind: kind.constants_in(parts) for kind in ELEMENT_KINDS}
+    return {kind.unit: (units, values) for kind, units, values in _recorded_units(constants)}
+
+
+def _recorded_units(constants: Mapping[UnitKind, Any]) -> Iterator[tuple[UnitKind, int, int]]:
+    """The kinds of whose units a run records values, their number, and that of values of each."""
+    for kind, p in constants.items():
+        if isinstance(kind, RecordsUnits):
+            values = kind.outputs
+            units = kind.modes(p).size
+            if isinstance(kind, RecordsWithoutModes):
+                units = kind.recorded_units(p)
+            yield kind, units, values
 
 
 def _reaction_count(kind: UnitKind, p: Any) -> int:
@@ -308,7 +343,12 @@ def tally_count(parts: KindConstants) -> int:
 
 def coupled_states(parts: KindConstants) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on other states."""
-    return np.concatenate([kind.coupled_states(kind.constants_in(parts)) for kind in ELEMENT_KINDS])
+    coupled = [
+        kind.coupled_states(kind.constants_in(parts))
+        for kind in ELEMENT_KINDS
+        if isinstance(kind, HasCoupledStates)
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *coupled])
 
 
 def new_modes(parts: KindConstants) -> np.ndarray:

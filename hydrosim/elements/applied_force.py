@@ -86,7 +86,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ap
 
 
 @kernel
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add every applied force [N, N m] to its row of ``wrench``, and its power [W] to ``rate``, in
     place."""
     for e in p.each:
@@ -97,9 +97,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             force = matvec(motion.rotation[b], force)
             moment = matvec(motion.rotation[b], moment)
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)
-        add_wrench(b, force, add(moment, cross(arm, force)), wrench[row])
+        add_wrench(b, force, add(moment, cross(arm, force)), loads.wrench[row])
         omega = vector(motion.velocity, 6 * b + 3)
-        rate[row] += dot(force, point_velocity(b, arm, motion)) + dot(moment, omega)
+        loads.rate[row] += dot(force, point_velocity(b, arm, motion)) + dot(moment, omega)
 
 
 @kernel

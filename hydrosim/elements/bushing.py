@@ -35,6 +35,7 @@ import numpy as np
 from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z, mirrored_vector
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
+    BUSHING_UNIT,
     Columns,
     ElementKind,
     Layout,
@@ -66,7 +67,7 @@ class Bushing(ForceElement):
     damping: np.ndarray
     to: str | None = None
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return bool(np.any(self.stiffness[:3, :3]))
 
     def restored_dofs(self) -> Collection[str]:
@@ -239,7 +240,7 @@ def load_and_power(bushing, mode, o, bodies):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every bushing to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.each.size):
@@ -249,13 +250,13 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         o = kinematics(bushing, bodies, motion)
         force, moment, lost = load_and_power(bushing, mode, o, bodies)
-        rate[bushing.row] += lost
+        loads.rate[bushing.row] += lost
         F = vector_from_components(o.axes, force)
         M = vector_from_components(o.axes, moment)
-        add_wrench(bushing.body, F, add(M, cross(o.arm, F)), wrench[bushing.row])
+        add_wrench(bushing.body, F, add(M, cross(o.arm, F)), loads.wrench[bushing.row])
         if bushing.other != EARTH:
             M = scale(-1.0, add(M, cross(o.other_arm, F)))
-            add_wrench(bushing.other, scale(-1.0, F), M, wrench[bushing.row])
+            add_wrench(bushing.other, scale(-1.0, F), M, loads.wrench[bushing.row])
 
 
 @root
@@ -339,6 +340,8 @@ def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 class BushingKind(ElementKind):
     unit = "bushing"
+    code = BUSHING_UNIT
+    outputs = BUSHING_OUTPUTS
     variables: ClassVar = {
         "bushing_displacement": Variable(
             "displacement; rotation vector", "m or rad", "axes of the body at rest, moved by `to`"

@@ -60,7 +60,7 @@ class LinearDamping(ForceElement):
     damping_ratio: np.ndarray | None = None
     relative_to_current: bool = False
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def dragging_streams(self) -> Collection[str]:
@@ -104,12 +104,12 @@ def compile_linear_dampings(elements: Mapping[str, ForceElement], layout: Layout
     for name, e in elements.items():
         if isinstance(e, LinearDamping):
             stream = current_on(e.body, layout) if e.relative_to_current else (0.0, 0.0)
-            damping = _damping(name, e, elements, layout)
+            damping = _damping_matrix(name, e, elements, layout)
             rows.append((layout.body[e.body], layout.row[name], damping, stream))
     return np.array(rows, dtype=LINEAR_DAMPING)
 
 
-def _damping(
+def _damping_matrix(
     name: str, element: LinearDamping, elements: Mapping[str, ForceElement], layout: Layout
 ) -> np.ndarray:
     """Damping (6, 6)."""
@@ -135,15 +135,15 @@ def _damping(
 
 
 @root
-def add_linear_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_linear_damping(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for e in p:
         if bodies.exact:
             u = relative_velocity(e.body, e.stream, motion)
-            rate[e.row] += add_resistance(e.body, e.damping, u, motion, wrench[e.row])
+            loads.rate[e.row] += add_resistance(e.body, e.damping, u, motion, loads.wrench[e.row])
         else:
-            rate[e.row] += _add_resistance(e, motion.velocity, wrench[e.row])
+            loads.rate[e.row] += _add_resistance(e, motion.velocity, loads.wrench[e.row])
 
 
 @kernel
@@ -182,7 +182,7 @@ class QuadraticDamping(ForceElement):
 
     damping: np.ndarray
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def dragging_streams(self) -> Collection[str]:
@@ -215,7 +215,7 @@ def compile_quadratic_dampings(elements: Mapping[str, ForceElement], layout: Lay
 
 
 @root
-def add_quadratic_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_quadratic_damping(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every element to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for e in p:
@@ -228,7 +228,7 @@ def add_quadratic_damping(t, y, modes, motion, bodies, p, wrench, rate, dy):
             abs(u[4]) * u[4],
             abs(u[5]) * u[5],
         )
-        rate[e.row] += add_resistance(e.body, e.damping, squares, motion, wrench[e.row])
+        loads.rate[e.row] += add_resistance(e.body, e.damping, squares, motion, loads.wrench[e.row])
 
 
 QUADRATIC_DAMPING_KIND = ElementKind(

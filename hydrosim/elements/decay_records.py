@@ -60,14 +60,14 @@ def read_decay(
     refers to the file. Raises InputError if it is no decay."""
     try:
         recording = read_recording(path)
-        angle = _column(recording, column)
+        angle = _find_column(recording, column)
         stamp = recording.time_column()
         source = recording.source
         require_finite(source, stamp.value, recording.lines, " s")
         require_finite(source, angle.value, recording.lines, f" in {angle.name}")
         require_rising(source, stamp.value, recording.lines)
         _require_seconds(stamp)
-        values = _scale(angle, unit) * angle.value
+        values = _unit_scale(angle, unit) * angle.value
         return decay_of(stamp.value, values, str(path), start, end)
     except InputError as error:
         text = str(error)
@@ -90,11 +90,11 @@ def decay_of(
     angle = angle[inside]
     _require_series(time, angle)
     step = (time[-1] - time[0]) / (time.size - 1)
-    frequency = _frequency(angle, step)
+    frequency = _roll_frequency(angle, step)
     period = 2.0 * np.pi / frequency
     if period < MIN_VALUES_PER_PERIOD * step:
         text = f"{period / step:.2g} values in a period"
-        _refuse(text, f"at least {MIN_VALUES_PER_PERIOD:g}", "record it in smaller steps")
+        _refuse_record(text, f"at least {MIN_VALUES_PER_PERIOD:g}", "record it in smaller steps")
     notes = []
     count = int(period / step / MAX_VALUES_PER_PERIOD)
     if count > 1:
@@ -111,7 +111,9 @@ def decay_of(
     duration = (last - 1 - first) * step
     if duration < MIN_PERIODS * period or last - first < MIN_VALUES:
         text = f"{duration:.4g} s, {duration / period:.2g} periods, from {time[first]:.4g} s on"
-        _refuse(text, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record")
+        _refuse_record(
+            text, f"at least {MIN_PERIODS:g} periods", "take a longer part of the record"
+        )
     time = time[first:last]
     angle = angle[first:last]
     size = float(np.abs(_detrend(angle)).max())
@@ -121,20 +123,20 @@ def decay_of(
 def _require_series(time: np.ndarray, angle: np.ndarray) -> None:
     if time.size < MIN_VALUES:
         remedy = "take a longer part of the record"
-        _refuse(f"{time.size} values", f"at least {MIN_VALUES}", remedy)
+        _refuse_record(f"{time.size} values", f"at least {MIN_VALUES}", remedy)
     step = (time[-1] - time[0]) / (time.size - 1)
     if np.abs(time - time[0] - step * np.arange(time.size)).max() > MAX_STEP_DEVIATION * step:
         expected = "equal steps of time, without gaps"
-        _refuse("times with gaps or unequal steps", expected, "resample the record")
+        _refuse_record("times with gaps or unequal steps", expected, "resample the record")
     largest = float(np.abs(angle).max())
     if largest > MAX_ROLL_RAD:
         text = f"a roll of {np.degrees(largest):.3g} deg"
-        _refuse(text, "angles within 180 deg", "check the column and its unit")
+        _refuse_record(text, "angles within 180 deg", "check the column and its unit")
     if np.abs(angle - angle[0]).max() < MIN_ROLL_RAD:
-        _refuse("a roll that does not move", "a roll that oscillates", "check the column")
+        _refuse_record("a roll that does not move", "a roll that oscillates", "check the column")
 
 
-def _refuse(text: str, expected: str, remedy: str) -> NoReturn:
+def _refuse_record(text: str, expected: str, remedy: str) -> NoReturn:
     raise InputError(f"found {text}; expected {expected}; {remedy}.")
 
 
@@ -156,7 +158,7 @@ def _first_large(x: np.ndarray) -> int:
     return int(np.argmax(size >= LARGE_ROLL_FRACTION * size.max()))
 
 
-def _frequency(angle: np.ndarray, step: float) -> float:
+def _roll_frequency(angle: np.ndarray, step: float) -> float:
     """Frequency [rad/s] of the peak of the periodogram from the largest roll on, of at least one
     and a half cycles."""
     x = angle[min(_first_large(angle - angle.mean()), angle.size // 2) :]
@@ -180,7 +182,9 @@ def _find_release(angle: np.ndarray, period: float) -> int:
     crossings = np.flatnonzero(swing[largest:-1] * swing[largest + 1 :] < 0.0)
     if not crossings.size:
         text = "no crossing of the mean after the largest roll"
-        _refuse(text, "a roll that oscillates", "give another part of the record or its column")
+        _refuse_record(
+            text, "a roll that oscillates", "give another part of the record or its column"
+        )
     return max(largest + int(crossings[0]) - int(LEAD * period), 0)
 
 
@@ -207,7 +211,7 @@ def _find_end(swing: np.ndarray, period: float) -> tuple[int, str]:
     return (int(last), reason) if last < swing.size else (swing.size, "")
 
 
-def _column(recording: Recording, name: str) -> RecordedColumn:
+def _find_column(recording: Recording, name: str) -> RecordedColumn:
     """The column of roll: of that name or number, or the only one that ends so."""
     if name.isdigit():
         return recording.column(int(name))
@@ -228,18 +232,20 @@ def _last_word(name: str) -> str:
 
 def _require_seconds(stamp: RecordedColumn) -> None:
     if stamp.unit not in (None, "", "s"):
-        _refuse(f"times in {stamp.unit}", "the time in s", "convert it")
+        _refuse_record(f"times in {stamp.unit}", "the time in s", "convert it")
 
 
-def _scale(angle: RecordedColumn, unit: str | None) -> float:
+def _unit_scale(angle: RecordedColumn, unit: str | None) -> float:
     """Factor of the column to rad."""
     unit_text = unit or angle.unit
     if not unit_text:
         text = f"the column {angle.name} without a unit"
-        _refuse(text, "roll in deg or rad", 'write it in the heading, "roll [deg]", or give unit')
+        _refuse_record(
+            text, "roll in deg or rad", 'write it in the heading, "roll [deg]", or give unit'
+        )
     try:
         return factor(unit_text, "rad")
     except ValueError:
-        _refuse(
+        _refuse_record(
             f"the column {angle.name} in {unit_text}", "an angle in deg or rad", "name its column"
         )

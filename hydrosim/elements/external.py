@@ -39,7 +39,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements.kind import Columns, ElementKind, Layout, StateBlocks, UnitRecord, Variable
+from hydrosim.elements.kind import (
+    EXTERNAL_UNIT,
+    Columns,
+    ElementKind,
+    Layout,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+)
 from hydrosim.errors import InputError
 from hydrosim.files.interrupts import catching
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
@@ -440,21 +448,21 @@ def size_of(bodies: int) -> int:
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Write the wrench [N, N m] of every function to its row of ``wrench``, and its power [W] to
     ``rate``, in place."""
     for e in p.each:
-        wrenches = wrench[e.row]
+        wrenches = loads.wrench[e.row]
         if e.way == STAGE:
             call_user_function(e, t, motion, bodies, wrenches)
         else:
             predict_wrench(e, t, y, p, wrenches)
             first = p.state + e.state
-            clear(dy[first : first + 18 * e.bodies + SCALARS])
+            clear(loads.dy[first : first + 18 * e.bodies + SCALARS])
         power = 0.0
         for i in range(wrenches.size):
             power += wrenches[i] * motion.velocity[i]
-        rate[e.row] += power
+        loads.rate[e.row] += power
 
 
 @kernel
@@ -644,12 +652,17 @@ def write_outputs(y, p, out):
 
 class ExternalKind(ElementKind):
     unit = "external"
+    code = EXTERNAL_UNIT
+    outputs = EXTERNAL_OUTPUTS
     variables: ClassVar = {
         "external_calls": Variable("calls of the function of an external force so far", "1"),
         "external_delay_energy": Variable(
             "energy that the delay of an external force has given to the bodies", "J"
         ),
     }
+
+    def recorded_units(self, p: ExternalConstants) -> int:
+        return int(p.delayed)
 
     def states(self, p: ExternalConstants, scene: Scene) -> Iterator[StateBlocks]:
         for name, e in scene.forces.items():

@@ -48,7 +48,7 @@ class LinearMooring(ForceElement):
     damping_ratio: np.ndarray | None = None
     natural_period: np.ndarray | None = None
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return "heave" in self.restored_dofs()
 
     def restored_dofs(self) -> Collection[str]:
@@ -82,7 +82,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
             axes = axes_at_rest(layout.heading[body])
             tuned = _tuned_stiffness(name, element, body, layout)
             stiffness = element.stiffness + axes @ np.diag(tuned) @ axes.T
-            damping = _damping(name, element, stiffness, body, layout)
+            damping = _damping_matrix(name, element, stiffness, body, layout)
             rows.append((body, layout.row[name], stiffness, damping))
     return np.array(rows, dtype=MOORING)
 
@@ -105,7 +105,7 @@ def _tuned_stiffness(name: str, element: LinearMooring, body: int, layout: Layou
     return k
 
 
-def _damping(
+def _damping_matrix(
     name: str, element: LinearMooring, stiffness: np.ndarray, body: int, layout: Layout
 ) -> np.ndarray:
     """Damping (6, 6) along the coordinates, like ``stiffness`` (6, 6)."""
@@ -133,7 +133,7 @@ def _check_ratios(name: str, ratios: np.ndarray, stiffness: np.ndarray) -> None:
 
 
 @kernel
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every mooring to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for mooring in p:
@@ -144,9 +144,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         Q = spring_force(k, motion.coordinates, mooring.stiffness)
         f = product(mooring.damping, u, k)
         for i in range(6):
-            rate[row] += u[k + i] * f[i]
+            loads.rate[row] += u[k + i] * f[i]
         Q = (Q[0] - f[0], Q[1] - f[1], Q[2] - f[2], Q[3] - f[3], Q[4] - f[4], Q[5] - f[5])
-        wrench_of_coordinates(b, Q, bodies, motion, wrench[row])
+        wrench_of_coordinates(b, Q, bodies, motion, loads.wrench[row])
 
 
 @root

@@ -40,6 +40,7 @@ import numpy as np
 from hydrosim.elements.contact import curves
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
+    LINK_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -97,7 +98,7 @@ class Link(ForceElement):
     drag: float = 0.0
     absorbs: bool = False
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return bool(np.any(self.force))
 
     def unit_names(self, name: str) -> Sequence[str]:
@@ -115,7 +116,7 @@ class Strut(TwoPointElement, Link):
     anchor_body: str | None = None
 
     def restored_dofs(self) -> Collection[str]:
-        return super().restored_dofs() if self.supports_weight() else ()
+        return super().restored_dofs() if self.can_carry_weight() else ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +135,7 @@ class TorsionSpring(Link):
     def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         yield "to", self.to
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
@@ -205,7 +206,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
     first = 0
     for name, e in elements.items():
         if isinstance(e, Strut | TorsionSpring):
-            pieces = _segments(e)
+            pieces = _load_segments(e)
             last = first + pieces.size - 1
             place = _strut_fields(e, layout) if isinstance(e, Strut) else _torsion_fields(e, layout)
             kind, other, ends, axes, neutral, closest = place
@@ -217,7 +218,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
     return LinkConstants(np.array(rows, dtype=LINK), np.concatenate(segments), 0)
 
 
-def _segments(link: Link) -> np.ndarray:
+def _load_segments(link: Link) -> np.ndarray:
     """The pieces of the curve, with no energy stored at offset 0."""
     if not len(link.offset):
         return curves.segments(np.array([0.0, 1.0]), np.zeros(2))
@@ -339,7 +340,7 @@ def load_of(link, mode, r, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every link to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.links.size):
@@ -349,10 +350,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         r = kinematics(link, mode, bodies, motion)
         T = load_of(link, mode, r, p)
-        rate[link.row] += resistance(link, r.rate) * r.rate
-        add_wrench(link.body, scale(T, r.force), scale(T, r.moment), wrench[link.row])
+        loads.rate[link.row] += resistance(link, r.rate) * r.rate
+        add_wrench(link.body, scale(T, r.force), scale(T, r.moment), loads.wrench[link.row])
         if link.other != EARTH:
-            add_wrench(link.other, scale(-T, r.force), scale(T, r.counter), wrench[link.row])
+            add_wrench(link.other, scale(-T, r.force), scale(T, r.counter), loads.wrench[link.row])
 
 
 @root
@@ -448,6 +449,8 @@ def deactivate(i, modes, p):
 
 class LinkKind(KindWithModeSets):
     unit = "link"
+    code = LINK_UNIT
+    outputs = LINK_OUTPUTS
     variables: ClassVar = {
         "strut_force": Variable("force, tension positive", "N", "from the point to the anchor"),
         "strut_length": Variable("distance from the point to the anchor", "m"),

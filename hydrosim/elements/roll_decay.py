@@ -90,14 +90,14 @@ def fill_decay(law, h, parts, y, scratch, rolls):
     for k in range(len(rolls)):
         if k > 0:
             for _ in range(parts):
-                _step(law, h, y, scratch)
+                _take_step(law, h, y, scratch)
         rolls[k, 0] = y[0]
         for i in range(SIZE):
             rolls[k, 1 + i] = y[2 + i]
 
 
 @kernel
-def _step(law, h, y, scratch):
+def _take_step(law, h, y, scratch):
     """Move ``y`` on by a step ``h``."""
     total, slope, at = scratch[0], scratch[1], scratch[2]
     for i in range(STATES):
@@ -178,7 +178,7 @@ class DecayProblem:
         self.scales = np.array([1.0 / W, A, A * A * W, 1.0 / W, A * A])
         self.times = [W * (decay.time - decay.time[0]) for decay in decays]
         self.angles = [decay.angle / A for decay in decays]
-        self.means = [_drifts(t) for t in self.times]
+        self.means = [_trend_polynomials(t) for t in self.times]
         ends = LAW + np.cumsum([0, *(2 + mean.shape[1] for mean in self.means)])
         self.own = [slice(*pair) for pair in pairwise(ends.tolist())]
 
@@ -205,8 +205,8 @@ class DecayProblem:
         peaks = []
         for t, (r, J) in zip(self.times, misfits, strict=True):
             Q = dct(J @ inverse, norm="ortho", axis=0)
-            rest = np.maximum(_average(1.0 - np.sum(Q**2, axis=1)), MIN_REST)
-            density = _average(dct(r, norm="ortho") ** 2) / rest
+            rest = np.maximum(_average_neighbours(1.0 - np.sum(Q**2, axis=1)), MIN_REST)
+            density = _average_neighbours(dct(r, norm="ortho") ** 2) / rest
             middle += (Q.T * density) @ Q
             roll = np.rint(NEIGHBOURS * parameters[OMEGA] * t[-1] / np.pi).astype(int)
             below, here, above = np.maximum(np.take(density, roll, mode="clip"), 1e-300)
@@ -289,14 +289,14 @@ class DecayProblem:
             yield np.clip(np.nan_to_num(residual, nan=WILD), -WILD, WILD), np.nan_to_num(J)
 
 
-def _drifts(t: np.ndarray) -> np.ndarray:
+def _trend_polynomials(t: np.ndarray) -> np.ndarray:
     """Legendre polynomials (n, m) of a record at scaled times (n,), with half as many waves as the
     roll has at most."""
     degree = int(np.clip(t[-1] / (2.0 * np.pi), MIN_DEGREE, MAX_DEGREE))
     return np.polynomial.legendre.legvander(2.0 * t / t[-1] - 1.0, degree)
 
 
-def _average(values: np.ndarray) -> np.ndarray:
+def _average_neighbours(values: np.ndarray) -> np.ndarray:
     """Means of `BAND_FREQUENCIES` neighbours of ``values`` (n,)."""
     return np.asarray(uniform_filter1d(values, BAND_FREQUENCIES, mode="mirror"))
 
@@ -316,7 +316,7 @@ class Interval(NamedTuple):
     high: float
 
     @property
-    def holds_zero(self) -> bool:
+    def includes_zero(self) -> bool:
         """True if the record does not tell it from zero."""
         return self.low <= 0.0 <= self.high
 
@@ -437,7 +437,7 @@ def fit_decays(decays: Sequence[DecayRecord]) -> DecayFit:
         amplitudes=(smallest, size),
         modelled=[decay.angle + r for decay, r in zip(decays, residuals, strict=True)],
         deviations=[float(np.std(r)) for r in residuals],
-        doubts=tuple(_doubts(problem, full)),
+        doubts=tuple(_doubts_about_fit(problem, full)),
     )
 
 
@@ -471,7 +471,7 @@ def _ratio_text(ratio: Interval, amplitude: float) -> str:
     )
 
 
-def _doubts(problem: DecayProblem, full: DecaySolution) -> list[str]:
+def _doubts_about_fit(problem: DecayProblem, full: DecaySolution) -> list[str]:
     """In words, which residuals are no noise. Residuals of rounding are not asked."""
     texts = []
     residuals = problem.residuals(full.parameters)

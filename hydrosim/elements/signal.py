@@ -56,7 +56,7 @@ class Recorded(Samples):
         time, value = self.time, self.value
         if time.size < 9:
             return float(np.ptp(value))
-        return float(np.abs(_spline(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
+        return float(np.abs(_spline_through(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
 
 
 class SmoothTable(Samples):
@@ -122,7 +122,7 @@ def signal_rate(signal: Signal) -> float:
     size = float(np.std(signal.value))
     if size == 0.0:
         return 0.0
-    spline = _spline(signal.time, signal.value)
+    spline = _spline_through(signal.time, signal.value)
     third = np.sqrt(np.average((6.0 * spline.c[0]) ** 2, weights=np.diff(spline.x)))
     return float((third / size) ** (1.0 / 3.0))
 
@@ -158,13 +158,13 @@ def compile_signals(signals: Sequence[Signal]) -> tuple[np.ndarray, np.ndarray]:
     for i, signal in enumerate(signals):
         new = _pieces(signal)
         last = first + new.size - 1
-        constants[i] = (*_sine(signal), first, last, _spacing(new["start"]))
+        constants[i] = (*_sine_constants(signal), first, last, _even_spacing(new["start"]))
         pieces.append(new)
         first = last + 1
     return constants, np.concatenate(pieces)
 
 
-def _sine(signal: Signal) -> tuple[float, float, float]:
+def _sine_constants(signal: Signal) -> tuple[float, float, float]:
     if isinstance(signal, Harmonic):
         return signal.amplitude, 2.0 * pi / signal.period, signal.phase
     return 0.0, 0.0, 0.0
@@ -176,20 +176,20 @@ def _pieces(signal: Signal) -> np.ndarray:
         return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=SIGNAL_PIECE)
     time, value = signal.time, signal.value
     if isinstance(signal, Recorded):
-        return _signal_pieces(time[:-1], _spline(time, value).c[::-1])
+        return _signal_pieces(time[:-1], _spline_through(time, value).c[::-1])
     if isinstance(signal, SmoothTable):
-        return _signal_pieces(time[:-1], _monotone(time, value).c[::-1])
+        return _signal_pieces(time[:-1], _monotone_cubic(time, value).c[::-1])
     slopes = np.append(np.diff(value) / np.diff(time), 0.0)  # constant after the last
     return _signal_pieces(time, np.array([value, slopes, 0.0 * value, 0.0 * value]))
 
 
-def _spline(time: np.ndarray, value: np.ndarray) -> Any:
+def _spline_through(time: np.ndarray, value: np.ndarray) -> Any:
     from scipy.interpolate import CubicSpline  # slow to load, and few scenes have a record
 
     return CubicSpline(time, value)
 
 
-def _monotone(time: np.ndarray, value: np.ndarray) -> Any:
+def _monotone_cubic(time: np.ndarray, value: np.ndarray) -> Any:
     from scipy.interpolate import PchipInterpolator
 
     return PchipInterpolator(time, value)
@@ -202,7 +202,7 @@ def _signal_pieces(start: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
     return pieces
 
 
-def _spacing(time: np.ndarray) -> float:
+def _even_spacing(time: np.ndarray) -> float:
     """Spacing of times that deviate from even ones by less than half of it; else 0."""
     spacing = (time[-1] - time[0]) / max(time.size - 1, 1)
     even = time[0] + spacing * np.arange(time.size)

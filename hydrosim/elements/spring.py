@@ -27,10 +27,12 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.elements import signal
 from hydrosim.elements.contact import curves
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     LINEARISATION_DEPTH,
+    SPRING_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -45,16 +47,6 @@ from hydrosim.elements.kind import (
     with_mode_of_unit,
 )
 from hydrosim.elements.pair import TwoPointElement, apply_tension, line_between
-from hydrosim.elements.signal import (
-    NOTHING,
-    SIGNAL,
-    Signal,
-    Table,
-    compile_signals,
-    first_value,
-    largest_corner,
-    value,
-)
 from hydrosim.elements.signal import rate as rate_of
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import (
@@ -81,7 +73,7 @@ class Spring(TwoPointElement):
 
     point: tuple[float, ...]
     anchor: tuple[float, ...]
-    length: Signal | float
+    length: signal.Signal | float
     extension: np.ndarray
     tension: np.ndarray
     damping: float = 0.0
@@ -89,22 +81,22 @@ class Spring(TwoPointElement):
 
     def can_add_energy(self) -> bool:
         """A line that is heaved in gives energy."""
-        return isinstance(self.length, Signal)
+        return isinstance(self.length, signal.Signal)
 
     def signals(self) -> Iterator[tuple[str, Any]]:
-        if isinstance(self.length, Signal):
+        if isinstance(self.length, signal.Signal):
             yield "length", self.length
 
     def jumps(self) -> Iterator[tuple[str, float]]:
-        if isinstance(self.length, Table):
-            yield "length", self.damping * largest_corner(self.length)
+        if isinstance(self.length, signal.Table):
+            yield "length", self.damping * signal.largest_corner(self.length)
 
 
 SPRING = np.dtype(
     [
         *(("body", int), ("row", int), ("point", float, 3)),
         *(("anchor_body", int), ("anchor", float, 3)),
-        *(("length", float), ("varies", bool), ("signal", SIGNAL), ("damping", float)),
+        *(("length", float), ("varies", bool), ("signal", signal.SIGNAL), ("damping", float)),
         *(("first", int), ("last", int), ("steepest", float)),
     ]
 )
@@ -139,26 +131,26 @@ class SpringKinematics(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> SpringConstants:
     """Constants of the springs among ``elements``, in their order."""
     springs = {name: e for name, e in elements.items() if isinstance(e, Spring)}
-    signals, moves = compile_signals([s for e in springs.values() for _, s in e.signals()])
+    signals, moves = signal.compile_signals([s for e in springs.values() for _, s in e.signals()])
     compiled = iter(signals)
     rows = []
     segments = [np.zeros(0, dtype=curves.SEGMENT)]
     first = 0
     for name, e in springs.items():
-        pieces = _segments(e)
+        pieces = _tension_segments(e)
         last = first + pieces.size - 1
         anchor = layout.body[e.anchor_body] if e.anchor_body else EARTH
         ends = (layout.body[e.body], layout.row[name], e.point, anchor, e.anchor)
-        length = (e.length, False, NOTHING)
-        if isinstance(e.length, Signal):
-            length = (first_value(e.length), True, next(compiled))
+        length = (e.length, False, signal.NOTHING)
+        if isinstance(e.length, signal.Signal):
+            length = (signal.first_value(e.length), True, next(compiled))
         rows.append((*ends, *length, e.damping, first, last, pieces["slope"].max()))
         segments.append(pieces)
         first = last + 1
     return SpringConstants(np.array(rows, dtype=SPRING), np.concatenate(segments), moves, 0)
 
 
-def _segments(spring: Spring) -> np.ndarray:
+def _tension_segments(spring: Spring) -> np.ndarray:
     """The pieces of the curve, the slack one before the table's."""
     x = np.asarray(spring.extension, float)
     f = np.asarray(spring.tension, float)
@@ -174,7 +166,7 @@ def kinematics(line, t, bodies, motion, p):
     L0 = line.length
     speed = 0.0
     if line.varies:
-        L0 = value(t, line.signal, p.pieces)
+        L0 = signal.value(t, line.signal, p.pieces)
         speed = rate_of(t, line.signal, p.pieces)
     return SpringKinematics(
         s.arm, s.other_arm, s.direction, s.length, s.length - L0, s.rate - speed, speed
@@ -190,7 +182,7 @@ def tension(line, mode, s, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every spring to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for i in range(p.lines.size):
@@ -200,8 +192,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         s = kinematics(line, t, bodies, motion, p)
         T, f = tension(line, mode, s, p)
-        rate[line.row] += (T - f) * s.rate + T * s.speed
-        apply_tension(line, s, T, wrench[line.row])
+        loads.rate[line.row] += (T - f) * s.rate + T * s.speed
+        apply_tension(line, s, T, loads.wrench[line.row])
 
 
 @root
@@ -297,6 +289,8 @@ def _taut_modes(p: SpringConstants) -> np.ndarray:
 
 class SpringKind(KindWithModeSets):
     unit = "spring"
+    code = SPRING_UNIT
+    outputs = SPRING_OUTPUTS
     variables: ClassVar = {
         "spring_tension": Variable("tension", "N", "from the point to the anchor"),
         "spring_length": Variable("distance from the point to the anchor", "m"),

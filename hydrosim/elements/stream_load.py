@@ -66,7 +66,7 @@ class StreamLoad(ForceElement):
     sway: np.ndarray
     yaw: np.ndarray
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
@@ -143,7 +143,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> St
                 height = layout.wind.height_felt(height_of(name, e, layout))
                 heights += [] if height in heights else [height]
                 gusts = heights.index(height)
-            pieces.append(_splines(e))
+            pieces.append(_coefficient_splines(e))
             last = first + pieces[-1].size
             place = (layout.body[e.body], layout.row[name], e.point, stream)
             rows.append((*place, first, last, gusts, layout.wind.direction))
@@ -191,7 +191,7 @@ def with_gusts(p: StreamLoadConstants, gusts: GustTable) -> StreamLoadConstants:
     return p if gusts is p.gusts else p._replace(gusts=gusts)
 
 
-def _splines(load: StreamLoad) -> np.ndarray:
+def _coefficient_splines(load: StreamLoad) -> np.ndarray:
     """Pieces (n,) of the periodic splines, from the least heading in the first turn on."""
     from scipy.interpolate import CubicSpline  # slow to load, and few scenes have such a load
 
@@ -207,10 +207,9 @@ def _splines(load: StreamLoad) -> np.ndarray:
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force and moment [N, N m] of every wind or current load to its row of ``wrench``,
-    and its power [W] to ``rate``. Both change in place. ``dy``, the derivative of ``y``, is not
-    used: all elements have the same arguments."""
+    and its power [W] to ``rate``."""
     for e in p.each:
         b = e.body
         _, arm = attachment(b, vector(e.point, 0), bodies, motion)
@@ -227,8 +226,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         Y = square * c[1]
         force = (along * X - aside * Y, aside * X + along * Y, 0.0)
         moment = (0.0, 0.0, square * c[2])
-        add_wrench(b, force, add(moment, cross(arm, force)), wrench[e.row])
-        rate[e.row] += dot(force, v) + moment[2] * motion.velocity[6 * b + 5]
+        add_wrench(b, force, add(moment, cross(arm, force)), loads.wrench[e.row])
+        loads.rate[e.row] += dot(force, v) + moment[2] * motion.velocity[6 * b + 5]
 
 
 @kernel

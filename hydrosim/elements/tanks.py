@@ -7,67 +7,53 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.elements.kind import (
-    Columns,
-    KindConstants,
-    ModeRows,
-    StateBlocks,
-    UnitKind,
-    UnitRecord,
-    Variable,
-)
+from hydrosim.elements import kind
 from hydrosim.modes import MODE, SEGMENT
 from hydrosim.scene import Scene
-from hydrosim.tanks.contents import (
-    Tanks,
-    flow_names,
-    is_mirrored,
-    mass_and_centre,
-    quantities,
-    tank_names,
-)
+from hydrosim.tanks import contents
 from hydrosim.tanks.pumping import PUMP_RUNNING
 from hydrosim.tanks.surface import FLUID_LEVEL
 
 
-class TankFlowKind(UnitKind):
+class TankFlowKind(kind.UnitKind):
     unit = "pump"
+    code = kind.FLOW_UNIT
     variables: ClassVar = {
-        "tank_level": Variable("level above the bottom of the tank", "m", "tank"),
-        "tank_mass": Variable("mass of the fluid in the tank", "kg"),
-        "pump_rate": Variable(
+        "tank_level": kind.Variable("level above the bottom of the tank", "m", "tank"),
+        "tank_mass": kind.Variable("mass of the fluid in the tank", "kg"),
+        "pump_rate": kind.Variable(
             "mass per time into the target, back to the source if negative", "kg/s"
         ),
-        "pump_mode": Variable("mode of a flow", "1", flags="waiting running over"),
-        "pump_segment": Variable("piece of its rates, counted from 0", "1"),
-        "mass": Variable("mass including the contents of tanks", "kg"),
-        "centre_of_gravity": Variable("centre of gravity from the body's origin", "m", "body"),
+        "pump_mode": kind.Variable("mode of a flow", "1", flags="waiting running over"),
+        "pump_segment": kind.Variable("piece of its rates, counted from 0", "1"),
+        "mass": kind.Variable("mass including the contents of tanks", "kg"),
+        "centre_of_gravity": kind.Variable("centre of gravity from the body's origin", "m", "body"),
     }
 
-    def constants_in(self, parts: KindConstants) -> Tanks:
+    def constants_in(self, parts: kind.KindConstants) -> contents.Tanks:
         return parts.tanks
 
     def unit_names(self, scene: Scene) -> list[str]:
         """Names of the flows."""
-        return flow_names(scene)
+        return contents.flow_names(scene)
 
-    def modes(self, p: Tanks) -> ModeRows:
-        return ModeRows(p.flows.size, first=p.flows["first"], last=p.flows["last"])
+    def modes(self, p: contents.Tanks) -> kind.ModeRows:
+        return kind.ModeRows(p.flows.size, first=p.flows["first"], last=p.flows["last"])
 
-    def states(self, p: Tanks, scene: Scene) -> Iterator[StateBlocks]:
-        yield StateBlocks("tank", tank_names(scene), ("volume",))
+    def states(self, p: contents.Tanks, scene: Scene) -> Iterator[kind.StateBlocks]:
+        yield kind.StateBlocks("tank", contents.tank_names(scene), ("volume",))
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
-        names = tank_names(scene)
+        names = contents.tank_names(scene)
         return {"tank": ("tank", names), **super().coordinates(scene)} if names else {}
 
-    def record(self, p: Tanks, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(self, p: contents.Tanks, bodies: Any, unit_record: kind.UnitRecord) -> kind.Columns:
         volume = unit_record.y[p.state : p.state + p.each.size]
         running = unit_record.modes[:, :, MODE] == PUMP_RUNNING
         rate = p.rates["rate"][unit_record.modes[:, :, SEGMENT]]
-        mass, centre = mass_and_centre(p, bodies["mass"], volume)
+        mass, centre = contents.mass_and_centre(p, bodies["mass"], volume)
         return {
-            "tank_level": (("time", "tank"), quantities(p, volume, FLUID_LEVEL)),
+            "tank_level": (("time", "tank"), contents.quantities(p, volume, FLUID_LEVEL)),
             "tank_mass": (("time", "tank"), volume * p.each["density"]),
             "pump_rate": (("time", "pump"), np.where(running, rate, 0)),
             "pump_mode": (("time", "pump"), unit_record.modes[:, :, MODE].astype(np.int8)),
@@ -75,8 +61,8 @@ class TankFlowKind(UnitKind):
             "centre_of_gravity": (("time", "body", "axis"), centre),
         }
 
-    def is_mirrored(self, p: Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
-        return is_mirrored(p, y, modes)
+    def is_mirrored(self, p: contents.Tanks, y: np.ndarray, modes: np.ndarray) -> bool:
+        return contents.is_mirrored(p, y, modes)
 
 
 TANK_FLOW_KIND = TankFlowKind()

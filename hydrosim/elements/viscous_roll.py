@@ -55,8 +55,7 @@ from math import pi, sqrt
 
 import numpy as np
 
-from hydrosim.elements import linear_mooring
-from hydrosim.elements.kind import ElementKind, Layout, LinearResistance, RollMode, axes_at_rest
+from hydrosim.elements import kind, linear_mooring
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.scene import ForceElement, Turns
@@ -143,7 +142,7 @@ class ViscousRoll(ForceElement):
                     " damping drives the roll."
                 )
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         return False
 
     def couplings(self) -> Iterator[np.ndarray]:
@@ -171,7 +170,7 @@ ROLLING = np.dtype(
 ``waves`` b, and m [kg m^2] at the natural ``frequency`` [rad/s]."""
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np.ndarray:
+def compile_elements(elements: Mapping[str, ForceElement], layout: kind.Layout) -> np.ndarray:
     """Constants (ne,) of `ROLLING` of the roll dampings among ``elements``."""
     moorings = linear_mooring.compile_elements(elements, layout)
     rows = []
@@ -179,13 +178,15 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> np
         if isinstance(e, ViscousRoll):
             body = layout.body[e.body]
             moored = moorings["stiffness"][moorings["body"] == body].sum(axis=0)
-            axes = axes_at_rest(layout.heading[body])
+            axes = kind.axes_at_rest(layout.heading[body])
             mode = layout.roll_mode(body, axes.T @ moored @ axes)
-            rows.append((body, layout.row[name], *_damping(name, e, mode, layout)))
+            rows.append((body, layout.row[name], *_roll_damping(name, e, mode, layout)))
     return np.array(rows, dtype=ROLLING)
 
 
-def _damping(name: str, element: ViscousRoll, mode: RollMode, layout: Layout) -> tuple[float, ...]:
+def _roll_damping(
+    name: str, element: ViscousRoll, mode: kind.RollMode, layout: kind.Layout
+) -> tuple[float, ...]:
     """Fields of `ROLLING` after body and row."""
     measured = element.p1 * mode.mass
     waves = mode.damping if element.includes_waves else 0.0
@@ -215,11 +216,11 @@ def linearise_damping(p: np.ndarray, deviation: np.ndarray) -> np.ndarray:
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the moment [N m] of every element to its row of ``wrench``, and the power [W] that it
     dissipates to ``rate``, in place."""
     for e in p:
-        rate[e.row] += _resist_roll(e, motion, bodies, wrench[e.row])
+        loads.rate[e.row] += _resist_roll(e, motion, bodies, loads.wrench[e.row])
 
 
 @kernel
@@ -236,13 +237,13 @@ def _resist_roll(e, motion, bodies, wrench):
     return moment * p
 
 
-class ViscousRollKind(ElementKind):
-    def resistances(self, p: np.ndarray) -> Iterator[LinearResistance]:
+class ViscousRollKind(kind.ElementKind):
+    def resistances(self, p: np.ndarray) -> Iterator[kind.LinearResistance]:
         """Linear damping of each element as a `LinearResistance`."""
         for e in p:
             damping = np.zeros((6, 6))
             damping[ROLL_DOF, ROLL_DOF] = e["linear"]
-            yield LinearResistance(e["row"], e["body"], damping, np.zeros(6))
+            yield kind.LinearResistance(e["row"], e["body"], damping, np.zeros(6))
 
 
 VISCOUS_ROLL_KIND = ViscousRollKind("viscous_rolls", (ViscousRoll,), compile_elements)

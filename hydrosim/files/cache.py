@@ -78,23 +78,23 @@ def cache_root() -> Path:
     folder of this process alone, with a warning."""
     chosen = os.environ.get("HYDROSIM_CACHE_DIR")
     base = os.environ.get("XDG_CACHE_HOME")
-    return _usable(Path(chosen or Path(base or os.path.expanduser("~/.cache"), "hydrosim")))
+    return _require_usable(Path(chosen or Path(base or os.path.expanduser("~/.cache"), "hydrosim")))
 
 
 def cache_folder(name: str) -> Path:
     """Folder of the cache, or a folder of this process alone as for `cache_root`."""
-    return _usable(cache_root() / name)
+    return _require_usable(cache_root() / name)
 
 
 def store(name: str, content: bytes) -> None:
     """Store ``content`` under ``name``, a relative path. A failure is ignored: the next process
     computes the content again."""
     with suppress(OSError):
-        path = _path(name)
+        path = _path_in_cache(name)
         handle, partial = tempfile.mkstemp(dir=path.parent, suffix=".partial")
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(_digest(name, content) + content)
+                file.write(_content_digest(name, content) + content)
             os.replace(partial, path)
         finally:
             with suppress(FileNotFoundError):
@@ -103,15 +103,15 @@ def store(name: str, content: bytes) -> None:
 
 def stored(name: str) -> bytes | None:
     """Content stored under ``name``; None if there is none, or if it was changed."""
-    path = _path(name)
+    path = _path_in_cache(name)
     try:
-        trusted = path.is_file() and not _exposure(path)
+        trusted = path.is_file() and not _exposure_text(path)
         content = path.read_bytes() if trusted else b""
     except OSError:
         return None
     _mark_used(path)
     size = DIGEST().digest_size
-    return content[size:] if content[:size] == _digest(name, content[size:]) else None
+    return content[size:] if content[:size] == _content_digest(name, content[size:]) else None
 
 
 def limit_size(pattern: str, limit: int) -> None:
@@ -139,19 +139,19 @@ def _mark_used(path: Path) -> None:
             os.utime(path)
 
 
-def _path(name: str) -> Path:
+def _path_in_cache(name: str) -> Path:
     folder, file = os.path.split(name)
     return cache_folder(folder) / file
 
 
-def _digest(name: str, content: bytes) -> bytes:
+def _content_digest(name: str, content: bytes) -> bytes:
     return DIGEST(f"{name}\0".encode() + content).digest()
 
 
 @lru_cache
-def _usable(folder: Path) -> Path:
+def _require_usable(folder: Path) -> Path:
     """Use the folder, or a new one that is removed at the end of this process."""
-    reason = _refusal(folder)
+    reason = _refusal_text(folder)
     if not reason:
         return folder
     private = tempfile.mkdtemp(prefix="hydrosim-")
@@ -164,7 +164,7 @@ def _usable(folder: Path) -> Path:
     return Path(private)
 
 
-def _refusal(folder: Path) -> str:
+def _refusal_text(folder: Path) -> str:
     """Reason why a folder cannot be used; empty if it can."""
     try:
         folder.mkdir(mode=OWNER_ONLY, parents=True, exist_ok=True)
@@ -175,10 +175,10 @@ def _refusal(folder: Path) -> str:
         return "it cannot be written to"
     for parent in filter(_lets_all_rename, parents):
         return f"every user may rename it in {parent} (to prevent this: chmod +t {parent})"
-    return _exposure(folder)
+    return _exposure_text(folder)
 
 
-def _exposure(path: Path) -> str:
+def _exposure_text(path: Path) -> str:
     """Reason why other users may have written a file or a folder; empty if they may not."""
     about = path.stat()
     if hasattr(os, "geteuid") and about.st_uid not in (os.geteuid(), 0):

@@ -66,22 +66,22 @@ class Units:
             return self._known[unit]
         if unit in WHOLE_UNITS:
             return DisplayUnit(*WHOLE_UNITS[unit])
-        display = self._compose(unit)
+        display = self._unit_of_product(unit)
         self._known[unit] = display
         return display
 
-    def _base(self, base: str) -> DisplayUnit:
+    def _unit_of_base(self, base: str) -> DisplayUnit:
         unit = self.chosen.get(base, DEFAULT_UNITS.get(base, base))
-        return DisplayUnit(_unit_symbol(unit), _factor(base, unit))
+        return DisplayUnit(_unit_symbol(unit), _factor_from_si(base, unit))
 
-    def _compose(self, unit: str) -> DisplayUnit:
+    def _unit_of_product(self, unit: str) -> DisplayUnit:
         numerator, *denominators = unit.split("/")
         names = []
         scale = 1.0
         for sign, group in ((1, numerator), *((-1, factors) for factors in denominators)):
             read = []
-            for base, power in _parts(group):
-                name, factor = self._base(base)
+            for base, power in _bases_of_product(group):
+                name, factor = self._unit_of_base(base)
                 read.append(name if power == 1 else f"{name}^{power}")
                 scale *= factor ** (sign * power)
             names.append(" ".join(read))
@@ -124,7 +124,7 @@ def unit_of_dof(dof: str) -> str:
     return "m" if dof in DOFS[:3] else "rad"
 
 
-def _parts(group: str) -> Iterator[tuple[str, int]]:
+def _bases_of_product(group: str) -> Iterator[tuple[str, int]]:
     """Bases of a product and their powers: "kg m^2" is kg and m with 2."""
     for name, power in FACTOR_PATTERN.findall(group):
         yield name, int(power or 1)
@@ -134,7 +134,7 @@ def _unit_symbol(unit: str) -> str:
     return UNIT_SYMBOLS.get(unit, unit)
 
 
-def _factor(base: str, unit: str) -> float:
+def _factor_from_si(base: str, unit: str) -> float:
     """What a number in the SI unit ``base`` is multiplied by to be in ``unit``."""
     if unit == base:
         return 1.0

@@ -44,7 +44,7 @@ from hydrosim.files.document_nodes import (
 
 def html_of(document: DocumentContents) -> str:
     """The document without its details and without charts."""
-    return "".join(_parts(document))
+    return "".join(_rendered_parts(document))
 
 
 def element(tag: str, *texts: str) -> str:
@@ -52,7 +52,7 @@ def element(tag: str, *texts: str) -> str:
     return f"<{tag}>{'<br>'.join(escape(text) for text in texts)}</{tag}>"
 
 
-def _parts(document: DocumentContents) -> Iterator[str]:
+def _rendered_parts(document: DocumentContents) -> Iterator[str]:
     yield element("h3", document.title)
     if document.subtitle:
         yield element("p", document.subtitle)
@@ -76,7 +76,7 @@ def _node_html(node: Node, units: Units) -> str:
             items_html = "".join(element("li", text_of(item, units)) for item in items)
             return f"{element('p', title) if title else ''}<ul>{items_html}</ul>"
         case Table():
-            return _table(node, units)
+            return _table_text(node, units)
         case Heading():
             return element("h4", node.text)
         case Drawing():
@@ -84,7 +84,7 @@ def _node_html(node: Node, units: Units) -> str:
     return ""
 
 
-def _table(node: Table, units: Units) -> str:
+def _table_text(node: Table, units: Units) -> str:
     head, rows = render_table(node, units)
     top = "".join(element("th", name) for name in head)
     body = (f"<tr>{''.join(element('td', cell.text) for cell in row)}</tr>" for row in rows)
@@ -186,19 +186,19 @@ def _render_node(node: Node, units: Units, width: int) -> Iterator[RenderableTyp
             yield from (f"  {text_of(item, units)}" for item in items)
         case Table():
             yield from filter(None, [node.title])
-            yield _grid(*render_table(node, units), width)
+            yield _lay_out_grid(*render_table(node, units), width)
             yield ""
         case Heading():
             yield from filter(None, [node.text])
 
 
-def _grid(head: list[str], rows: list[list[RenderedCell]], width: int) -> Grid:
+def _lay_out_grid(head: list[str], rows: list[list[RenderedCell]], width: int) -> Grid:
     """A table, as wide as the terminal where it can be."""
     columns = [
         TextColumn(name, [row[k].text for row in rows], any(row[k].numeric for row in rows))
         for k, name in enumerate(head)
     ]
-    widths = _widths(columns, width)
+    widths = _column_widths(columns, width)
     total = sum(widths) + COLUMN_GAP * (len(columns) - 1)
     grid = Grid(
         box=TABLE_BOX,
@@ -216,7 +216,7 @@ def _grid(head: list[str], rows: list[list[RenderedCell]], width: int) -> Grid:
     return grid
 
 
-def _widths(columns: Sequence[TextColumn], width: int) -> list[int]:
+def _column_widths(columns: Sequence[TextColumn], width: int) -> list[int]:
     """The width of each column. Where the terminal is too narrow, heads of numbers are broken
     between words, then texts."""
     widths = [max(map(len, [column.name, *column.texts])) for column in columns]

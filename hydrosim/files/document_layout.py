@@ -31,17 +31,17 @@ def value_text(value: object) -> str:
     if not text.startswith(("[", "{")):
         return text
     try:
-        return _words(json.loads(text), "; ")
+        return _value_words(json.loads(text), "; ")
     except ValueError:
         return text
 
 
-def _words(value: object, between: str = ", ") -> str:
+def _value_words(value: object, between: str = ", ") -> str:
     """A value in words; items of a list of lists are told apart from their own items."""
     if isinstance(value, dict):
-        return ", ".join(f"{key} {_words(of, '; ')}" for key, of in value.items())
+        return ", ".join(f"{key} {_value_words(of, '; ')}" for key, of in value.items())
     if isinstance(value, list):
-        return between.join(map(_words, value)) or "none"
+        return between.join(map(_value_words, value)) or "none"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
@@ -87,12 +87,13 @@ def text_of(part: Cell, units: Units) -> str:
     as it is."""
     match part:
         case Value():
-            return _with_unit(_number_text(part, units), part, units)
+            return _text_with_unit(_number_text(part, units), part, units)
         case Between():
             low, high = (
-                _number_text(Value(end, part.unit, part.digits), units) for end in _ends(part)
+                _number_text(Value(end, part.unit, part.digits), units)
+                for end in _interval_ends(part)
             )
-            return _with_unit(_interval(part, low, high), part, units)
+            return _text_with_unit(_interval_text(part, low, high), part, units)
         case Sentence():
             filled = (text_of(piece, units) for piece in part.parts)
             return part.text.format(*filled) if part.parts else part.text
@@ -126,7 +127,7 @@ def decimals_of(numbers: Iterable[float], digits: int) -> int:
         return 0
     largest = max(magnitudes)
     smallest = min(x for x in magnitudes if x >= NEGLIGIBLE_FRACTION * largest)
-    needed = max(_decimals(largest, digits), _decimals(smallest, min(digits, MIN_DIGITS)))
+    needed = max(_decimals_of(largest, digits), _decimals_of(smallest, min(digits, MIN_DIGITS)))
     most = min(max(needed, 0), MOST_DECIMALS)
     return next((n for n in range(most) if _are_exact(magnitudes, n, most)), most)
 
@@ -136,7 +137,7 @@ def _are_exact(numbers: Sequence[float], decimals: int, most: int) -> bool:
     return all(abs(x - round(x, decimals)) < 0.5 * 10.0**-most for x in numbers)
 
 
-def _decimals(number: float, digits: int) -> int:
+def _decimals_of(number: float, digits: int) -> int:
     return digits - 1 - floor(log10(number))
 
 
@@ -190,7 +191,7 @@ def _align_cells(cells: Sequence[Cell], units: Units) -> list[RenderedCell]:
     for value in (value for cell in cells for value in _values_of_cell(cell)):
         values.setdefault(value.unit, []).append(value)
     scales = {
-        unit: _scale(cells_of_unit, units.display_unit(unit).factor)
+        unit: _common_scale(cells_of_unit, units.display_unit(unit).factor)
         for unit, cells_of_unit in values.items()
     }
     return [
@@ -199,14 +200,14 @@ def _align_cells(cells: Sequence[Cell], units: Units) -> list[RenderedCell]:
     ]
 
 
-def _scale(values: Sequence[Value | Between], factor: float) -> DecimalScale:
+def _common_scale(values: Sequence[Value | Between], factor: float) -> DecimalScale:
     digits = max(value.digits for value in values)
     return DecimalScale(
-        factor, decimals_of((factor * end for v in values for end in _ends(v)), digits)
+        factor, decimals_of((factor * end for v in values for end in _interval_ends(v)), digits)
     )
 
 
-def _ends(value: Value | Between) -> tuple[float, ...]:
+def _interval_ends(value: Value | Between) -> tuple[float, ...]:
     return (value.number,) if isinstance(value, Value) else (value.low, value.high)
 
 
@@ -219,11 +220,11 @@ def _render_aligned(cell: Cell, scales: Mapping[str, DecimalScale]) -> RenderedC
 
 
 def _scaled_text(value: Value | Between, scale: DecimalScale) -> str:
-    ends = [_decimal(scale.factor * end, scale.decimals) for end in _ends(value)]
-    return ends[0] if isinstance(value, Value) else _interval(value, *ends)
+    ends = [_decimal_text(scale.factor * end, scale.decimals) for end in _interval_ends(value)]
+    return ends[0] if isinstance(value, Value) else _interval_text(value, *ends)
 
 
-def _interval(cell: Between, low: str, high: str) -> str:
+def _interval_text(cell: Between, low: str, high: str) -> str:
     """An interval in words. An end that is infinite is not known."""
     if isinf(cell.low) and isinf(cell.high):
         return NO_VALUE
@@ -234,7 +235,7 @@ def _interval(cell: Between, low: str, high: str) -> str:
     return NO_VALUE if low == high == NO_VALUE else f"{low} to {high}"
 
 
-def _decimal(number: float, decimals: int) -> str:
+def _decimal_text(number: float, decimals: int) -> str:
     if not isfinite(number):
         return NO_VALUE
     if number == 0.0:
@@ -257,6 +258,6 @@ def _number_text(value: Value, units: Units) -> str:
     return digits_of(units.display_unit(value.unit).factor * value.number, value.digits)
 
 
-def _with_unit(text: str, cell: Value | Between, units: Units) -> str:
+def _text_with_unit(text: str, cell: Value | Between, units: Units) -> str:
     unit = units.display_unit(cell.unit).unit
     return text if text == NO_VALUE else f"{text} {unit}".strip()

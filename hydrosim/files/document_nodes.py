@@ -209,7 +209,7 @@ class DocumentContents:
     @property
     def sections(self) -> list[Section]:
         """The nodes below each heading. What stands before the first has a heading without text."""
-        return list(_sections(self.nodes))
+        return list(_split_sections(self.nodes))
 
 
 def warnings(lines: Sequence[str]) -> list[Verdict]:
@@ -217,7 +217,7 @@ def warnings(lines: Sequence[str]) -> list[Verdict]:
     return [Verdict(Outcome.WARNING, line) for line in lines]
 
 
-def _sections(nodes: Sequence[Node]) -> Iterator[Section]:
+def _split_sections(nodes: Sequence[Node]) -> Iterator[Section]:
     heading = Heading("")
     below: list[Node] = []
     for node in nodes:

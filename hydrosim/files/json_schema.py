@@ -65,13 +65,13 @@ def meanings(model: type[BaseModel]) -> dict[str, str]:
     """Meaning of each key of a ``model``: the docstring below its field."""
     texts: dict[str, str] = {}
     for base in reversed(model.__mro__):
-        texts |= _docstrings(base.__module__).get(base.__qualname__, {})
+        texts |= _field_docstrings(base.__module__).get(base.__qualname__, {})
     fields = model.model_fields.items()
     return {field.alias or name: texts[name] for name, field in fields if name in texts}
 
 
 @lru_cache(maxsize=64)
-def _docstrings(module: str) -> dict[str, dict[str, str]]:
+def _field_docstrings(module: str) -> dict[str, dict[str, str]]:
     """Docstrings below the fields of each class of a module."""
     if not module.startswith("hydrosim."):
         return {}
@@ -90,16 +90,18 @@ def _documented_fields(node: ast.ClassDef) -> Iterator[tuple[str, str]]:
 def json_schema(model: type[BaseModel], title: str) -> Schema:
     """JSON schema (draft 2020-12) of the files that ``model`` reads. A file with the key `extends`
     may leave keys out, and null removes a key of the file below."""
-    whole = _tidy(model.model_json_schema(schema_generator=_Described))
-    shared, whole = _with_short_names(whole.pop("$defs", {}), whole)
+    whole = _tidy_schema(model.model_json_schema(schema_generator=_Described))
+    shared, whole = _shorten_names(whole.pop("$defs", {}), whole)
     definitions: dict[str, Schema] = {}
     shared, whole = (_share_definitions(document, definitions) for document in (shared, whole))
     for document in (*shared.values(), whole):
         _append_units(document, definitions)
     shared |= definitions
-    deep = _with_mappings(shared)
-    parts = {f"Part_{name}": _partial(shared[name], name, deep) for name in shared if name in deep}
-    over = _partial(whole, "Whole", deep)
+    deep = _names_of_mappings(shared)
+    parts = {
+        f"Part_{name}": _partial_schema(shared[name], name, deep) for name in shared if name in deep
+    }
+    over = _partial_schema(whole, "Whole", deep)
     whole["properties"] = {"extends": False, **whole["properties"]}
     over["properties"] = {"extends": EXTENDS, **over["properties"]}
     return {
@@ -127,24 +129,24 @@ def either_schema(title: str, key: str, with_it: Schema, without: Schema) -> Sch
     return either
 
 
-def _tidy(schema: Any) -> Any:
+def _tidy_schema(schema: Any) -> Any:
     """The schema with alternatives selected by the kind that they name, so that an editor shows the
     mistake inside the right one. Titles and null are removed from keys."""
     if isinstance(schema, list):
-        return [_tidy(item) for item in schema]
+        return [_tidy_schema(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
     named = schema.get("discriminator")
     if isinstance(named, dict) and "mapping" in named:
         told = {key: schema[key] for key in ("description", "default") if key in schema}
-        return {**_chosen(named["propertyName"], named["mapping"]), **told}
-    tidy = {EQUIVALENT_KEYWORDS.get(key, key): _tidy(item) for key, item in schema.items()}
+        return {**_schema_by_kind(named["propertyName"], named["mapping"]), **told}
+    tidy = {EQUIVALENT_KEYWORDS.get(key, key): _tidy_schema(item) for key, item in schema.items()}
     if isinstance(tidy.get("properties"), dict):
-        tidy["properties"] = {k: _without_null(x) for k, x in tidy["properties"].items()}
+        tidy["properties"] = {k: _drop_null(x) for k, x in tidy["properties"].items()}
     return tidy
 
 
-def _without_null(schema: Schema) -> Schema:
+def _drop_null(schema: Schema) -> Schema:
     """The schema of a key that may be left out and then has no value."""
     without_title = {
         k: x for k, x in schema.items() if k != "title" and (k, x) != ("default", None)
@@ -155,7 +157,7 @@ def _without_null(schema: Schema) -> Schema:
     return {**without_title, "anyOf": values} if values else without_title
 
 
-def _chosen(key: str, mapping: dict[str, str]) -> Schema:
+def _schema_by_kind(key: str, mapping: dict[str, str]) -> Schema:
     """The schema of mappings whose ``key`` names their kind."""
     branches = [
         {"if": {"properties": {key: {"const": name}}, "required": [key]}, "then": {"$ref": where}}
@@ -165,7 +167,7 @@ def _chosen(key: str, mapping: dict[str, str]) -> Schema:
     return {"type": "object", **allowed, "allOf": branches}
 
 
-def _with_short_names(shared: Schema, whole: Schema) -> tuple[Schema, Schema]:
+def _shorten_names(shared: Schema, whole: Schema) -> tuple[Schema, Schema]:
     """Definitions and the whole with the names of models, numbered where several models share
     one."""
     names: dict[str, str] = {}
@@ -194,7 +196,9 @@ def _share_definitions(schema: Any, definitions: dict[str, Schema]) -> Any:
         key: _share_definitions(x, definitions) for key, x in schema.items() if key not in siblings
     }
     if isinstance(schema.get("quantity"), str):
-        return {"$ref": f"{DEFINITION_PREFIX}{_quantity(siblings | rest, definitions)}"} | siblings
+        return {
+            "$ref": f"{DEFINITION_PREFIX}{_quantity_text(siblings | rest, definitions)}"
+        } | siblings
     if "prefixItems" in rest:
         name = _known_as(f"list_of_{len(rest['prefixItems'])}", rest, definitions)
         return {"$ref": f"{DEFINITION_PREFIX}{name}"} | siblings
@@ -204,7 +208,7 @@ def _share_definitions(schema: Any, definitions: dict[str, Schema]) -> Any:
     return siblings | rest
 
 
-def _quantity(schema: Schema, definitions: dict[str, Schema]) -> str:
+def _quantity_text(schema: Schema, definitions: dict[str, Schema]) -> str:
     """The name of the definition of a quantity."""
     what, unit = schema["quantity"], schema["unit"]
     meaning = f"{what} in {unit}, or with a unit" if unit else what
@@ -240,52 +244,54 @@ def _units_of(value: Any, definitions: Mapping[str, Schema]) -> Iterator[str]:
             yield from _units_of(value.get(key), definitions)
 
 
-def _with_mappings(shared: Mapping[str, Schema]) -> set[str]:
+def _names_of_mappings(shared: Mapping[str, Schema]) -> set[str]:
     """The definitions that are mappings, or refer to one."""
     texts = {name: json.dumps(definition) for name, definition in shared.items()}
     deep = {name for name, text in texts.items() if '"type": "object"' in text}
-    while more := {name for name, text in texts.items() if _refers(text, deep)} - deep:
+    while more := {name for name, text in texts.items() if _refers_to(text, deep)} - deep:
         deep |= more
     return deep
 
 
-def _refers(text: str, names: set[str]) -> bool:
+def _refers_to(text: str, names: set[str]) -> bool:
     return any(f'"{DEFINITION_PREFIX}{name}"' in text for name in names)
 
 
-def _partial(schema: Schema, name: str, deep: set[str]) -> Schema:
+def _partial_schema(schema: Schema, name: str, deep: set[str]) -> Schema:
     """The definition ``name`` with no key required and with null for each. Keys without mappings
     below are unchanged."""
-    partial: Schema = _optional(schema, deep)
+    partial: Schema = _make_optional(schema, deep)
     for key, value in schema.get("properties", {}).items():
         text = json.dumps(value)
-        if '"type": "object"' not in text and not _refers(text, deep):
+        if '"type": "object"' not in text and not _refers_to(text, deep):
             place = {"$ref": f"{DEFINITION_PREFIX}{name}/properties/{key}"}
-            partial["properties"][key] = _or_none(place)
+            partial["properties"][key] = _allow_null(place)
     return partial
 
 
-def _optional(schema: Any, deep: set[str]) -> Any:
+def _make_optional(schema: Any, deep: set[str]) -> Any:
     """The schema with no key required, with null for each, and with the partial form of nested
     definitions."""
     if isinstance(schema, list):
-        return [_optional(item, deep) for item in schema]
+        return [_make_optional(item, deep) for item in schema]
     if not isinstance(schema, dict):
         return schema
     keywords = {key: item for key, item in schema.items() if key != "examples"}
     optional = {
-        key: item if key == "if" else _optional(item, deep) for key, item in keywords.items()
+        key: item if key == "if" else _make_optional(item, deep) for key, item in keywords.items()
     }
     name = str(schema.get("$ref", "")).removeprefix(DEFINITION_PREFIX)
     if name in deep:
         optional["$ref"] = f"{DEFINITION_PREFIX}Part_{name}"
     if schema.get("type") == "object":
         optional.pop("required", None)
-        optional["properties"] = {k: _or_none(x) for k, x in optional.get("properties", {}).items()}
+        optional["properties"] = {
+            k: _allow_null(x) for k, x in optional.get("properties", {}).items()
+        }
         if isinstance(optional.get("additionalProperties"), dict):
-            optional["additionalProperties"] = _or_none(optional["additionalProperties"])
+            optional["additionalProperties"] = _allow_null(optional["additionalProperties"])
     return optional
 
 
-def _or_none(schema: Schema) -> Schema:
+def _allow_null(schema: Schema) -> Schema:
     return {"anyOf": [schema, NULL]}

@@ -75,8 +75,8 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
         raise error_at(
             named.start_mark, f"{EXTENDS}: {base} leads back here; expected another file"
         )
-    under = _with_folder(read_case(base, chain)[1], Path(str(plain_values(named))).parent)
-    whole = _overlay(under, _mapping(over, node))
+    under = _prefix_paths(read_case(base, chain)[1], Path(str(plain_values(named))).parent)
+    whole = _merge_nodes(under, _mapping(over, node))
     return f"# {path.name} over {base.name}\n{yaml_text(whole)}", whole
 
 
@@ -91,18 +91,18 @@ def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
     value = compose_nodes(text, name)
     if not key.strip() or value is None:
         raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")
-    return _assign(node, key.strip().split("."), value)
+    return _assign_value(node, key.strip().split("."), value)
 
 
 def settings_of(values: Mapping[str, Any]) -> list[str]:
     """``KEY=VALUE`` of each entry; values are numbers, texts, lists, mappings, arrays or None."""
     return [
-        f"{key}={json.dumps(value, default=_simple, ensure_ascii=False)}"
+        f"{key}={json.dumps(value, default=_plain_value, ensure_ascii=False)}"
         for key, value in values.items()
     ]
 
 
-def _simple(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     """numpy's numbers and arrays as Python's, other values (a path) as text."""
     return value.tolist() if hasattr(value, "tolist") else str(value)
 
@@ -130,25 +130,26 @@ def _read_text(path: Path) -> str:
         raise InputError(f"{path}:{line}: found bytes that are no text; expected UTF-8") from None
 
 
-def _with_folder(node: Node, folder: Path) -> Node:
+def _prefix_paths(node: Node, folder: Path) -> Node:
     """``node`` with ``folder`` before all relative paths."""
     if isinstance(node, SequenceNode):
-        items = [_with_folder(item, folder) for item in node.value]
-        return SequenceNode(node.tag, items, *_marks(node), node.flow_style)
+        items = [_prefix_paths(item, folder) for item in node.value]
+        return SequenceNode(node.tag, items, *_marks_of_node(node), node.flow_style)
     if not isinstance(node, MappingNode):
         return node
     moved = {
-        key: (name, _with_folder(value, folder)) for key, (name, value) in entry_nodes(node).items()
+        key: (name, _prefix_paths(value, folder))
+        for key, (name, value) in entry_nodes(node).items()
     }
     for key in FILES & moved.keys():
         name, value = moved[key]
         if isinstance(value, ScalarNode) and not _is_null(value):
             path = str(folder / value.value)
-            moved[key] = name, ScalarNode(value.tag, path, *_marks(value), value.style)
+            moved[key] = name, ScalarNode(value.tag, path, *_marks_of_node(value), value.style)
     return _mapping(moved, node)
 
 
-def _overlay(base: Node | None, over: Node) -> Node:
+def _merge_nodes(base: Node | None, over: Node) -> Node:
     if not isinstance(base, MappingNode) or not isinstance(over, MappingNode):
         return over
     if REPLACING_KEYS & entry_nodes(over).keys():
@@ -156,15 +157,15 @@ def _overlay(base: Node | None, over: Node) -> Node:
     result = entry_nodes(base)
     for key, (name, value) in entry_nodes(over).items():
         if _is_null(value):
-            _require(key, result, name)
+            _require_keys(key, result, name)
             del result[key]
         else:
             _, under = result.get(key, (name, None))
-            result[key] = name, _overlay(under, value)
+            result[key] = name, _merge_nodes(under, value)
     return _mapping(result, base)
 
 
-def _assign(node: Node | None, keys: Sequence[str], value: Node) -> Node:
+def _assign_value(node: Node | None, keys: Sequence[str], value: Node) -> Node:
     """``node``, or a new mapping, with ``value`` at ``keys``; list entries, bodies and forces must
     exist already."""
     if not keys:
@@ -177,25 +178,25 @@ def _assign(node: Node | None, keys: Sequence[str], value: Node) -> Node:
         text = f'found the value "{node.value}" there; expected no key "{key}" below it'
         raise error_at(value.start_mark, text)
     inside = entry_nodes(node)
-    new = ScalarNode(TEXT, key, *_marks(value))
+    new = ScalarNode(TEXT, key, *_marks_of_node(value))
     name, under = inside.get(key, (new, None))
     if key in NAMED and len(rest) > 1:
-        _require(rest[0], entry_nodes(under), value)
-    inside[key] = name if rest else new, _assign(under, rest, value)
+        _require_keys(rest[0], entry_nodes(under), value)
+    inside[key] = name if rest else new, _assign_value(under, rest, value)
     if not rest and _is_null(value):
-        _require(key, entry_nodes(node), value)
+        _require_keys(key, entry_nodes(node), value)
         del inside[key]
     return _mapping(inside, node or value)
 
 
 def _assigned_item(node: SequenceNode, key: str, rest: Sequence[str], value: Node) -> SequenceNode:
     items = {str(i): item for i, item in enumerate(node.value)}
-    _require(key, items, value)
-    items[key] = _assign(items[key], rest, value)
-    return SequenceNode(node.tag, list(items.values()), *_marks(node), node.flow_style)
+    _require_keys(key, items, value)
+    items[key] = _assign_value(items[key], rest, value)
+    return SequenceNode(node.tag, list(items.values()), *_marks_of_node(node), node.flow_style)
 
 
-def _require(key: str, names: Collection[str], at: Node) -> None:
+def _require_keys(key: str, names: Collection[str], at: Node) -> None:
     if key not in names:
         text = f'found no "{key}" there; expected one of: {", ".join(names) or "nothing"}'
         raise error_at(at.start_mark, with_hint(text, suggestion(key, names)))
@@ -203,10 +204,10 @@ def _require(key: str, names: Collection[str], at: Node) -> None:
 
 def _mapping(inside: Mapping[str, tuple[ScalarNode, Node]], like: Node) -> MappingNode:
     flow = like.flow_style if isinstance(like, MappingNode) else False
-    return MappingNode(MAP, list(inside.values()), *_marks(like), flow)
+    return MappingNode(MAP, list(inside.values()), *_marks_of_node(like), flow)
 
 
-def _marks(node: Node) -> tuple[yaml.Mark, yaml.Mark]:
+def _marks_of_node(node: Node) -> tuple[yaml.Mark, yaml.Mark]:
     return node.start_mark, node.end_mark
 
 

@@ -60,7 +60,7 @@ def _lock_held(path: Path, what: Path) -> Iterator[None]:
     """Open and lock the file. Try again if its earlier owner removed it meanwhile."""
     while True:
         with _open_lock(path) as file:
-            if not _lock(file):
+            if not _try_lock(file):
                 raise InputError(
                     f"{what}: is being written by another process, {file.read(100).strip()}. Wait"
                     f" until it ends, or give another name. If it no longer exists, remove {path}."
@@ -89,11 +89,11 @@ def _open_lock(path: Path) -> TextIO:
     try:
         number = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
     except OSError as error:
-        raise _no_lock(path, str(error.strerror)) from None
+        raise _lock_error(path, str(error.strerror)) from None
     file = os.fdopen(number, "r+", encoding="utf-8", errors="replace")
     if not stat.S_ISREG(os.fstat(number).st_mode) or not HOLDER_PATTERN.fullmatch(file.read(300)):
         file.close()
-        raise _no_lock(path, "it is no lock file")
+        raise _lock_error(path, "it is no lock file")
     file.seek(0)
     return file
 
@@ -106,12 +106,12 @@ def is_lock(path: Path) -> bool:
         return HOLDER_PATTERN.fullmatch(file.read(300)) is not None
 
 
-def _no_lock(path: Path, reason: str) -> InputError:
+def _lock_error(path: Path, reason: str) -> InputError:
     text = f"{path}: expected no file, or a lock file of this program ({reason}). Move it away."
     return InputError(text)
 
 
-def _lock(file: TextIO) -> bool:
+def _try_lock(file: TextIO) -> bool:
     """Try to lock the file. True if no other process has it. Where the file system has no locks
     (ENOLCK, ENOSYS, ESTALE), the owner that the file names has it while it lives."""
     if sys.platform != "win32":

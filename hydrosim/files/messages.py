@@ -131,11 +131,11 @@ def suggestion(word: str, candidates: Iterable[str]) -> str:
 
 def closest_word(word: str, candidates: Iterable[str]) -> str:
     """The word of ``candidates`` that was probably meant; empty without a similar one."""
-    return next(_closest_words(_plain(word), list(candidates)), "")
+    return next(_closest_words(_plain_word(word), list(candidates)), "")
 
 
 def _closest_words(word: str, candidates: list[str]) -> Iterator[str]:
-    plain = {_plain(name): name for name in candidates}
+    plain = {_plain_word(name): name for name in candidates}
     yield from [plain[word]] if word in plain else []
     yield from (name for name in candidates if word in SYNONYMS.get(name, "").split())
     yield from (name for name in candidates if "_" in word and _has_words(name, word))
@@ -144,10 +144,10 @@ def _closest_words(word: str, candidates: list[str]) -> Iterator[str]:
 
 def _has_words(name: str, word: str) -> bool:
     """Whether a name has all words of ``word``, in any order."""
-    return {*word.split("_")} <= {*_plain(name).split("_")}
+    return {*word.split("_")} <= {*_plain_word(name).split("_")}
 
 
-def _plain(word: str) -> str:
+def _plain_word(word: str) -> str:
     """A word in lower case, with its parts joined by one underscore."""
     parts = re.sub(r"([a-z0-9])([A-Z][a-z])", r"\1_\2", word)
     return re.sub(r"[\s_-]+", "_", parts.strip().lower())
@@ -199,22 +199,22 @@ def _problem_of_error(
         case "hydrosim":
             return Problem(keys, context["text"])
         case "extra_forbidden":
-            return _unknown(
+            return _unknown_key_problem(
                 keys, readers.get(id(_value_at(data, keys[:-1]))), _similar_errors(details, every)
             )
         case "missing" if isinstance(keys[-1], int):
             return Problem(keys[:-1], _too_few(value, _similar_errors(details, every)))
         case "missing":
-            return Problem(keys, _missing(keys, readers[id(value)]))
+            return Problem(keys, _missing_keys_text(keys, readers[id(value)]))
         case "union_tag_invalid":
             key = context["discriminator"].strip("'")
-            return Problem((*keys, key), _choice(context["tag"], context["expected_tags"]))
+            return Problem((*keys, key), _choice_text(context["tag"], context["expected_tags"]))
         case "union_tag_not_found":
             key = context["discriminator"].strip("'")
             text = f'found no key "{key}"; expected it to say which kind this is'
             return Problem(keys, with_hint(text, _misspelt_key_advice(key, value)))
         case "literal_error" | "enum":
-            return Problem(keys, _choice(value, context["expected"]))
+            return Problem(keys, _choice_text(value, context["expected"]))
         case "too_long":
             return Problem(
                 keys, f"found {value_text(value)}; expected {context['max_length']} values"
@@ -225,13 +225,13 @@ def _problem_of_error(
                 keys, f"found {value_text(value)}; expected {_count_text(least)} or more"
             )
         case "tuple_type" if len(_similar_errors(details, every)) > 1:
-            return Problem(keys[:-1], _flat(_value_at(data, keys[:-1])))
+            return Problem(keys[:-1], _flat_text(_value_at(data, keys[:-1])))
         case "tuple_type" if isinstance(value, str):
             return Problem(
                 keys, f"found {value_text(value)}; expected a list, in brackets: [{value}]"
             )
         case "model_type":
-            return Problem(keys, f"found {value_text(value)}; expected {_mapping(context)}")
+            return Problem(keys, f"found {value_text(value)}; expected {_mapping_text(context)}")
         case kind:
             expected = EXPECTED.get(kind, details["msg"].removeprefix("Input should be "))
             return Problem(keys, f"found {value_text(value)}; expected {expected}")
@@ -250,7 +250,7 @@ def _renamed_keys(every: Sequence[Details], data: Any, readers: Readers) -> Iter
         keys = error["loc"]
         reader = readers.get(id(_value_at(data, keys[:-1])))
         if error["type"] == "extra_forbidden" and reader:
-            corrected = (*keys[:-1], closest_word(str(keys[-1]), _fields(reader)))
+            corrected = (*keys[:-1], closest_word(str(keys[-1]), _fields_of_reader(reader)))
             yield from {corrected} & missing
 
 
@@ -258,16 +258,18 @@ def _count_text(count: int) -> str:
     return "one" if count == 1 else f"{count}"
 
 
-def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details]) -> Problem:
-    fields = _fields(reader) if reader else {}
+def _unknown_key_problem(
+    keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details]
+) -> Problem:
+    fields = _fields_of_reader(reader) if reader else {}
     if len(alike) >= MANY_UNKNOWN:
         names = ", ".join(str(error["loc"][-1]) for error in alike)
         text = f"found {len(alike)} unknown keys, {names}; expected some of: {', '.join(fields)}"
         return Problem(keys[:-1], text)
     key = str(keys[-1])
-    if comma := _of_comma(key):
+    if comma := _comma_remedy(key):
         return Problem(keys, f"found a key that begins with a digit; {comma}")
-    remedy = _of_colon(key, fields) or suggestion(key, fields)
+    remedy = _colon_remedy(key, fields) or suggestion(key, fields)
     expected = (
         "" if remedy and len(fields) > MANY_KNOWN else f"expected one of: {', '.join(fields)}"
     )
@@ -275,14 +277,14 @@ def _unknown(keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details
     return Problem(keys, text)
 
 
-def _of_comma(key: str) -> str:
+def _comma_remedy(key: str) -> str:
     """The remedy for the part after a decimal comma, which begins a new entry in braces."""
     if re.fullmatch(r"\d+( .*)?", key):
         return f'is it the end of a number with a decimal comma? Write a point, as in "2.{key}"'
     return ""
 
 
-def _of_colon(key: str, fields: Mapping[str, Any]) -> str:
+def _colon_remedy(key: str, fields: Mapping[str, Any]) -> str:
     """The remedy if a colon, or the blank after it, is missing after a known key."""
     first = re.split(r"[\s:]", key)[0]
     return f'write "{first}: value", with a colon and a blank' if first in {*fields} - {key} else ""
@@ -291,7 +293,7 @@ def _of_colon(key: str, fields: Mapping[str, Any]) -> str:
 def _misspelt_key_advice(key: str, value: Any) -> str:
     """The key of a mapping that probably stands for ``key``."""
     names = [str(name) for name in value] if isinstance(value, dict) else []
-    given = next((name for name in names if _of_colon(name, {key: None})), "")
+    given = next((name for name in names if _colon_remedy(name, {key: None})), "")
     if given:
         return f'write "{key}: value", with a colon and a blank, not "{given}"'
     other_name = next((name for name in names if closest_word(name, [key])), "")
@@ -303,42 +305,44 @@ def _too_few(value: Any, alike: Sequence[Details]) -> str:
     return f"found {value_text(value)}; expected {count} values"
 
 
-def _flat(value: Sequence[Any]) -> str:
+def _flat_text(value: Sequence[Any]) -> str:
     inside = ", ".join(map(str, value))
     example = f", [[{inside}]]" if len(inside) < MAX_LIST_LETTERS else ""
     return f"found a list of values; expected a list of lists; put it in brackets{example}"
 
 
-def _mapping(context: Mapping[str, Any]) -> str:
+def _mapping_text(context: Mapping[str, Any]) -> str:
     """Description of the mapping that the model of that name reads."""
-    models = [model for model in _models(BaseModel) if model.__name__ == context.get("class_name")]
+    models = [
+        model for model in _models_below(BaseModel) if model.__name__ == context.get("class_name")
+    ]
     if not models:
         return EXPECTED["model_type"]
-    fields = _fields(models[0])
+    fields = _fields_of_reader(models[0])
     needed = [name for name, field in fields.items() if field.is_required()]
     if not needed:
         return f"a mapping with some of {', '.join(fields)}"
     return f"a mapping with the key{'s' * (len(needed) > 1)} {', '.join(needed)}"
 
 
-def _models(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
+def _models_below(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
     for subclass in base.__subclasses__():
         yield subclass
-        yield from _models(subclass)
+        yield from _models_below(subclass)
 
 
-def _missing(keys: Keys, reader: type[BaseModel]) -> str:
-    about = _fields(reader)[str(keys[-1])].metadata
+def _missing_keys_text(keys: Keys, reader: type[BaseModel]) -> str:
+    about = _fields_of_reader(reader)[str(keys[-1])].metadata
     expected = next((item.expected_text for item in about if isinstance(item, Quantity)), "one")
     return f'found no key "{keys[-1]}"; expected {expected}'
 
 
-def _fields(reader: type[BaseModel]) -> dict[str, FieldInfo]:
+def _fields_of_reader(reader: type[BaseModel]) -> dict[str, FieldInfo]:
     """The fields of a model, by the keys of a file."""
     return {field.alias or name: field for name, field in reader.model_fields.items()}
 
 
-def _choice(value: Any, expected: str) -> str:
+def _choice_text(value: Any, expected: str) -> str:
     choices = re.findall(r"'([^']*)'", expected)
     text = f"found {value_text(value)}; expected one of: {', '.join(choices)}"
     return with_hint(text, suggestion(str(value), choices))
@@ -378,9 +382,9 @@ def validate_document(document: Node, model: type[M], further: Further[M] = lamb
             for empty_value in _empty_value_problems(document)
             if ":" not in str(empty_value.keys[-1])
         ]
-        _report([*validation_problems(error, raw, readers), *empty], document)
+        _raise_problems([*validation_problems(error, raw, readers), *empty], document)
         raise
-    _report([*_empty_value_problems(document), *further(data)], document)
+    _raise_problems([*_empty_value_problems(document), *further(data)], document)
     return data
 
 
@@ -389,7 +393,7 @@ def _empty_value_problems(document: Node) -> Iterator[Problem]:
         yield Problem(keys, "found nothing; expected a value; give one or remove the key")
 
 
-def _report(problems: Sequence[Problem], document: Node) -> None:
+def _raise_problems(problems: Sequence[Problem], document: Node) -> None:
     """Raises one InputError with the first problem of each key; passes if there is none."""
     lines: dict[str, str] = {}
     for problem in problems:

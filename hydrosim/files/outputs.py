@@ -112,7 +112,7 @@ class Output:
             self._refuse(f"{path} is {other}, which is never replaced; expected a file")
         if not os.access(path, os.W_OK):
             self._refuse(f"{path} is write-protected; expected another name")
-        if self.reads_itself():
+        if self.is_own_input():
             self._refuse(f"{path} is an input and would be overwritten; expected another name")
         if not self.overwrite and content(path) != self._content:
             mark = content(path)
@@ -123,7 +123,7 @@ class Output:
             )
         return self
 
-    def reads_itself(self) -> bool:
+    def is_own_input(self) -> bool:
         """Whether the path is one of the inputs."""
         return any(_is_same_file(self.path, file) for file in self.inputs)
 
@@ -191,7 +191,7 @@ class Output:
                     self.output_at(self.path.parent / part.name).checked_output() for part in parts
                 ]
                 for part in parts:
-                    _to_disk(part)
+                    _flush_to_disk(part)
                 for part, output in zip(parts, outputs, strict=True):
                     output._put_file(part)
         except (OSError, RuntimeError) as error:  # netCDF and HDF5 raise RuntimeError
@@ -200,14 +200,14 @@ class Output:
     def take(self, path: Path) -> None:
         """Rename a complete file of the same file system to its final name."""
         self.checked_output()
-        _to_disk(path)
+        _flush_to_disk(path)
         self._put_file(path)
 
     def _put_file(self, part: Path) -> None:
         """Rename a complete file to its final name. An earlier file of other settings is kept, with
         a warning."""
         if not self.overwrite and (
-            differences := _differences(settings_of(self.path), self.settings)
+            differences := _differing_keys(settings_of(self.path), self.settings)
         ):
             stem = self.path.stem
             suffix = self.path.suffix
@@ -260,10 +260,10 @@ def _flatten(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
 
 def settings_of(path: Path) -> str:
     """Settings in a netCDF file; empty if it has none."""
-    return _attribute(path, SETTINGS) if _is_hdf5(path) else ""
+    return _read_attribute(path, SETTINGS) if _is_hdf5(path) else ""
 
 
-def _differences(before: str, now: str) -> str:
+def _differing_keys(before: str, now: str) -> str:
     """Differences between the settings of two files, as text; empty if either is unknown."""
     if not before or not now or before == now:
         return ""
@@ -300,7 +300,7 @@ def content(path: Path) -> str | None:
                 ends += file.read()
     except OSError:
         return None
-    match = MARK.fullmatch(_attribute(path, "history").encode()) if hdf5 else MARK.search(ends)
+    match = MARK.fullmatch(_read_attribute(path, "history").encode()) if hdf5 else MARK.search(ends)
     return match[1].decode() if match else None
 
 
@@ -333,7 +333,7 @@ def _is_hdf5(path: Path) -> bool:
     return False
 
 
-def _attribute(path: Path, name: str) -> str:
+def _read_attribute(path: Path, name: str) -> str:
     """Text attribute of a netCDF or HDF5 file; empty if it cannot be read. It is read by h5py,
     because the library of netCDF prints all its open files after a failed write."""
     import h5py
@@ -355,7 +355,7 @@ def _is_same_file(first: Path, second: Path) -> bool:
     return False
 
 
-def _to_disk(path: Path) -> None:
+def _flush_to_disk(path: Path) -> None:
     """Wait until the file is on the disk, so that a full disk is reported now."""
     with path.open("rb") as file:
         os.fsync(file.fileno())
@@ -412,10 +412,10 @@ def has_mark(path: Path, what: str) -> bool:
     if not is_regular_file(path):
         return False
     mark = content(path)
-    return mark.startswith(f"{what} of ") if mark else _says_nothing(path)
+    return mark.startswith(f"{what} of ") if mark else _is_unreadable_netcdf(path)
 
 
-def _says_nothing(path: Path) -> bool:
+def _is_unreadable_netcdf(path: Path) -> bool:
     """Whether a file is netCDF that cannot be read or is still empty. It is read by h5py, because
     the library of netCDF prints all its open files after a failed write."""
     import h5py

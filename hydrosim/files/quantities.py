@@ -189,7 +189,7 @@ def as_matrix(value: Any) -> np.ndarray:
     return np.diag(value.values()) if isinstance(value, PerDof) else np.array(value)
 
 
-def _form(value: object) -> str:
+def _form_tag(value: object) -> str:
     return "matrix" if isinstance(value, list | tuple) else "diagonal"
 
 
@@ -204,7 +204,7 @@ def _scale_to_unit_diagonal(matrix: np.ndarray) -> np.ndarray:
     return matrix / np.outer(size, size)
 
 
-def _symmetric(value: Any) -> Any:
+def _require_symmetric(value: Any) -> Any:
     matrix = as_matrix(value)
     gap = np.abs(_scale_to_unit_diagonal(matrix) - _scale_to_unit_diagonal(matrix).T)
     i, j = np.unravel_index(gap.argmax(), gap.shape)
@@ -216,7 +216,7 @@ def _symmetric(value: Any) -> Any:
     return value
 
 
-def _not_driving(value: Any) -> Any:
+def _refuse_driving(value: Any) -> Any:
     diagonal = np.diag(as_matrix(value))
     negative = [f"{x:g} for {dof}" for x, dof in zip(diagonal, DOFS, strict=True) if x < 0.0]
     if negative:
@@ -224,20 +224,20 @@ def _not_driving(value: Any) -> Any:
     return value
 
 
-def _semidefinite(value: Any) -> Any:
-    matrix = as_matrix(_not_driving(value))
+def _require_semidefinite(value: Any) -> Any:
+    matrix = as_matrix(_refuse_driving(value))
     if np.linalg.eigvalsh(_scale_to_unit_diagonal(matrix))[0] < -1e-9:
         raise problem("a matrix with a negative eigenvalue", "one that cannot give energy away")
     return value
 
 
-def _definite(value: Any) -> Any:
+def _require_definite(value: Any) -> Any:
     if np.linalg.eigvalsh(_scale_to_unit_diagonal(as_matrix(value)))[0] <= 0.0:
         raise problem("a matrix that is not positive definite", "one of a body with mass")
     return value
 
 
-def _steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidator:
+def _require_steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidator:
     """Validator of a list in which ``holds(next, this)`` for all neighbours."""
 
     def check(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -249,7 +249,7 @@ def _steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidat
     return AfterValidator(check)
 
 
-def from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
+def require_start_at_zero(values: tuple[float, ...]) -> tuple[float, ...]:
     """Refuses a table that does not begin at 0 or has only one point."""
     if len(values) < 2 or values[0] != 0.0:
         values_text = "[" + ", ".join(f"{x:g}" for x in values) + "]"
@@ -257,7 +257,7 @@ def from_zero(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
-def _round(values: tuple[float, ...]) -> tuple[float, ...]:
+def _require_full_headings(values: tuple[float, ...]) -> tuple[float, ...]:
     """Refuses headings that cover neither 0 to 180 deg nor the whole circle."""
     range_text = "headings from {:g} to {:g} deg".format(*np.degrees([values[0], values[-1]]))
     if values[-1] <= np.pi * (1.0 + 1e-9):
@@ -286,7 +286,7 @@ def require_entries(value: Any) -> Any:
     return value
 
 
-def at_least_two(values: tuple[Any, ...]) -> tuple[Any, ...]:
+def require_two_entries(values: tuple[Any, ...]) -> tuple[Any, ...]:
     """Refuses a list with fewer than two entries."""
     if len(values) < 2:
         raise problem(f"{len(values)} in the list", "two or more")
@@ -310,22 +310,22 @@ def _or_by_name(listed: Any, named: Any, convert: Callable[[Any], Any]) -> Any:
     return Annotated[either, Discriminator(_kind), AfterValidator(convert)]
 
 
-RISING = _steps(operator.gt, "values that rise")
-NOT_FALLING = _steps(operator.ge, "values that do not fall")
+RISING = _require_steps(operator.gt, "values that rise")
+NOT_FALLING = _require_steps(operator.ge, "values that do not fall")
 
 StiffnessMatrix = Annotated[
     Annotated[PerDof[_Stiffness, _TurnStiffness], Tag("diagonal")]
     | Annotated[SixBySix[_Stiffness, _CrossStiffness, _TurnStiffness], Tag("matrix")],
-    Discriminator(_form),
-    AfterValidator(_symmetric),
-    AfterValidator(_semidefinite),
+    Discriminator(_form_tag),
+    AfterValidator(_require_symmetric),
+    AfterValidator(_require_semidefinite),
 ]
 DampingMatrix = Annotated[
     Annotated[PerDof[_Damping, _TurnDamping], Tag("diagonal")]
     | Annotated[SixBySix[_Damping, _CrossDamping, _TurnDamping], Tag("matrix")],
-    Discriminator(_form),
-    AfterValidator(_symmetric),
-    AfterValidator(_semidefinite),
+    Discriminator(_form_tag),
+    AfterValidator(_require_symmetric),
+    AfterValidator(_require_semidefinite),
 ]
 QuadraticMatrix = Annotated[
     Annotated[PerDof[_Drag, _TurnDrag], Tag("diagonal")]
@@ -333,26 +333,28 @@ QuadraticMatrix = Annotated[
         Six[Six[_Drag, _CrossDrag], Six[_DragMoment, _TurnDrag]],
         Tag("matrix"),
     ],
-    Discriminator(_form),
-    AfterValidator(_not_driving),
+    Discriminator(_form_tag),
+    AfterValidator(_refuse_driving),
 ]
 AddedMassMatrix = Annotated[
     Annotated[PerDof[_Mass, _Inertia], Tag("diagonal")]
     | Annotated[SixBySix[_Mass, _MassMoment, _Inertia], Tag("matrix")],
-    Discriminator(_form),
-    AfterValidator(_symmetric),
-    AfterValidator(_semidefinite),
+    Discriminator(_form_tag),
+    AfterValidator(_require_symmetric),
+    AfterValidator(_require_semidefinite),
 ]
 MassMatrix = Annotated[
-    SixBySix[_Mass, _MassMoment, _Inertia], AfterValidator(_symmetric), AfterValidator(_definite)
+    SixBySix[_Mass, _MassMoment, _Inertia],
+    AfterValidator(_require_symmetric),
+    AfterValidator(_require_definite),
 ]
 InertiaMatrix = Annotated[
     Annotated[PerTurn[_Inertia], Tag("diagonal")]
     | Annotated[Vector[Vector[_Inertia]], Tag("matrix")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
     AfterValidator(_diagonal),
-    AfterValidator(_symmetric),
-    AfterValidator(_definite),
+    AfterValidator(_require_symmetric),
+    AfterValidator(_require_definite),
 ]
 Name = Annotated[str, AfterValidator(_valid_name)]
 if TYPE_CHECKING:  # types after reading; a file may give names in place of a list
@@ -366,18 +368,21 @@ else:
 Point = Vector[Length]
 Direction = Vector[Component]
 Times = Annotated[tuple[Instant, ...], AfterValidator(require_entries), RISING]
-Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(at_least_two), RISING]
+Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(require_two_entries), RISING]
 WaveDensities = tuple[WaveDensity, ...]
 Position = tuple[Length, Length]
 Headings = Annotated[
-    tuple[Angle, ...], AfterValidator(require_entries), RISING, AfterValidator(_round)
+    tuple[Angle, ...],
+    AfterValidator(require_entries),
+    RISING,
+    AfterValidator(_require_full_headings),
 ]
 StreamForces = tuple[_StreamForce, ...]
 StreamMoments = tuple[_StreamMoment, ...]
-Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(from_zero)]
+Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(require_start_at_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
 Angles = Annotated[tuple[Angle, ...], RISING]
-NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(from_zero)]
+NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(require_start_at_zero)]
 
 
 # Keys of a mesh file: transformation of its coordinates to the database's frame.

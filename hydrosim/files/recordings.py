@@ -98,7 +98,7 @@ def of_arrays(
     ]
     columns, left_out = list[RecordedColumn](), list[str]()
     for name, array in numbers.items():
-        rows = _over_time(np.asarray(array, dtype=float), lengths[0])
+        rows = _columns_over_time(np.asarray(array, dtype=float), lengths[0])
         left_out += [] if rows else [name]
         for i, row in enumerate(rows, 1):
             columns.append(
@@ -111,7 +111,7 @@ def of_arrays(
     return Recording(source, form, columns, left_out=left_out)
 
 
-def _over_time(array: np.ndarray, count: int) -> list[np.ndarray]:
+def _columns_over_time(array: np.ndarray, count: int) -> list[np.ndarray]:
     """Columns of an array that is over time along either dimension; empty if it is not."""
     flat = np.squeeze(array)
     if flat.ndim == 1 and flat.size == count:
@@ -161,13 +161,13 @@ def read_matlab5(source: Source) -> Recording:
     except (MatReadError, *_DAMAGE) as error:
         source.wrong(f"cannot be read as MATLAB file ({error}); save it again")
     named = ((name, value) for name, value in content.items() if not name.startswith("__"))
-    arrays = {name: array for variable in named for name, array in _arrays(*variable)}
+    arrays = {name: array for variable in named for name, array in _arrays_of_item(*variable)}
     return of_arrays(source, "MATLAB", arrays, {name: name_and_unit(name)[1] for name in arrays})
 
 
-def _arrays(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+def _arrays_of_item(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
     for field in getattr(value, "_fieldnames", ()):
-        yield from _arrays(f"{name}.{field}", getattr(value, field))
+        yield from _arrays_of_item(f"{name}.{field}", getattr(value, field))
     if isinstance(value, np.ndarray):
         yield name, value
 
@@ -190,12 +190,14 @@ def read_netcdf(source: Source) -> Recording:
     if time not in dataset.coords:
         source.wrong(f"found a dimension {time} without values; expected the times [s]")
     stamp = dataset[time]
-    first = RecordedColumn(time, _unit(stamp.attrs.get("units")), stamp.values.astype(float))
+    first = RecordedColumn(
+        time, _unit_of_attribute(stamp.attrs.get("units")), stamp.values.astype(float)
+    )
     over_time = _label_dimensions(dataset, time)
     columns = [first]
     for name in columns_of(over_time):
         values, unit = select(source, over_time, name)
-        columns.append(RecordedColumn(name, _unit(unit or None), values))
+        columns.append(RecordedColumn(name, _unit_of_attribute(unit or None), values))
     return Recording(source, "netCDF", columns)
 
 
@@ -212,7 +214,7 @@ def _label_dimensions(dataset: xr.Dataset, time: str) -> xr.Dataset:
     return numbers.assign_coords(labels)
 
 
-def _unit(text: str | None) -> str | None:
+def _unit_of_attribute(text: str | None) -> str | None:
     """Unit from an attribute, such as "s" from "seconds since 2020-01-01"."""
     return None if text is None else readable_unit(text.split(" since ")[0])
 
@@ -229,7 +231,7 @@ def read_hdf5(source: Source) -> Recording:
         source.wrong(f"cannot be read as HDF5 ({reason}); is it complete?")
     with h5py.File(source.file) as file:
         if OF_NETCDF not in file.attrs:
-            return _read(source, "HDF5", file)
+            return _read_format(source, "HDF5", file)
     return read_netcdf(source)
 
 
@@ -238,10 +240,10 @@ def read_matlab(source: Source) -> Recording:
     if reason := fault(source.file):
         source.wrong(f"cannot be read as MATLAB 7.3 file ({reason}); is it complete?")
     with h5py.File(source.file) as file:
-        return _read(source, "MATLAB 7.3", file)
+        return _read_format(source, "MATLAB 7.3", file)
 
 
-def _read(source: Source, form: str, file: h5py.File) -> Recording:
+def _read_format(source: Source, form: str, file: h5py.File) -> Recording:
     arrays, units = dict[str, np.ndarray](), dict[str, str | None]()
 
     def take(path: str, item: h5py.Group | h5py.Dataset) -> None:

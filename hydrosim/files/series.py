@@ -67,14 +67,14 @@ def read_series(source: Source, columns: Sequence[Column]) -> Series:
 def _read_text(source: Source, columns: Sequence[Column]) -> Series:
     text = parse(source)
     time = text.rows[:, _time_column(source, text)]
-    picked = [_pick(source, text, column) for column in columns]
-    _check(source, time, text.rows[:, picked], text.lines)
-    labels = [_label(text, k) for k in picked]
+    picked = [_pick_column(source, text, column) for column in columns]
+    _check_series(source, time, text.rows[:, picked], text.lines)
+    labels = [_label_of_column(text, k) for k in picked]
     _require_one_unit(source, labels)
     return Series(time.copy(), text.rows[:, picked].sum(axis=1), label=labels[0])
 
 
-def _label(text: TextTable, k: int) -> str | None:
+def _label_of_column(text: TextTable, k: int) -> str | None:
     """The unit of a column of a text file; None where the file says none that is known."""
     unit = unit_of_column(text, k) if text.names else None
     return (readable_unit(unit) or None) if unit else None
@@ -98,7 +98,7 @@ def _time_column(source: Source, text: TextTable) -> int:
     return 0
 
 
-def _pick(source: Source, text: TextTable, column: Column) -> int:
+def _pick_column(source: Source, text: TextTable, column: Column) -> int:
     if isinstance(column, str) and text.names.count(column) == 1:
         return text.names.index(column)
     if isinstance(column, int):
@@ -126,7 +126,7 @@ def _read_run(source: Source, columns: Sequence[Column]) -> Series:
     values, units = zip(*picked, strict=True)
     _require_one_unit(source, units)
     rows = np.stack(values, axis=1)
-    _check(source, time, rows)
+    _check_series(source, time, rows)
     return Series(time, rows.sum(axis=1), units[0])
 
 
@@ -213,7 +213,7 @@ def _other_dims(values: xr.Variable) -> Iterator[str]:
     return (str(dim) for dim in values.dims if dim != "time")
 
 
-def _check(
+def _check_series(
     source: Source, time: np.ndarray, values: np.ndarray, lines: Sequence[int] | None = None
 ) -> None:
     """Refuses times that do not rise, numbers outside the usual range, and too few numbers."""

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 # Files to read: plain ones alone, as a pipe or a device would wait without end.
 
 
-def no_file(path: Path) -> str:
+def unreadable_reason(path: Path) -> str:
     """Reason why a path cannot be read, in words; empty if it is a plain file."""
     try:
         mode = path.stat().st_mode
@@ -67,17 +67,17 @@ def fault(path: Path) -> str | None:
         return str(error)
     changes = status.st_mtime_ns, status.st_ctime_ns
     if time_ns() - max(changes) < SETTLED:
-        return _fault(path)
+        return _fault_of_file(path)
     return _stored_fault(path.absolute(), status.st_ino, status.st_size, *changes)
 
 
 @lru_cache(maxsize=64)
 def _stored_fault(path: Path, *state: int) -> str | None:
     """Fault of the file in this state."""
-    return _fault(path)
+    return _fault_of_file(path)
 
 
-def _fault(path: Path) -> str | None:
+def _fault_of_file(path: Path) -> str | None:
     import h5py  # slow to load, and dry scenes have no databases
 
     try:
@@ -139,7 +139,7 @@ class Source:
 
     def head(self, size: int) -> bytes:
         """The beginning of the file; raises InputError if the file cannot be read."""
-        if reason := no_file(self.file):
+        if reason := unreadable_reason(self.file):
             self.wrong(f"{reason}; expected a recorded series")
         try:
             with self.file.open("rb") as opened:
@@ -191,15 +191,15 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
     for number, line in enumerate(content.splitlines(), 1):
         stripped = line.strip()
         remark = stripped.startswith(REMARKS)
-        if not rows and (remark or not _begins(stripped, dates)):
+        if not rows and (remark or not _begins_with_number(stripped, dates)):
             heading.append(stripped.lstrip("".join(REMARKS)).strip())
         elif stripped and not remark:
             if not rows:
-                separator = _separator(stripped)
-                dated = _dates(stripped, separator)
-            rows.append(_numbers(source, number, stripped, separator, dates))
+                separator = _find_separator(stripped)
+                dated = _date_fields(stripped, separator)
+            rows.append(_parse_numbers(source, number, stripped, separator, dates))
             lines.append(number)
-            if dates and _dates(stripped, separator) != dated:
+            if dates and _date_fields(stripped, separator) != dated:
                 source.wrong(
                     "found a date in some lines, none in others; expected one kind", number
                 )
@@ -211,7 +211,7 @@ def parse(source: Source, dates: bool = False, first: str = "the time [s]") -> T
         source.wrong(
             f"found no numbers; expected lines of numbers, the first of them {first}{or_date}"
         )
-    columns = _heading(heading, separator, len(rows[0]))
+    columns = _read_header(heading, separator, len(rows[0]))
     return TextTable(*columns, np.array(rows), lines, dates and any(dated))
 
 
@@ -274,7 +274,7 @@ def require_rising(source: Source, time: np.ndarray, lines: Sequence[int] | None
         source.wrong(text, lines[k] if lines else None)
 
 
-def _begins(line: str, dates: bool) -> bool:
+def _begins_with_number(line: str, dates: bool) -> bool:
     """True if a line begins with a number, or with a date."""
     first = re.split(r"[,;\s]", line)[0]
     if dates and DATE.match(first):
@@ -286,33 +286,33 @@ def _begins(line: str, dates: bool) -> bool:
     return True
 
 
-def _dates(line: str, separator: str | None) -> list[bool]:
+def _date_fields(line: str, separator: str | None) -> list[bool]:
     """Flags of the fields of a line that are dates."""
-    return [bool(DATE.match(field)) for field in _split(line, separator)]
+    return [bool(DATE.match(field)) for field in _split_line(line, separator)]
 
 
-def _number(field: str, dates: bool) -> float:
+def _parse_number(field: str, dates: bool) -> float:
     if not dates or not DATE.match(field):
         return float(field)
     date = datetime.fromisoformat(field)
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
-def _separator(line: str) -> str | None:
+def _find_separator(line: str) -> str | None:
     return next(mark for mark in SEPARATORS if mark is None or mark in line)
 
 
-def _split(line: str, separator: str | None) -> list[str]:
+def _split_line(line: str, separator: str | None) -> list[str]:
     return [part.strip().strip("\"'") for part in line.split(separator)]
 
 
-def _numbers(
+def _parse_numbers(
     source: Source, line: int, text: str, separator: str | None, dates: bool
 ) -> list[float]:
     numbers = []
-    for field in _split(text, separator):
+    for field in _split_line(text, separator):
         try:
-            numbers.append(_number(field, dates))
+            numbers.append(_parse_number(field, dates))
         except ValueError:
             remedy = "a decimal point, not a comma, and # before a remark"
             if separator == ";" and "," in field:
@@ -322,21 +322,21 @@ def _numbers(
     return numbers
 
 
-def _heading(
+def _read_header(
     heading: Sequence[str], separator: str | None, count: int
 ) -> tuple[list[str], list[str]]:
     """Names and units of ``count`` columns; empty if the heading does not give them."""
     written = [line for line in heading if not RULE.fullmatch(line)]
-    rows = [_fields(line, separator, count) for line in written[-2:]]
+    rows = [_split_fields(line, separator, count) for line in written[-2:]]
     if len(rows) == 2 and all(rows) and all(readable_unit(field) is not None for field in rows[1]):
         return rows[0], rows[1]
     return (rows[-1] if rows else []), []
 
 
-def _fields(line: str, separator: str | None, count: int) -> list[str]:
+def _split_fields(line: str, separator: str | None, count: int) -> list[str]:
     """The ``count`` fields of a line; empty if their number differs."""
     apart = [part.strip() for part in re.split(r"\t|\s{2,}", line)] if separator is None else []
-    fields = apart if len(apart) == count else _split(line, separator)
+    fields = apart if len(apart) == count else _split_line(line, separator)
     return fields if len(fields) == count else []
 
 

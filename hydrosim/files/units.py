@@ -33,15 +33,15 @@ MAX_FACTORS = 1000  # factors in the file
 def stored_factor(unit: str, si: str) -> float | None:
     """A factor that `store_factor` has stored, in this process or an earlier one; None if
     unknown."""
-    return _factors().get(_key(unit, si))
+    return _load_factors().get(_key(unit, si))
 
 
 def store_factor(unit: str, si: str, factor: float) -> None:
     """Store that a number in ``unit`` times ``factor`` is in ``si``."""
-    factors = _factors()
+    factors = _load_factors()
     factors[_key(unit, si)] = factor
     if len(factors) <= MAX_FACTORS:
-        store(_name(), json.dumps(factors).encode())
+        store(_file_name(), json.dumps(factors).encode())
 
 
 def _key(unit: str, si: str) -> str:
@@ -49,12 +49,12 @@ def _key(unit: str, si: str) -> str:
 
 
 @lru_cache(maxsize=1)
-def _factors() -> dict[str, float]:
-    content = stored(_name())
+def _load_factors() -> dict[str, float]:
+    content = stored(_file_name())
     return {} if content is None else dict(json.loads(content))
 
 
-def _name() -> str:
+def _file_name() -> str:
     """Name of the file; another version of pint or other rules for units give another name."""
     rules = digest_of_sources(Path(__file__).parent, "units.py")
     digest = hashlib.sha256(f"{version_of('pint')} {rules}".encode())
@@ -263,7 +263,7 @@ class AnyQuantity:
         return f'a {self.what}, such as "{self.example}"'
 
 
-def same_dimension(first: str, second: str, product: str) -> bool:
+def is_same_dimension(first: str, second: str, product: str) -> bool:
     """True if a quantity in ``first`` times one in ``second`` can be given in ``product``."""
     unit = registry().parse_units
     return bool((unit(first) * unit(second)).dimensionality == unit(product).dimensionality)
@@ -298,7 +298,7 @@ def factor(unit: str, si: str) -> float:
 def _computed_factor(unit: str, si: str) -> float:
     source = _known_unit(unit)
     target = registry().parse_units(si)
-    if not _same_kind(source, target, si in RADIAN_UNITS):
+    if not _is_same_kind(source, target, si in RADIAN_UNITS):
         raise ValueError(_why_not(unit, source, target))
     return float(registry().convert(1.0, source, target))
 
@@ -317,7 +317,7 @@ def _known_unit(unit: str) -> Any:
         raise ValueError(f'"{unit}" has a unit that is not known') from None
 
 
-def _same_kind(source: Any, target: Any, strict: bool) -> bool:
+def _is_same_kind(source: Any, target: Any, strict: bool) -> bool:
     if strict:
         root = registry().get_root_units
         return bool(root(source)[1] == root(target)[1])
@@ -326,9 +326,9 @@ def _same_kind(source: Any, target: Any, strict: bool) -> bool:
 
 def _why_not(unit: str, source: Any, target: Any) -> str:
     acceleration = registry().parse_units("m/s^2")
-    if _same_kind(source * acceleration, target, strict=False):
+    if _is_same_kind(source * acceleration, target, strict=False):
         return f'"{unit}" has a mass where a force belongs: a weight is in tonne_force'
-    if _same_kind(source / acceleration, target, strict=False):
+    if _is_same_kind(source / acceleration, target, strict=False):
         return f'"{unit}" has a force where a mass belongs: divide a weight by 9.81 m/s^2'
     return f'"{unit}" is another kind of quantity'
 

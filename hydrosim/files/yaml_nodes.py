@@ -71,20 +71,20 @@ def describe(error: yaml.MarkedYAMLError, text: str) -> tuple[yaml.Mark | None, 
     is_flow = "flow sequence" in context or "flow mapping" in context
     is_entry = re.search(r"got '(:|\{|\[|<scalar>)'", problem)
     if is_flow and is_entry and at is not None and begun is not None and at.line == begun.line:
-        return at, _of_comma(text.splitlines()[at.line], at.column)
+        return at, _comma_problem(text.splitlines()[at.line], at.column)
     if is_flow:
         pair = ('"["', '"]"') if "sequence" in context else ('"{"', '"}"')
         return begun, BRACKET.format(*pair)
     if "simple key" in context:
         return begun, COLON
     if at is not None and ("block mapping" in context or "block collection" in context):
-        return _of_column(text.splitlines(), at)
+        return _column_problem(text.splitlines(), at)
     if "mapping values are not allowed" in problem and at is not None:
-        return _of_colon(text.splitlines(), at)
+        return _colon_problem(text.splitlines(), at)
     return at, ", ".join(part for part in (context, problem) if part)
 
 
-def _of_comma(line: str, column: int) -> str:
+def _comma_problem(line: str, column: int) -> str:
     """Description of two entries without a comma between. At ``column`` is the colon of the second,
     or its beginning."""
     if line[column : column + 1] != ":":
@@ -93,14 +93,14 @@ def _of_comma(line: str, column: int) -> str:
     return COMMA.format(words[-1]) if len(words) > 1 else TWO_COLONS
 
 
-def _of_column(lines: list[str], at: yaml.Mark) -> tuple[yaml.Mark, str]:
+def _column_problem(lines: list[str], at: yaml.Mark) -> tuple[yaml.Mark, str]:
     """Place and description of a key in a wrong column.
 
     The parser reports a later, correct line if the first of several keys is in a wrong column. So
     of the reported line and the nearest line above that begins further left, the one is named whose
     column is rarer in the file.
     """
-    columns = {k: _column(line) for k, line in enumerate(lines) if _is_entry(line)}
+    columns = {k: _indent_of_line(line) for k, line in enumerate(lines) if _is_entry(line)}
     if at.line not in columns:
         return at, COLUMN.format("", at.column + 1, IN_ONE)
     usual = Counter(columns.values())
@@ -114,14 +114,14 @@ def _of_column(lines: list[str], at: yaml.Mark) -> tuple[yaml.Mark, str]:
     elif parent is not None:
         others += [k for k in columns if parent < k < odd][:1]
     expected = ", or ".join(
-        f'column {columns[k] + 1}, as "{_words(lines[k])}" in line {k + 1}' for k in others
+        f'column {columns[k] + 1}, as "{_key_of_line(lines[k])}" in line {k + 1}' for k in others
     )
-    words = _words(lines[odd]), columns[odd] + 1
+    words = _key_of_line(lines[odd]), columns[odd] + 1
     mark = yaml.Mark(at.name, 0, odd, columns[odd], None, 0)
     return mark, COLUMN.format(*words, expected or IN_ONE)
 
 
-def _column(line: str) -> int:
+def _indent_of_line(line: str) -> int:
     """Number of blanks before the text of a line."""
     return len(line) - len(line.lstrip())
 
@@ -136,19 +136,19 @@ def _line_above(columns: dict[int, int], line: int) -> int | None:
     return next((k for k in reversed(columns) if k < line and columns[k] < columns[line]), None)
 
 
-def _words(line: str) -> str:
+def _key_of_line(line: str) -> str:
     """Key of a line, or the beginning of its text."""
     return re.split(r"(?<=:)\s", line.strip())[0][:40]
 
 
-def _of_colon(lines: list[str], at: yaml.Mark) -> tuple[yaml.Mark, str]:
+def _colon_problem(lines: list[str], at: yaml.Mark) -> tuple[yaml.Mark, str]:
     """Place and description of a colon that makes no key."""
     if ": " in lines[at.line][: at.column]:
         return at, TWO_COLONS
     above = next((k for k in range(at.line - 1, -1, -1) if lines[k].strip()), None)
     if above is not None and ":" not in lines[above]:
         return at, NO_COLON_ABOVE.format(above + 1, lines[above].strip()[:60])
-    return _of_column(lines, at)
+    return _column_problem(lines, at)
 
 
 # Limits on the size of a YAML text and on its characters: more is not written by hand.
@@ -176,12 +176,12 @@ def limit_complaints(node: Node | None) -> Iterator[tuple[yaml.Mark, str]]:
     if node is None:
         return
     sizes: dict[int, tuple[int, int]] = {}
-    yield from _measure(node, sizes, set())
-    for scalar, kind in _scalars(node, set()):
-        yield from _of_text(scalar, kind)
+    yield from _measure_nodes(node, sizes, set())
+    for scalar, kind in _all_scalars(node, set()):
+        yield from _text_nodes(scalar, kind)
 
 
-def _measure(
+def _measure_nodes(
     node: Node, sizes: dict[int, tuple[int, int]], above: set[int]
 ) -> Iterator[tuple[yaml.Mark, str]]:
     """Enter the number of values in a node, and its depth, in ``sizes``; ``above`` are the nodes
@@ -193,8 +193,8 @@ def _measure(
         return
     count = 1
     depth = 0
-    for child in _children(node):
-        for excess in _measure(child, sizes, above | {id(node)}):
+    for child in _child_nodes(node):
+        for excess in _measure_nodes(child, sizes, above | {id(node)}):
             yield excess
             return
         inside, deep = sizes[id(child)]
@@ -208,13 +208,13 @@ def _measure(
         yield node.start_mark, f"{text} {MOST_VALUES:,}"
 
 
-def _children(node: Node) -> list[Node]:
+def _child_nodes(node: Node) -> list[Node]:
     if isinstance(node, MappingNode):
         return [part for pair in node.value for part in pair]
     return node.value if isinstance(node, CollectionNode) else []
 
 
-def _scalars(node: Node, seen: set[int]) -> Iterator[tuple[ScalarNode, str]]:
+def _all_scalars(node: Node, seen: set[int]) -> Iterator[tuple[ScalarNode, str]]:
     """All scalars of a node once, each with its kind: key or text."""
     if id(node) in seen:
         return
@@ -223,12 +223,12 @@ def _scalars(node: Node, seen: set[int]) -> Iterator[tuple[ScalarNode, str]]:
         yield node, "text"
     keys = [key for key, _ in node.value] if isinstance(node, MappingNode) else []
     yield from ((key, "key") for key in keys if isinstance(key, ScalarNode))
-    for child in _children(node):
+    for child in _child_nodes(node):
         if child not in keys:
-            yield from _scalars(child, seen)
+            yield from _all_scalars(child, seen)
 
 
-def _of_text(node: ScalarNode, kind: str) -> Iterator[tuple[yaml.Mark, str]]:
+def _text_nodes(node: ScalarNode, kind: str) -> Iterator[tuple[yaml.Mark, str]]:
     text = str(node.value)
     most = MAX_LETTERS[kind]
     if len(text) > most:
@@ -262,7 +262,7 @@ def compose_nodes(text: str, name: str) -> Node | None:
         for mark, excess in limit_complaints(node):
             raise error_at(mark, excess)
         _refuse_bad_keys(node)
-        node = _merge(node, {}) if node else None
+        node = _merge_anchors(node, {}) if node else None
     except yaml.MarkedYAMLError as error:
         at, what = describe(error, text)
         place = place_text(at) if at else name
@@ -279,11 +279,11 @@ def plain_values(node: Node) -> Any:
     if isinstance(node, MappingNode):
         return {key: plain_values(value) for key, (_, value) in entry_nodes(node).items()}
     if isinstance(node, ScalarNode):
-        return _scalar(node)
+        return _scalar_value(node)
     return [plain_values(item) for item in node.value]
 
 
-def _scalar(node: ScalarNode) -> str | float | bool | None:
+def _scalar_value(node: ScalarNode) -> str | float | bool | None:
     text = str(node.value)
     if node.style is not None:
         return text
@@ -296,10 +296,10 @@ def _scalar(node: ScalarNode) -> str | float | bool | None:
 
 def entry_nodes(node: Node | None) -> dict[str, tuple[ScalarNode, Node]]:
     """Key node and value node of each entry of a mapping; empty for None."""
-    return {key.value: (key, value) for key, value in _pairs(node)}
+    return {key.value: (key, value) for key, value in _pairs_of_mapping(node)}
 
 
-def _pairs(node: Node | None) -> list[tuple[ScalarNode, Node]]:
+def _pairs_of_mapping(node: Node | None) -> list[tuple[ScalarNode, Node]]:
     return node.value if isinstance(node, MappingNode) else []
 
 
@@ -350,7 +350,7 @@ def empty_keys(node: Node, above: tuple[str | int, ...] = ()) -> Iterator[tuple[
 
 
 def _refuse_bad_keys(node: Node | None) -> None:
-    for mapping in _mappings(node):
+    for mapping in _all_mappings(node):
         seen: dict[str, int] = {}
         for key, _ in mapping.value:
             if not isinstance(key, ScalarNode):
@@ -362,27 +362,27 @@ def _refuse_bad_keys(node: Node | None) -> None:
             seen[key.value] = line
 
 
-def _mappings(node: Node | None) -> Iterator[MappingNode]:
+def _all_mappings(node: Node | None) -> Iterator[MappingNode]:
     if isinstance(node, MappingNode):
         yield node
         for _, value in node.value:
-            yield from _mappings(value)
+            yield from _all_mappings(value)
     elif isinstance(node, SequenceNode):
         for value in node.value:
-            yield from _mappings(value)
+            yield from _all_mappings(value)
 
 
-def _merge(node: Node, done: dict[int, Node]) -> Node:
+def _merge_anchors(node: Node, done: dict[int, Node]) -> Node:
     """The node with the entries of its merge keys; anchors stay shared."""
     if isinstance(node, ScalarNode):
         return node
     if id(node) not in done:
         ends = node.start_mark, node.end_mark, getattr(node, "flow_style", None)
         if isinstance(node, SequenceNode):
-            items = [_merge(item, done) for item in node.value]
+            items = [_merge_anchors(item, done) for item in node.value]
             done[id(node)] = SequenceNode(node.tag, items, *ends)
         else:
-            entries = [(key, _merge(x, done)) for key, x in node.value]
+            entries = [(key, _merge_anchors(x, done)) for key, x in node.value]
             every = [
                 pair for key, x in entries if key.tag == MERGE for pair in _merge_entries(key, x)
             ]
@@ -421,22 +421,22 @@ SUBJECT = re.compile(rf"(?:^|: )({WORD.pattern})((?:, \w+)*)")
 
 def places_of(node: Node) -> dict[str, str]:
     """The places of all keys of a document; keys set by the command line have none."""
-    return {key: _mark_text(mark) for key, mark in _marks(node, "")}
+    return {key: _mark_text(mark) for key, mark in _all_marks(node, "")}
 
 
 def _mark_text(mark: yaml.Mark) -> str:
     return "" if mark.name.startswith(SETTING) else place_text(mark)
 
 
-def _marks(node: Node, above: str) -> Iterator[tuple[str, yaml.Mark]]:
+def _all_marks(node: Node, above: str) -> Iterator[tuple[str, yaml.Mark]]:
     if isinstance(node, MappingNode):
         for key, (name, value) in entry_nodes(node).items():
             yield f"{above}{key}", name.start_mark
-            yield from _marks(value, f"{above}{key}.")
+            yield from _all_marks(value, f"{above}{key}.")
     elif isinstance(node, SequenceNode) and len(node.value) <= MOST_ITEMS:
         for k, item in enumerate(node.value):
             yield f"{above}{k}", item.start_mark
-            yield from _marks(item, f"{above}{k}.")
+            yield from _all_marks(item, f"{above}{k}.")
 
 
 def add_source_lines(text: str, places: Places) -> str:
@@ -493,11 +493,11 @@ def locating_in(path: Path) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        text = "\n".join(_in_file(line, path) for line in str(error).split("\n"))
+        text = "\n".join(_text_with_file(line, path) for line in str(error).split("\n"))
         raise InputError(text) from error
 
 
-def _in_file(line: str, path: Path) -> str:
+def _text_with_file(line: str, path: Path) -> str:
     begin = f"{path}: "
     word = WORD.match(line, len(begin)) if line.startswith(begin) else None
     if word is None:

@@ -113,7 +113,7 @@ def _set_roots(draught, rate, first, last, p, out):
 
 
 @kernel
-def to_members(u, p, out):
+def velocities_of_members(u, p, out):
     """Velocities of bodies and members, r u, from those of the bodies (6 nb,); all forces are
     cleared."""
     assign(out.velocity, u)
@@ -126,7 +126,7 @@ def to_members(u, p, out):
 
 
 @kernel
-def from_members(every, squared, p, roots, force):
+def add_forces_of_members(every, squared, p, roots, force):
     """Add the forces on bodies and members, ``every`` (6 (nb + nm),), to ``force`` (6 nb,). A
     member's force is multiplied by its root, or by the square of it."""
     for i in range(force.size):

@@ -46,12 +46,12 @@ from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDE
 from hydrosim.integrate.draught_interpolation import (
     Blend,
     DraughtFamilies,
+    add_forces_of_members,
     added_mass_rate_force,
     blend_draughts,
     draught_rates,
-    from_members,
     new_blend,
-    to_members,
+    velocities_of_members,
 )
 from hydrosim.integrate.methods import Filters
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
@@ -536,13 +536,13 @@ def add_blended(t, y, u, history, model, work, dy):
     family = model.family
     every = work.blend
     wrench = work.wrench
-    to_members(u, family, every)
+    velocities_of_members(u, family, every)
     add_water(
         t, y, every.velocity, history, model, work, every.force, every.first, every.second, dy
     )
-    from_members(every.force, False, family, every.root, wrench[RADIATION])
-    from_members(every.first, True, family, every.root, wrench[WAVE_FIRST_ORDER])
-    from_members(every.second, True, family, every.root, wrench[WAVE_SECOND_ORDER])
+    add_forces_of_members(every.force, False, family, every.root, wrench[RADIATION])
+    add_forces_of_members(every.first, True, family, every.root, wrench[WAVE_FIRST_ORDER])
+    add_forces_of_members(every.second, True, family, every.root, wrench[WAVE_SECOND_ORDER])
     added_mass_rate_force(u, family, every)
     work.rate[RADIATION] -= power_of(every.lag, u)
     for i in range(u.size):

@@ -297,7 +297,7 @@ def _phi_on_cubic(x, t, h, run):
     now = scratch.margins[AT_PLACE]
     before = scratch.margins[BEFORE_STEP]
     after = scratch.margins[AFTER_STEP]
-    _on_cubic(x, t, h, run, scratch.watched[EVALUATED], now)
+    _evaluate_guards_on_cubic(x, t, h, run, scratch.watched[EVALUATED], now)
     smallest = 1.0
     for i in range(run.state.modes.shape[0]):
         if scratch.watched[EVALUATED, i] != 0:
@@ -308,7 +308,7 @@ def _phi_on_cubic(x, t, h, run):
 
 
 @root
-def _on_cubic(x, t, h, run, watched, out):
+def _evaluate_guards_on_cubic(x, t, h, run, watched, out):
     """`_evaluate_guards` on the cubic through both ends of the uncut step, for coordinates, rates
     and other entries that margins depend on. Reactions lie on the cubic through the known ones."""
     model = run.model
@@ -364,10 +364,10 @@ def _find_grazing_event(t, h, run):
     margin = scratch.margins
     every = scratch.watched[MAY_END]
     _scan_guards(t, h, run)
-    _on_cubic(SLOPE_OFFSET, t, h, run, every, margin[NEAR_START])
+    _evaluate_guards_on_cubic(SLOPE_OFFSET, t, h, run, every, margin[NEAR_START])
     if not _may_dip(margin):
         return 1.0
-    _on_cubic(1.0 - SLOPE_OFFSET, t, h, run, every, margin[NEAR_END])
+    _evaluate_guards_on_cubic(1.0 - SLOPE_OFFSET, t, h, run, every, margin[NEAR_END])
     for i in range(margin.shape[1]):
         first = margin[BEFORE_STEP, i]
         last = margin[AT_PLACE, i]
@@ -428,7 +428,7 @@ def _margin_on_cubic(i, x, t, h, run):
     out = run.scratch.margins[TRIAL]
     for j in range(watched_row.size):
         watched_row[j] = 1 if j == i // MARGINS else 0
-    _on_cubic(x, t, h, run, watched_row, out)
+    _evaluate_guards_on_cubic(x, t, h, run, watched_row, out)
     return out[i]
 
 
@@ -523,7 +523,7 @@ def _check_midway(t, h, run):
             count += 1
             begun = begun or _was_zero(m, run)
     if begun and count > 1 and h > 0.0:
-        _on_cubic(0.5, t, h, run, scratch.watched[MAY_END], margins[NEAR_END])
+        _evaluate_guards_on_cubic(0.5, t, h, run, scratch.watched[MAY_END], margins[NEAR_END])
 
 
 @kernel

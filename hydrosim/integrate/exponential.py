@@ -64,11 +64,13 @@ def _part_matrices(J: np.ndarray, G: np.ndarray, h: float) -> tuple[np.ndarray, 
     whole[:m, m : m + n] = h * G / scale[:, None]
     whole[m:-n, m + n :] = np.eye((POLYNOMIAL_NODES - 1) * n)
     top = scale[:, None] * linalg.expm(whole)[:m]
-    W = np.einsum("mdn,dj->mjn", top[:, m:].reshape(m, POLYNOMIAL_NODES, n), _derivatives())
+    W = np.einsum(
+        "mdn,dj->mjn", top[:, m:].reshape(m, POLYNOMIAL_NODES, n), _polynomial_derivatives()
+    )
     return top[:, :m] / scale, W
 
 
-def _derivatives() -> np.ndarray:
+def _polynomial_derivatives() -> np.ndarray:
     """Derivatives at 0 (`POLYNOMIAL_NODES`, `POLYNOMIAL_NODES`), one a row, of the polynomials, one
     a column, that are 1 at one of the nodes -`NODES_BESIDE`, ... and 0 at the others."""
     nodes = np.arange(POLYNOMIAL_NODES) - NODES_BESIDE

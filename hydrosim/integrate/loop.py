@@ -57,7 +57,7 @@ from hydrosim.integrate.state import (
 )
 from hydrosim.integrate.step import find_start_slope, knows_end_slope, take_step
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summing
-from hydrosim.multibody.heading import accelerations_along
+from hydrosim.multibody.heading import accelerations_in_heading
 from hydrosim.multibody.kinematics import LARGEST_TILT, accelerations, place_bodies
 from hydrosim.multibody.tree import switch_rotation_chart
 from hydrosim.tanks.pumping import share_of_step
@@ -282,7 +282,7 @@ def _attempt_step(t, stop, run):
         stop, left = truncate_at_event(t, stop, clock.events, run)
     accepted = counters[STATUS] == IN_PROGRESS
     if not accepted:
-        _shorten(t, 0.5 * (stop - t), run)
+        _shorten_step(t, 0.5 * (stop - t), run)
     return accepted, stop, left
 
 
@@ -370,12 +370,12 @@ def _is_accepted(t, h, run):
         pace[LAST_ERROR] = error
         pace[ERROR_INTEGRAL] += h * error
         return True
-    _shorten(t, factor * h, run)
+    _shorten_step(t, factor * h, run)
     return False
 
 
 @kernel
-def _shorten(t, h, run):
+def _shorten_step(t, h, run):
     """Continue with a step of ``h``, unless it is negligible compared with the time."""
     counters = run.counters
     run.scratch.pace[NEXT_STEP] = h
@@ -404,7 +404,7 @@ def _append_velocity(t, run):
     accelerations(rates[n : 2 * n], bodies, work.motion, work.total)
     headings = run.model.headings
     hulls = work.hulls
-    accelerations_along(headings, work.motion, hulls.flow, work.total)
+    accelerations_in_heading(headings, work.motion, hulls.flow, work.total)
     u = hulls.velocity if headings.turned.size > 0 else work.motion.velocity
     append_node(history, t, u, work.total)
 

@@ -229,35 +229,38 @@ def state_layout(scene: Scene, model: Model, met: Mapping[str, WaveForces]) -> S
     body."""
     blocks = []
     offset = 0
-    for kind, entries in _blocks(scene, model, met):
+    for kind, entries in _state_blocks(scene, model, met):
         all_entries = tuple(entries)
         blocks.append(StateBlock(kind, offset, all_entries))
         offset += len(all_entries)
     return StateLayout(tuple(blocks))
 
 
-def _blocks(
+def _state_blocks(
     scene: Scene, model: Model, met: Mapping[str, WaveForces]
 ) -> Iterator[tuple[str, Iterable[StateEntry]]]:
     """All blocks in the order of y."""
     free = coordinates(scene)
     yield StateKind.COORDINATE, (StateEntry(q.dof, q.body, q.name, (q,)) for q in free)
     yield StateKind.RATE, (StateEntry(q.dof, q.body, f"rate of {q.name}", (q,)) for q in free)
-    yield StateKind.RADIATION, _radiation(scene, model)
+    yield StateKind.RADIATION, _radiation_entries(scene, model)
     for kind in ELEMENT_KINDS:
         for blocks in kind.states(kind.constants_in(model), scene):
-            yield blocks.kind, _entries(blocks.owners, blocks.components, blocks.prefix)
-    yield StateKind.SLOW_PLACE, _entries(slow_bodies(scene, met), SLOW_STATE_NAMES)
-    yield (StateKind.SLOW_DRAUGHT, _entries(_families(scene, model), DRAUGHT_FILTERS))
-    yield StateKind.ENERGY, _energies(scene)
+            yield blocks.kind, _entries_of_owners(blocks.owners, blocks.components, blocks.prefix)
+    yield StateKind.SLOW_PLACE, _entries_of_owners(slow_bodies(scene, met), SLOW_STATE_NAMES)
+    yield (StateKind.SLOW_DRAUGHT, _entries_of_owners(_family_names(scene, model), DRAUGHT_FILTERS))
+    yield StateKind.ENERGY, _energy_entries(scene)
     if scene.output_impulses:
-        yield StateKind.IMPULSE, _impulses(scene)
+        yield StateKind.IMPULSE, _impulse_entries(scene)
         for kind in ELEMENT_KINDS:
             if isinstance(kind, HasImpulses):
-                yield StateKind.TALLY, _entries(kind.unit_names(scene), kind.impulse_names)
+                yield (
+                    StateKind.TALLY,
+                    _entries_of_owners(kind.unit_names(scene), kind.impulse_names),
+                )
 
 
-def _entries(
+def _entries_of_owners(
     owners: Iterable[str], components: Iterable[str], kind: str = ""
 ) -> Iterator[StateEntry]:
     """All components of each owner."""
@@ -267,7 +270,7 @@ def _entries(
             yield StateEntry(part, owner, f"{part} of {kind}{owner}")
 
 
-def _radiation(scene: Scene, model: Model) -> Iterator[StateEntry]:
+def _radiation_entries(scene: Scene, model: Model) -> Iterator[StateEntry]:
     """States of the memory, group by group; each belongs to some coordinates, of one body or
     several."""
     states = model.states
@@ -286,12 +289,12 @@ def _radiation(scene: Scene, model: Model) -> Iterator[StateEntry]:
         )
 
 
-def _families(scene: Scene, model: Model) -> list[str]:
+def _family_names(scene: Scene, model: Model) -> list[str]:
     """Bodies with databases over draught."""
     return [scene.bodies[b].name for b in model.family.body]
 
 
-def _energies(scene: Scene) -> Iterator[StateEntry]:
+def _energy_entries(scene: Scene) -> Iterator[StateEntry]:
     """Work or loss of every row of forces, and the integral of |wave power|."""
     for row, name in enumerate(force_names(scene)):
         component = "work" if is_work_row(scene, row) else "loss"
@@ -300,7 +303,7 @@ def _energies(scene: Scene) -> Iterator[StateEntry]:
     yield StateEntry("integral of |power|", "waves", "integral of |wave power|")
 
 
-def _impulses(scene: Scene) -> Iterator[StateEntry]:
+def _impulse_entries(scene: Scene) -> Iterator[StateEntry]:
     """Integrals of the force of every row, and of its power, by coordinate."""
     every = [Coordinate(dof, body.name).name for body in scene.bodies for dof in DOFS]
     for what in ("impulse", "work"):

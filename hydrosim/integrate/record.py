@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.elements import events, new_modes
-from hydrosim.elements.kind import RecordedStates
+from hydrosim.elements import events, new_modes, output_shapes
+from hydrosim.elements.kind import JOINT_UNIT, RecordedStates
 from hydrosim.integrate.dynamics import (
     Model,
     find_mass,
@@ -111,7 +111,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "momentum": (m if model.impulse < model.size else 0,),
         "stored": (model.rows,),
         "wrench": (model.rows, m),
-        **events.output_shapes(model.elements),
+        **output_shapes(model),
     }
 
 
@@ -149,7 +149,7 @@ def unpack_channels(model: Model, record: Record, count: int, first: int = 0) ->
         width = prod(shape)
         values[name] = recorded[:, at : at + width].reshape(len(recorded), *shape)
         at += width
-    values["y"] = RecordedStates(values["y"], _radiation(model))
+    values["y"] = RecordedStates(values["y"], _radiation_range(model))
     return values
 
 
@@ -163,12 +163,12 @@ def states_at(model: Model, record: Record, which: np.ndarray) -> np.ndarray:
     """The states y (n, ny) of the n records ``which``, each of which has all states."""
     rows = np.array([np.flatnonzero(record.remembered == i)[0] for i in which], dtype=np.int64)
     others = record.channels[which][:, record.at.y : record.at.coordinates]
-    place = _radiation(model)
+    place = _radiation_range(model)
     parts = [others[:, : place.start], record.memory[rows], others[:, place.start :]]
     return np.concatenate(parts, axis=1)
 
 
-def _radiation(model: Model) -> slice:
+def _radiation_range(model: Model) -> slice:
     """Places of the radiation states in y."""
     return slice(model.radiation, model.radiation + model.states.decay.size)
 
@@ -208,12 +208,10 @@ def write_record(t, run):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
     elements = model.elements
     observed = row[at.observed :]
-    events.write_outputs(
-        t, y, modes, motion, model.bodies, elements, work.holds, work.wrench, observed
-    )
+    events.write_outputs(t, y, modes, motion, model.bodies, elements, work.holds, observed)
     if model.bodies.tree.branches.size > 0:
         n = model.bodies.active.size
-        loads = observed[events.joint_output_start(elements) :]
+        loads = observed[elements.output_starts[JOINT_UNIT] :]
         find_joint_loads(scratch.k[0][n : 2 * n], model, work, loads)
     for i in range(modes.shape[0]):
         assign(record_modes[i], modes[i])

@@ -18,14 +18,7 @@ import numpy as np
 
 from hydrosim.elements import events, new_modes
 from hydrosim.elements.signal import SIGNAL_PIECE
-from hydrosim.integrate.dynamics import (
-    Model,
-    Work,
-    dynamic_states,
-    new_work,
-    radiation_filters,
-    rhs,
-)
+from hydrosim.integrate import dynamics
 from hydrosim.integrate.methods import Control, IntegrationMethod, Newton, Tableau
 from hydrosim.modes import MARGINS
 from hydrosim.water.radiation.history import VelocityHistory
@@ -79,7 +72,7 @@ def merge_breakpoints(clock: Clock) -> np.ndarray:
     return times[apart & (times >= begin) & (times <= clock.end)]
 
 
-def align_corners(model: Model, clock: Clock) -> Model:
+def align_corners(model: dynamics.Model, clock: Clock) -> dynamics.Model:
     """The model with signals whose corners are at the breakpoints of a clock, where they differ
     from these by rounding. It is the same object if none does."""
     elements = {}
@@ -215,16 +208,16 @@ class Run(NamedTuple):
     """A run in progress: the ``state`` is advanced, ``counters`` give progress and status."""
 
     clock: Clock
-    model: Model
+    model: dynamics.Model
     method: Tableau
     state: State
-    work: Work
+    work: dynamics.Work
     scratch: Scratch
     record: Record
     counters: np.ndarray
 
 
-def new_scratch(model: Model, method: IntegrationMethod, step: float) -> Scratch:
+def new_scratch(model: dynamics.Model, method: IntegrationMethod, step: float) -> Scratch:
     """Scratch for this model and method; adaptive steps begin with ``step`` [s]."""
     ny = model.size
     rows = len(new_modes(model))
@@ -241,19 +234,19 @@ def new_scratch(model: Model, method: IntegrationMethod, step: float) -> Scratch
         np.zeros(3, dtype=np.int64),
         np.zeros((points, 2)),
         np.zeros((5, points, 2)),
-        method.new_newton(dynamic_states(model), radiation_filters(model), ny),
+        method.new_newton(dynamics.dynamic_states(model), dynamics.radiation_filters(model), ny),
     )
 
 
 def new_run(
-    clock: Clock, model: Model, method: IntegrationMethod, state: State, record: Record
+    clock: Clock, model: dynamics.Model, method: IntegrationMethod, state: State, record: Record
 ) -> Run:
     """A run that begins with ``state``, which it advances, and writes to ``record``."""
     clock = clock._replace(breakpoints=merge_breakpoints(clock))
     model = align_corners(model, clock)
     scratch = new_scratch(model, method, clock.solver_step)
     counters = np.zeros(COUNTERS, dtype=np.int64)
-    work = new_work(model)
+    work = dynamics.new_work(model)
     return Run(clock, model, method.tableau, state, work, scratch, record, counters)
 
 
@@ -261,13 +254,13 @@ def new_run(
 
 
 def start_loads(
-    scene: Scene, model: Model, state: State, rows: Sequence[str], time: float
+    scene: Scene, model: dynamics.Model, state: State, rows: Sequence[str], time: float
 ) -> dict[str, float]:
     """Magnitudes of the forces of all elements on their bodies [N], by name, in a ``state`` at a
     ``time`` [s]; ``rows`` are the names of the rows of forces."""
-    work = new_work(model)
+    work = dynamics.new_work(model)
     rates = np.empty(state.y.size)
-    rhs(time, state.y, state.modes, state.history, model, work, rates)
+    dynamics.rhs(time, state.y, state.modes, state.history, model, work, rates)
     first = {body.name: 6 * b for b, body in enumerate(scene.bodies)}
     forces = {}
     for name, element in scene.forces.items():

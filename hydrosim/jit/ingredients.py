@@ -105,9 +105,9 @@ class _Reading:
         self.words.append(f"{function.__module__}.{function.__qualname__}")
         self._add_parameters(function)
         self._add_code(function.__code__, function.__doc__)
-        names = tuple(dict.fromkeys(_names(function.__code__)))
+        names = tuple(dict.fromkeys(_names_in_code(function.__code__)))
         closure = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
-        read = {name: _content(cell) for name, cell in closure}
+        read = {name: _content_of_cell(cell) for name, cell in closure}
         read |= {name: function.__globals__[name] for name in names if name in function.__globals__}
         self._add_named(read, names)
 
@@ -234,12 +234,12 @@ class _Reading:
         self.words.append(digest_of_sources(Path(home), name))
 
 
-def _names(code: CodeType) -> Iterable[str]:
+def _names_in_code(code: CodeType) -> Iterable[str]:
     """All names that code reads, with the code inside it."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            yield from _names(constant)
+            yield from _names_in_code(constant)
 
 
 def _may_load_first(raw: bytes) -> bool:
@@ -248,7 +248,7 @@ def _may_load_first(raw: bytes) -> bool:
     return any(bytes((operation, 0)) in raw for operation in dis.hasconst)
 
 
-def _content(cell: Any) -> Any:
+def _content_of_cell(cell: Any) -> Any:
     try:
         return cell.cell_contents
     except ValueError:  # not assigned yet

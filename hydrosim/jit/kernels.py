@@ -47,7 +47,7 @@ LATEST_NUMBA = (0, 68)
 """Latest version of numba with which `hydrosim.jit.linking` was tested."""
 
 
-def _way() -> ModuleType:
+def _choose_way() -> ModuleType:
     """The module with the kinds of kernels. Falls back to ``plain`` with a warning if
     `hydrosim.jit.linking` does not support the installed numba. Raises InputError for an unknown
     ``HYDROSIM_JIT``."""
@@ -71,7 +71,7 @@ def _way() -> ModuleType:
         return import_module(WAYS["plain"])
 
 
-_ways = _way()
+_ways = _choose_way()
 _InlinedKernel, _SummingKernel, _CompiledKernel = _ways.kernel_classes
 WAY = next(way for way, name in WAYS.items() if name == _ways.__name__)
 """The way in use, a name in `WAYS`."""

@@ -63,11 +63,15 @@ def _call_registered(
     caller = _answers.get(number)
     if caller is None:
         return 0
-    arrays = (_array(coordinates, size), _array(velocity, size), _array(rotation, 3 * size // 2))
+    arrays = (
+        _array_at(coordinates, size),
+        _array_at(velocity, size),
+        _array_at(rotation, 3 * size // 2),
+    )
     return int(caller.answer(t, bool(exact), *arrays))
 
 
-def _array(address: int, size: int) -> np.ndarray:
+def _array_at(address: int, size: int) -> np.ndarray:
     """View of ``size`` numbers in memory."""
     return np.ctypeslib.as_array((ctypes.c_double * size).from_address(address))
 

@@ -145,16 +145,16 @@ def _take_address(typ: Ref, held: Any, c: Any) -> Any:
     return NativeValue(c.builder.inttoptr(address, c.context.get_value_type(typ)))
 
 
-def _item(target: Any, index: int) -> types.Type:
+def _item_type(target: Any, index: int) -> types.Type:
     """Type of an item that is read: a reference for a tuple, else the value."""
     item = target.types[index]
     return Ref(item) if isinstance(item, types.BaseTuple) else item
 
 
-def _read(builder: Any, target: Any, pointer: Any, index: int) -> Any:
+def _read_item(builder: Any, target: Any, pointer: Any, index: int) -> Any:
     place = [ir.Constant(ir.IntType(32), 0), ir.Constant(ir.IntType(32), index)]
     item = builder.gep(pointer, place, inbounds=True)
-    return item if isinstance(_item(target, index), Ref) else builder.load(item)
+    return item if isinstance(_item_type(target, index), Ref) else builder.load(item)
 
 
 @infer_getattr
@@ -164,12 +164,12 @@ class _RefAttribute(AttributeTemplate):
     def generic_resolve(self, typ: Ref, attr: str) -> Any:  # type: ignore[override]
         if attr not in getattr(typ.target, "fields", ()):
             return None
-        return _item(typ.target, typ.target.fields.index(attr))
+        return _item_type(typ.target, typ.target.fields.index(attr))
 
 
 @lower_getattr_generic(Ref)
 def _get_attribute(context: Any, builder: Any, typ: Ref, value: Any, attr: str) -> Any:
-    return _read(builder, typ.target, value, typ.target.fields.index(attr))
+    return _read_item(builder, typ.target, value, typ.target.fields.index(attr))
 
 
 @infer
@@ -179,10 +179,10 @@ class _RefItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         typ, index = args
         if isinstance(typ, Ref) and isinstance(index, int):
-            return signature(_item(typ.target, index), *args)
+            return signature(_item_type(typ.target, index), *args)
         return None
 
 
 @lower_builtin("static_getitem", Ref, types.IntegerLiteral)
 def _get_item(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return _read(builder, sig.args[0].target, args[0], args[1])
+    return _read_item(builder, sig.args[0].target, args[0], args[1])

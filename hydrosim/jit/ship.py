@@ -40,7 +40,7 @@ def ship(folder: Path, cases: Sequence[str]) -> dict[str, str]:
         if not compiled:
             raise SystemExit("no kernels to ship: hydrosim.jit.linking does not support this numba")
         folder.mkdir(parents=True, exist_ok=True)
-        files = {path.name: _copy(path, folder) for path in compiled}
+        files = {path.name: _copy_file(path, folder) for path in compiled}
     manifest = {
         "kernels": kernel_folder(),
         "made with": versions(),
@@ -66,7 +66,7 @@ def _compiled_files(cache: Path) -> list[Path]:
     return sorted((cache / kernel_folder()).glob("*.nbc"))
 
 
-def _copy(path: Path, folder: Path) -> str:
+def _copy_file(path: Path, folder: Path) -> str:
     """Copy the cached kernels of these sources; returns SHA-256 (hex) of each copy."""
     content = path.read_bytes()[DIGEST().digest_size :]
     (folder / path.name).write_bytes(content)

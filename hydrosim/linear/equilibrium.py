@@ -237,7 +237,7 @@ def equilibrium(
     loads = _Loads(model, state, time)
     start = state.y[: model.bodies.active.size]
     first_modes = state.modes.copy()
-    for approach in (_newton, _relax):
+    for approach in (_solve_by_newton, _solve_by_relaxation):
         state.modes[:] = first_modes
         q = approach(start.copy(), loads, 1e-3 * RESIDUAL_RTOL * weight, held)
         here = loads.loads_at(q)
@@ -257,7 +257,7 @@ def equilibrium(
     )
 
 
-def _newton(
+def _solve_by_newton(
     q: np.ndarray, loads: _Loads, enough: float, held: StiffDirections | None
 ) -> np.ndarray:
     """Position by Newton's method from ``q``, with loads below ``enough`` if it is found."""
@@ -274,7 +274,9 @@ def _newton(
     return q
 
 
-def _relax(q: np.ndarray, loads: _Loads, enough: float, held: StiffDirections | None) -> np.ndarray:
+def _solve_by_relaxation(
+    q: np.ndarray, loads: _Loads, enough: float, held: StiffDirections | None
+) -> np.ndarray:
     """Position by relaxation from ``q``, with loads below ``enough`` if it is found."""
     here = loads.loads_at(q)
     rate: Any = np.nan  # u [1/s^2]

@@ -114,7 +114,7 @@ def _admittances(
         yield Admittance(part.active, motions, units.T, velocities[:, :, moved] @ S[:, moved].T)
 
 
-def at_frequencies(w: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+def interpolate_frequencies(w: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
     """``values`` (nk, n, n) at the frequencies ``w`` (nw,): linear between the ``nodes`` (nk,),
     constant beyond."""
     k = np.clip(np.searchsorted(nodes, w), 1, nodes.size - 1)
@@ -198,17 +198,17 @@ class NaturalMode:
 def natural_modes(linear: Linear) -> list[NaturalMode]:
     """The modes, in number the free coordinates minus constraints, in the order of the coordinates
     that give their names."""
-    return _of_components(linear, _decaying_modes)
+    return _modes_of_components(linear, _decaying_modes)
 
 
 def natural_periods(linear: Linear) -> dict[int, float]:
     """The natural periods [s] of `natural_modes`, without their decays, by the coordinate (among 6
     nb) that names each mode."""
-    modes = _of_components(linear, _undamped_modes)
+    modes = _modes_of_components(linear, _undamped_modes)
     return {mode.coordinate: mode.natural_period for mode in modes}
 
 
-def _of_components(
+def _modes_of_components(
     linear: Linear, find: Callable[[Linear], list[NaturalMode]]
 ) -> list[NaturalMode]:
     """The modes that ``find`` finds for each component, with shapes of all coordinates, in the
@@ -248,7 +248,7 @@ def modes_of_stiffness(stiffness: Stiffness, linear: Linear) -> list[NaturalMode
     allowed = _constrained_stiffness(stiffness, linear.freedom)
     parts = linear.freedom.project_motions(shapes)
     for k in np.flatnonzero(_has_stiffness(squares)):
-        decays[k] = _decay(allowed, float(np.sqrt(abs(squares[k]))), parts[:, k])
+        decays[k] = _decay_root(allowed, float(np.sqrt(abs(squares[k]))), parts[:, k])
     return _name_modes(squares, shapes, decays, linear)
 
 
@@ -374,7 +374,7 @@ def _name_modes(
     return named_modes
 
 
-def _decay(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:
+def _decay_root(stiffness: Stiffness, omega: float, shape: np.ndarray) -> complex:
     """The root s of det(K + s B(w) + s^2 (M + A(w))) = 0, w = Im s, whose motion is most similar to
     a ``shape`` (n,)."""
     K = stiffness(np.array([STATIC]))[0].real

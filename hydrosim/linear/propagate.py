@@ -27,17 +27,9 @@ from scipy import linalg
 
 from hydrosim.elements import given_frequencies, given_rows, resistances
 from hydrosim.elements.kind import RADIATION, WAVE_FIRST_ORDER, WAVE_SECOND_ORDER
+from hydrosim.integrate import exponential
 from hydrosim.integrate.dynamics import Model, new_work, rhs
 from hydrosim.integrate.exact import Resistances, add_energies, keep_states, sample_loads
-from hydrosim.integrate.exponential import (
-    NODES_BESIDE,
-    POLYNOMIAL_NODES,
-    PropagationInterval,
-    area_weights,
-    extend_nodes,
-    fill_recursion,
-    propagation_interval,
-)
 from hydrosim.integrate.state import STATUS, Clock, Run, State
 from hydrosim.jit.refs import StructReference
 from hydrosim.linear.linearise import find_components, linearise, without_waves
@@ -45,7 +37,7 @@ from hydrosim.multibody.kinematics import slopes_at_rest
 
 PHASE = 0.15  # rad, largest phase between two nodes, for waves and forces of one frequency
 # parts of an interval
-MIN_PARTS = POLYNOMIAL_NODES
+MIN_PARTS = exponential.POLYNOMIAL_NODES
 USUAL_PARTS = 16
 MAX_PARTS = 24
 # intervals at a time, such that their data stay in a core's cache; fewer with more states
@@ -62,7 +54,7 @@ class PartResponse(NamedTuple):
 
     states: np.ndarray
     coordinates: np.ndarray
-    interval: PropagationInterval
+    interval: exponential.PropagationInterval
     by_state: np.ndarray
     by_load: np.ndarray
 
@@ -84,13 +76,15 @@ def _constant(matrix: np.ndarray) -> Constant:
 
 
 @lru_cache(maxsize=8)
-def _response(J: Constant, G: Constant, memory: Constant, length: float, parts: int) -> Response:
+def _make_response(
+    J: Constant, G: Constant, memory: Constant, length: float, parts: int
+) -> Response:
     """`Equation.response`, shared by runs with the same equation."""
     arrays = (np.frombuffer(values).reshape(shape) for values, shape in (J, G, memory))
     jacobian, mobility, force = arrays
     split = _independent_parts(jacobian, mobility, force)
     of = [_part_response(*part, jacobian, mobility, force, length, parts) for part in split]
-    return Response(tuple(of), length / parts * area_weights(parts))
+    return Response(tuple(of), length / parts * exponential.area_weights(parts))
 
 
 def _part_response(
@@ -104,7 +98,7 @@ def _part_response(
 ) -> PartResponse:
     """Response of the part with these ``states`` and ``coordinates``, by index."""
     n = coordinates.size
-    of = propagation_interval(
+    of = exponential.propagation_interval(
         J[np.ix_(states, states)], G[np.ix_(states, coordinates)], length, parts
     )
     force = memory[np.ix_(coordinates, states[2 * n :] - 2 * len(memory))]
@@ -172,7 +166,7 @@ class Equation:
     def response(self, length: float, parts: int) -> Response:
         """Response of an interval of this ``length`` [s] with this number of ``parts``."""
         constants = map(_constant, (self.J, self.G, self.memory))
-        return _response(*constants, length, parts)
+        return _make_response(*constants, length, parts)
 
     def gains(
         self,
@@ -213,7 +207,7 @@ def propagate(run: Run) -> Iterator[float]:
     finest = node_spacing(clock, model)
     yield times[0]
     for stops in stretches(times, clock.breakpoints):
-        length = _length(stops, clock)
+        length = _stop_distance(stops, clock)
         pieces, parts = division(length, finest)
         of = equation.response(length / pieces, parts)
         first = 1
@@ -252,7 +246,7 @@ def stretches(times: np.ndarray, breakpoints: np.ndarray) -> Iterator[np.ndarray
         yield stops[first : last + 1]
 
 
-def _length(stops: np.ndarray, clock: Clock) -> float:
+def _stop_distance(stops: np.ndarray, clock: Clock) -> float:
     """Distance of the stops; identical to the distance of the records where they agree."""
     length = float(stops[-1] - stops[0]) / (stops.size - 1)
     usual = clock.every * clock.step
@@ -282,11 +276,11 @@ def division(length: float, finest: float) -> tuple[int, int]:
 def linear_equation(model: Model, state: State) -> Equation:
     """The equation of a linear scene without waves. It is linearised at the equilibrium of the
     start and is valid at all positions and times."""
-    return _equation(_Rest(model, state))
+    return _linear_equation(_Rest(model, state))
 
 
 @lru_cache(maxsize=4)
-def _equation(calm: _Rest) -> Equation:
+def _linear_equation(calm: _Rest) -> Equation:
     model = calm.model
     state = calm.state
     # differences of any size are exact, and large ones round least
@@ -305,11 +299,11 @@ def _equation(calm: _Rest) -> Equation:
         rest=linear.inertia @ slope[n : 2 * n] - loads.sum(axis=0),
         memory=-linear.inertia @ J[n : 2 * n, 2 * n :],
         rows=rows,
-        resistances=_resistances(model),
+        resistances=_linear_resistances(model),
     )
 
 
-def _resistances(model: Model) -> Resistances:
+def _linear_resistances(model: Model) -> Resistances:
     """Resistances of radiation with constant damping, and of elements that declare them."""
     size = 6 * model.bodies.each.size
     S = slopes_at_rest(model.bodies)
@@ -371,7 +365,7 @@ def march(
     m = len(equation.J)
     parts = response.weights.size - 1
     first = 0
-    f = extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
+    f = exponential.extend_nodes(np.einsum("krn->kn", loads) + equation.rest)
     for around, states in motions(y[:m], f, response, pieces):
         here = loads[first * parts :]
         gained = equation.gains(around, states[:-1], here, response, y.size - m)
@@ -393,14 +387,14 @@ def motions(
     together = (
         max(int(INTERVALS_PER_BLOCK * min(CACHED_STATES / z.size, 1.0)) // pieces, 1) * pieces
     )
-    for k in range(0, (len(f) - 2 * NODES_BESIDE - 1) // parts, together):
+    for k in range(0, (len(f) - 2 * exponential.NODES_BESIDE - 1) // parts, together):
         here = [np.ascontiguousarray(loads[k : k + together]) for loads in around]
         states = np.empty((len(here[0]) + 1, z.size))
         for part, transposed, forces in zip(of.parts, turned, here, strict=True):
             own_states = np.empty((len(states), part.states.size))
             own_states[0] = z[part.states]
             np.matmul(forces, part.interval.loads[-1].T, out=own_states[1:])
-            fill_recursion(transposed, own_states)
+            exponential.fill_recursion(transposed, own_states)
             states[:, part.states] = own_states
         z = states[-1]
         yield here, states

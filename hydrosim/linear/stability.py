@@ -150,24 +150,24 @@ def combinations(
     ]
     mode_combinations = []
     eigensystems: dict[tuple[bytes, ...], Eigensystem] = {}
-    for chosen in watch(list(_chosen(mode_sets)), "contacts and springs"):
+    for chosen in watch(list(_chosen_mode_sets(mode_sets)), "contacts and springs"):
         modes = _joint_modes(model, state)
         for (kind, p), posture in zip(posing, chosen, strict=True):
             modes_of_kind(kind, p, modes)[:] = posture.modes
         text = ", ".join(posture.text for posture in chosen if posture.text)
-        mode_combinations.append(_combination(text, modes, model, state, time, eigensystems))
+        mode_combinations.append(_make_combination(text, modes, model, state, time, eigensystems))
     return mode_combinations
 
 
-def all_open(model: Model, state: State) -> Combination:
+def open_contacts_combination(model: Model, state: State) -> Combination:
     """The first of `combinations`, with all contacts open, alone."""
     time = max(
         (kind.time_of_largest_load(p) for kind, p in kinds_with_mode_sets(model)), default=0.0
     )
-    return _combination("", _modes_at_rest(model, state), model, state, time, {})
+    return _make_combination("", _modes_at_rest(model, state), model, state, time, {})
 
 
-def _combination(
+def _make_combination(
     text: str,
     modes: np.ndarray,
     model: Model,
@@ -176,7 +176,7 @@ def _combination(
     eigensystems: dict[tuple[bytes, ...], Eigensystem],
 ) -> Combination:
     """The scene linearised in these ``modes``."""
-    linear = _linearise(model, state, modes, time)
+    linear = _linearise_modes(model, state, modes, time)
     parts = linear.split(linear.coupled_states)
     for part in parts:
         if part.content not in eigensystems:
@@ -186,7 +186,7 @@ def _combination(
     )
 
 
-def _chosen(
+def _chosen_mode_sets(
     mode_sets: Sequence[tuple[Sequence[ModeSet], Sequence[ModeSet]]],
 ) -> Iterator[tuple[ModeSet, ...]]:
     """One posture per kind: any posture of all its units, or a posture of a single unit with
@@ -196,10 +196,10 @@ def _chosen(
         return
     (every, alone), *others = mode_sets
     for posture in every:
-        yield from ((posture, *further) for further in _chosen(others))
+        yield from ((posture, *further) for further in _chosen_mode_sets(others))
     together = [(of_all, ()) for of_all, _ in others]
     for posture in alone:
-        yield from ((posture, *further) for further in _chosen(together))
+        yield from ((posture, *further) for further in _chosen_mode_sets(together))
 
 
 def _single_unit_modes(
@@ -207,7 +207,7 @@ def _single_unit_modes(
 ) -> list[ModeSet]:
     """Postures of single units. A unit alone vibrates with omega^2 = k J M^-1 J^T. So among equal
     units only those count that move most in one of their directions."""
-    moves = _mobility(kind, p, model, state)
+    moves = _mobility_of_units(kind, p, model, state)
     keys = kind.equivalence_keys(p)
     alike = [np.flatnonzero([key == other for other in keys]) for key in dict.fromkeys(keys)]
     most = [same[moves[same].argmax(axis=0)] for same in alike]
@@ -215,7 +215,7 @@ def _single_unit_modes(
     return list(kind.one_unit_active(p, kind.unit_names(scene), which.tolist()))
 
 
-def _mobility(kind: KindWithModeSets, p: Any, model: Model, state: State) -> np.ndarray:
+def _mobility_of_units(kind: KindWithModeSets, p: Any, model: Model, state: State) -> np.ndarray:
     """J M^-1 J^T of each unit (n, k) [1/kg] in each of its directions."""
     n = model.bodies.active.size
     motion = new_work(model).motion
@@ -266,11 +266,11 @@ def _least_steps(
     """The largest stable step [s] of each component of each combination."""
     values = [part.values for x in mode_combinations for part in x.components]
     ends = np.cumsum([eigenvalues.size for eigenvalues in values])
-    steps = np.split(_steps(method, np.concatenate(values)), ends[:-1])
+    steps = np.split(_largest_steps(method, np.concatenate(values)), ends[:-1])
     return [float(part_steps.min(initial=np.inf)) for part_steps in steps]
 
 
-def _steps(method: IntegrationMethod, values: np.ndarray) -> np.ndarray:
+def _largest_steps(method: IntegrationMethod, values: np.ndarray) -> np.ndarray:
     """The largest stable step [s] of each eigenvalue."""
     return ray_limits(method, np.angle(values)) / np.maximum(np.abs(values), 1e-12)
 
@@ -281,9 +281,9 @@ def _limits_below(
     """The limits below ``bound`` of one component."""
     values, left, right = part.spectrum.vectors()
     share = participation_factors(left, right)
-    steps = _steps(method, values)
+    steps = _largest_steps(method, values)
     for k in np.flatnonzero(steps < bound):
-        what = what_moves(part.linear, share[:, k], layout)
+        what = largest_participant(part.linear, share[:, k], layout)
         yield StepLimit(float(steps[k]), complex(values[k]), contact, what)
 
 
@@ -331,17 +331,17 @@ def _modes_at_rest(model: Model, state: State) -> np.ndarray:
     return modes
 
 
-def _linearise(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:
+def _linearise_modes(model: Model, state: State, modes: np.ndarray, time: float) -> Linear:
     """Linearise with all units on the pieces of their curves given by ``modes``, and in steady
     slip."""
-    pressed = _with_all_pressed(model, state, modes)
-    start = _sliding(pressed, state, modes, time)
+    pressed = _press_all_units(model, state, modes)
+    start = _moving_sideways(pressed, state, modes, time)
     idle = [k.idle_states(p, modes_of_kind(k, p, modes)) for k, p in kinds_with_mode_sets(model)]
     states = np.setdiff1d(dynamic_states(model), np.concatenate(idle))
     return linearise(pressed, start, modes, time, states=states)
 
 
-def _with_all_pressed(model: Model, state: State, modes: np.ndarray) -> Model:
+def _press_all_units(model: Model, state: State, modes: np.ndarray) -> Model:
     """The model with every unit on its piece of its curve."""
     bodies = model.bodies
     motion = motion_at(model, state.y)
@@ -352,7 +352,7 @@ def _with_all_pressed(model: Model, state: State, modes: np.ndarray) -> Model:
     return model._replace(elements=model.elements._replace(**changed))
 
 
-def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> State:
+def _moving_sideways(model: Model, state: State, modes: np.ndarray, time: float) -> State:
     """The state with all bodies moving sideways, each at a different speed, so that points also
     slip on other bodies; slipping units are in steady slip."""
     bodies = model.bodies
@@ -370,7 +370,7 @@ def _sliding(model: Model, state: State, modes: np.ndarray, time: float) -> Stat
     return state._replace(y=y)
 
 
-def what_moves(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
+def largest_participant(linear: Linear, share: np.ndarray, layout: StateLayout) -> str:
     """Name of the coordinate, node of a unit or radiation with the largest ``share`` (m,) of a
     mode."""
     shares: dict[str, float] = {}
@@ -468,10 +468,10 @@ class Vibration:
         there = modes[:, closed, SEGMENT] == self.modes[closed, SEGMENT]
         there &= modes[:, closed, MODE] != OPEN
         alike = there & (modes[:, closed, MODE] == self.modes[closed, MODE])
-        return _widen(there.any(axis=1)), _widen(alike.any(axis=1))
+        return _include_neighbours(there.any(axis=1)), _include_neighbours(alike.any(axis=1))
 
 
-def _widen(here: np.ndarray) -> np.ndarray:
+def _include_neighbours(here: np.ndarray) -> np.ndarray:
     """True also next to true entries (nt,)."""
     beside = here.copy()
     beside[1:] |= here[:-1]
@@ -530,7 +530,7 @@ def vibrations(
             memory = np.linalg.solve(part.inertia, K @ rate)
             value = complex(values[k] - felt @ memory / whole)
             if wrong(np.array([value])).any():
-                what = what_moves(part, share[:, k], layout)
+                what = largest_participant(part, share[:, k], layout)
                 amplitude = expand_to_active(2.0 * np.abs(right[:n, k]), part.active, active)
                 sensed = expand_to_active(felt / (felt @ rate), part.active, active)
                 at = combination.contact, combination.modes

@@ -58,9 +58,9 @@ def solve_for_pivots(p):
     for i in range(p.number[0]):
         clear(p.combination[i])
         p.combination[i, i] = 1.0
-        p.load[i] = ENTRY_ROUNDING * abs(p.J[i, _largest(p.J[i])])
+        p.load[i] = ENTRY_ROUNDING * abs(p.J[i, _largest_entry(p.J[i])])
     for i in range(p.number[0]):
-        p.pivot[i] = _largest(p.J[i])
+        p.pivot[i] = _largest_entry(p.J[i])
         if abs(p.J[i, p.pivot[i]]) <= p.load[i]:
             p.pivot[i] = DROPPED
             continue
@@ -72,7 +72,7 @@ def solve_for_pivots(p):
 
 
 @kernel
-def _largest(row):
+def _largest_entry(row):
     """Index of the entry with the largest absolute value."""
     best = 0
     for j in range(row.size):
@@ -172,7 +172,7 @@ def find_rank(p, L, size):
         for k in range(i):
             if p.pivot[k] != DROPPED:
                 _projected_entry(i, k, p)
-        row_inertia = _product(p.J[i], p.inertia[i])
+        row_inertia = _dot_product(p.J[i], p.inertia[i])
         left = row_inertia
         for k in range(i):
             left -= p.combination[i, k] * p.combination[i, k]
@@ -189,14 +189,14 @@ def find_rank(p, L, size):
 @kernel
 def _projected_entry(i, k, p):
     """Entry (i, k) of the Cholesky factor of J H^-1 J^T."""
-    entry = _product(p.J[i], p.inertia[k])
+    entry = _dot_product(p.J[i], p.inertia[k])
     for s in range(k):
         entry -= p.combination[i, s] * p.combination[k, s]
     p.combination[i, k] = entry / p.combination[k, k]
 
 
 @kernel
-def _product(a, b):
+def _dot_product(a, b):
     total = 0.0
     for j in range(a.size):
         total += a[j] * b[j]

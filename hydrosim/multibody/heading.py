@@ -199,7 +199,7 @@ def find_flow(p, motion, hulls):
 
 
 @kernel
-def accelerations_along(p, motion, flow, a):
+def accelerations_in_heading(p, motion, flow, a):
     """Change the accelerations ``a`` (6 nb,) in place, from v' in earth axes to the time derivative
     of ``flow`` = P^T (v - U) in heading axes, P^T v' - psi' J P^T (v - U). P turns heading axes
     into earth axes, U is the velocity of the water, and J = e_z x."""

@@ -113,11 +113,11 @@ def place_bodies_inline(q, u, bodies, motion):
         angles = vector(motion.coordinates, 6 * b + 3)
         if bodies.exact:
             angles = (angles[0], angles[1], angles[2] + bodies.each[b].heading)
-            _rotate(angles, motion.rotation[b])
+            _fill_rotation(angles, motion.rotation[b])
             _rate_map(angles, motion.rate_map[b])
             _set_angular_velocity(b, angles, motion)
         else:
-            _rotate_little(angles, motion.rotation[b])
+            _fill_small_rotation(angles, motion.rotation[b])
     if bodies.tree.branches.size > 0:
         forward_kinematics(q, u, bodies, motion)
 
@@ -153,7 +153,7 @@ def _set_angular_velocity(b, angles, motion):
 
 
 @kernel
-def _rotate(angles, R):
+def _fill_rotation(angles, R):
     """R = Rz(psi) Ry(theta) Rx(phi)."""
     cf = cos(angles[0])
     sf = sin(angles[0])
@@ -173,7 +173,7 @@ def _rotate(angles, R):
 
 
 @kernel
-def _rotate_little(angles, R):
+def _fill_small_rotation(angles, R):
     """I + angles x, the first order of R."""
     R[0, 0] = 1.0
     R[0, 1] = -angles[2]
@@ -383,16 +383,16 @@ def positions_at(bodies: Bodies, q: np.ndarray) -> np.ndarray:
 
 def slopes_at(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     """S (6 nb, n) at ``q`` (n,): velocities of all bodies per rate of each coordinate."""
-    return _per_rate(bodies, q, lambda motion: motion.velocity)
+    return _slopes_by_rates(bodies, q, lambda motion: motion.velocity)
 
 
 def coordinate_map(bodies: Bodies, q: np.ndarray) -> np.ndarray:
     """Rates (6 nb, n) of the displacements of all bodies per rate of each coordinate, at ``q``
     (n,)."""
-    return _per_rate(bodies, q, lambda motion: motion.rate)
+    return _slopes_by_rates(bodies, q, lambda motion: motion.rate)
 
 
-def _per_rate(
+def _slopes_by_rates(
     bodies: Bodies, q: np.ndarray, measured: Callable[[Motion], np.ndarray]
 ) -> np.ndarray:
     """What is ``measured`` (6 nb,) of the motion at ``q`` (n,), per rate of each coordinate."""

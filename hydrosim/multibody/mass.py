@@ -264,9 +264,9 @@ def _accelerate_alone(b, p, inertia, motion, F, x):
         add(vector(p.rest[k + 1], k), (dot(y_, t[0]), dot(y_, t[1]), dot(y_, t[2]))),
         add(vector(p.rest[k + 2], k), (dot(z_, t[0]), dot(z_, t[1]), dot(z_, t[2]))),
     )
-    y = _block(p.inverse, k, vector(F, f))
-    omega = _solve_rotary(W, sub(vector(F, f + 3), _block(p.coupling, k, y)))
-    v = sub(y, _block(p.gain, k, omega))
+    y = _multiply_block(p.inverse, k, vector(F, f))
+    omega = _solve_rotary(W, sub(vector(F, f + 3), _multiply_block(p.coupling, k, y)))
+    v = sub(y, _multiply_block(p.gain, k, omega))
     d = sub(omega, vector(motion.bias, f + 3))
     cp, sp = E[1, 1], -E[0, 1]
     roll = (cp * d[0] + sp * d[1]) / (cp * E[0, 0] + sp * E[1, 0])
@@ -275,7 +275,7 @@ def _accelerate_alone(b, p, inertia, motion, F, x):
 
 
 @kernel
-def _block(A, k, a):
+def _multiply_block(A, k, a):
     """Product of the (3, 3) block on the diagonal of ``A`` from k on and a vector."""
     return (dot(vector(A[k], k), a), dot(vector(A[k + 1], k), a), dot(vector(A[k + 2], k), a))
 
@@ -302,11 +302,11 @@ def _fill_rotary_inertia(p, bodies, motion, W):
 def _find_moments(p, motion, F, room, y):
     """F_r - M_rt y - W b."""
     for i in range(room.moment.size):
-        moment = F[_rotation(i)]
+        moment = F[_velocity_index_of_rotation(i)]
         for j in range(p.steady.size):
             moment -= p.coupling[i, j] * y[p.steady[j]]
         for j in range(room.moment.size):
-            moment -= room.W[i, j] * motion.bias[_rotation(j)]
+            moment -= room.W[i, j] * motion.bias[_velocity_index_of_rotation(j)]
         room.moment[i] = moment
 
 
@@ -315,19 +315,19 @@ def _solve_turning(p, motion, room, x):
     """Accelerations of the angles from the moments, and the resulting change of the
     translations."""
     for i in range(p.turning.size):
-        room.angles[i] = dot(_axis(i, p, motion), vector(room.moment, 3 * p.body[i]))
+        room.angles[i] = dot(_rotation_axis(i, p, motion), vector(room.moment, 3 * p.body[i]))
     for i in range(p.turning.size):
-        _multiply(room.W, 3 * p.body[i], _axis(i, p, motion), room.moment)
+        _multiply_axis(room.W, 3 * p.body[i], _rotation_axis(i, p, motion), room.moment)
         for j in range(i, p.turning.size):
-            room.schur[j, i] = dot(_axis(j, p, motion), vector(room.moment, 3 * p.body[j]))
+            room.schur[j, i] = dot(_rotation_axis(j, p, motion), vector(room.moment, 3 * p.body[j]))
     cholesky(room.schur)
     cholesky_solve(room.schur, room.angles)
 
     for i in range(room.moment.size):  # omega' from here on
-        room.moment[i] = motion.bias[_rotation(i)]
+        room.moment[i] = motion.bias[_velocity_index_of_rotation(i)]
     for i in range(p.turning.size):
         x[p.turning[i]] = room.angles[i]
-        axis = _axis(i, p, motion)
+        axis = _rotation_axis(i, p, motion)
         for j in range(3):
             room.moment[3 * p.body[i] + j] += axis[j] * room.angles[i]
     for i in range(p.steady.size):
@@ -338,21 +338,21 @@ def _solve_turning(p, motion, room, x):
 
 
 @kernel
-def _axis(i, p, motion):
+def _rotation_axis(i, p, motion):
     """Axis of a turning coordinate: its column of E."""
     E, j = motion.rate_map[p.body[i]], p.angle[i]
     return (E[0, j], E[1, j], E[2, j])
 
 
 @kernel
-def _multiply(W, k, axis, out):
+def _multiply_axis(W, k, axis, out):
     """``out`` = W times the ``axis`` of the body whose rotations begin at k."""
     for i in range(out.size):
         out[i] = dot(vector(W[i], k), axis)
 
 
 @kernel
-def _rotation(i):
+def _velocity_index_of_rotation(i):
     """Index of rotation i among the velocities of all bodies."""
     return i + 3 * (i // 3) + 3
 

@@ -100,11 +100,11 @@ class RunAccessor:
         "speed.*". Raises InputError if hardly any record is left after ``start``."""
         from hydrosim.errors import InputError
         from hydrosim.results.channels import channel_names, match_channels
-        from hydrosim.statistics.statistics import enough_from, statistics
+        from hydrosim.statistics.statistics import has_enough_records, statistics
 
         run = self._single_run()
         end = float(run.time[-1])
-        if not (isinstance(start, int | float) and enough_from(run, start)):
+        if not (isinstance(start, int | float) and has_enough_records(run, start)):
             raise InputError(
                 f"found a start of {start!r}; expected a time in seconds well before"
                 f" the end of the run at {end:g} s."

@@ -114,12 +114,12 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
     joints = {
         name: to_earth(joint.body, np.array([joint.point])) for name, joint in scene.joints.items()
     }
-    return SceneArrangement(bodies, contacts, lines, list(_streams(scene)), joints)
+    return SceneArrangement(bodies, contacts, lines, list(_mean_streams(scene)), joints)
 
 
 def svg(of: SceneArrangement, units: Units) -> str:
     """Drawing as SVG: the plan above, the side view below, at one scale."""
-    low, high = _extent(of)
+    low, high = _extent_of_scene(of)
     views = [("plan", PLAN), ("side", SIDE)]
     scale = (DRAWING_WIDTH - 2.0 * DRAWING_MARGIN) / (high - low)[0]
     tall = max(float((high - low)[axes[1]]) for _, axes in views)
@@ -128,7 +128,7 @@ def svg(of: SceneArrangement, units: Units) -> str:
     top = 0.0
     for name, axes in views:
         view = _View(axes, low, high, scale, top)
-        parts += [_text(70.0, top + 22.0, name, "start"), *_svg_elements(of, view, name)]
+        parts += [_svg_text(70.0, top + 22.0, name, "start"), *_svg_elements(of, view, name)]
         top = view.bottom
     parts += _scale_bar(units, scale, top)
     height = top + 30.0
@@ -166,9 +166,9 @@ def _svg_elements(of: SceneArrangement, view: _View, name: str) -> Iterator[str]
     if view.axes == SIDE:
         y = float(view.to_pixels(np.zeros(3))[0, 1])
         yield f'<line class="water" x1="0" x2="{DRAWING_WIDTH:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
-        yield _text(DRAWING_WIDTH - 4.0, y - 4.0, "still water", "end")
+        yield _svg_text(DRAWING_WIDTH - 4.0, y - 4.0, "still water", "end")
     for k, body in enumerate(of.bodies):
-        outline = _outline(view.to_pixels(body.corners))
+        outline = _convex_outline(view.to_pixels(body.corners))
         yield f'<polygon class="hull c{k % 7}" points="{_points_text(outline)}"/>'
     for line in of.lines:
         if line.between is not None:
@@ -183,13 +183,13 @@ def _svg_elements(of: SceneArrangement, view: _View, name: str) -> Iterator[str]
     for points in of.joints.values():
         for x, y in view.to_pixels(points):
             yield f'<circle class="joint" cx="{x:.1f}" cy="{y:.1f}" r="4"/>'
-    yield from _names(of, view)
+    yield from _names_svg(of, view)
     if view.axes == PLAN:
-        yield from _arrows(of.streams, view)
-    yield from _axes(view)
+        yield from _arrows_svg(of.streams, view)
+    yield from _axes_svg(view)
 
 
-def _names(of: SceneArrangement, view: _View) -> Iterator[str]:
+def _names_svg(of: SceneArrangement, view: _View) -> Iterator[str]:
     """Names of bodies at their centres, and of contacts, joints and lines beside them, without
     overlaps."""
     middles = {body.name: view.to_pixels(body.corners).mean(axis=0) for body in of.bodies}
@@ -204,28 +204,28 @@ def _names(of: SceneArrangement, view: _View) -> Iterator[str]:
             while any(abs(y - b) < LABEL_HEIGHT and abs(x - a) < 6.0 * len(name) for a, b in taken):
                 y += LABEL_HEIGHT
             taken.append((x, y))
-            yield _text(x, y, name, kind)
+            yield _svg_text(x, y, name, kind)
 
 
-def _arrows(streams: Sequence[tuple[str, float]], view: _View) -> Iterator[str]:
+def _arrows_svg(streams: Sequence[tuple[str, float]], view: _View) -> Iterator[str]:
     """An arrow for each sea, wind and current, in the upper right corner of the plan."""
     for k, (name, heading) in enumerate(streams):
         x = DRAWING_WIDTH - 60.0 - 110.0 * k
-        yield _arrow((x, 36.0), heading)
-        yield _text(x, 78.0, name, "middle")
+        yield _arrow_svg((x, 36.0), heading)
+        yield _svg_text(x, 78.0, name, "middle")
 
 
-def _axes(view: _View) -> Iterator[str]:
+def _axes_svg(view: _View) -> Iterator[str]:
     """Axes of the earth frame, in the upper left corner of a view."""
     x, y = 30.0, view.top - 12.0
     second = "y" if view.axes == PLAN else "z"
-    yield _arrow((x + 17.0, y), 0.0, 34.0)
-    yield _arrow((x, y - 17.0), 0.5 * np.pi, 34.0)
-    yield _text(x + 44.0, y + 4.0, "x", "middle")
-    yield _text(x, y - 40.0, second, "middle")
+    yield _arrow_svg((x + 17.0, y), 0.0, 34.0)
+    yield _arrow_svg((x, y - 17.0), 0.5 * np.pi, 34.0)
+    yield _svg_text(x + 44.0, y + 4.0, "x", "middle")
+    yield _svg_text(x, y - 40.0, second, "middle")
 
 
-def _arrow(middle: tuple[float, float], heading: float, length: float = ARROW_LENGTH) -> str:
+def _arrow_svg(middle: tuple[float, float], heading: float, length: float = ARROW_LENGTH) -> str:
     """An arrow towards a heading, counter-clockwise from the x axis to the right."""
     along = np.array([cos(heading), -sin(heading)])
     across = np.array([-along[1], along[0]])
@@ -246,10 +246,10 @@ def _scale_bar(units: Units, scale: float, top: float) -> Iterator[str]:
     y = top + 10.0
     ends = f'x1="20" x2="{20.0 + pixels:.1f}" y1="{y:.1f}" y2="{y:.1f}"'
     yield f'<line class="scale" {ends}/>'
-    yield _text(28.0 + pixels, y + 4.0, f"{digits_of(length)} {unit}", "start")
+    yield _svg_text(28.0 + pixels, y + 4.0, f"{digits_of(length)} {unit}", "start")
 
 
-def _streams(scene: Scene) -> Iterator[tuple[str, float]]:
+def _mean_streams(scene: Scene) -> Iterator[tuple[str, float]]:
     """Waves, current and wind with the heading that they go to."""
     water = scene.environment
     for k, waves in enumerate(water.waves):
@@ -261,7 +261,7 @@ def _streams(scene: Scene) -> Iterator[tuple[str, float]]:
             yield name, float(stream.heading)
 
 
-def _extent(of: SceneArrangement) -> tuple[Points, Points]:
+def _extent_of_scene(of: SceneArrangement) -> tuple[Points, Points]:
     """Corners of the box around bodies, contacts and joints, and the water surface; lines may
     extend beyond it."""
     marked = [*of.contacts.values(), *of.joints.values()]
@@ -273,7 +273,7 @@ def _extent(of: SceneArrangement) -> tuple[Points, Points]:
     return low - thin, high + thin
 
 
-def _outline(points: Points) -> Points:
+def _convex_outline(points: Points) -> Points:
     """Convex outline (n, 2) of points (m, 2), or the box around them if they are on one line."""
     from scipy.spatial import ConvexHull, QhullError
 
@@ -288,5 +288,5 @@ def _points_text(points: Points) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
 
 
-def _text(x: float, y: float, text: str, kind: str) -> str:
+def _svg_text(x: float, y: float, text: str, kind: str) -> str:
     return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}">{escape(text)}</text>'

@@ -16,9 +16,10 @@ from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
 from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.evidence import EvidenceLine, Feature, features_of, lines_about
-from hydrosim.report.page import stretch
+from hydrosim.report.page import records_per_interval
 from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
+from hydrosim.report.sentences import sections, series, statistics
 from hydrosim.report.sentences.comparison import (
     comparison_document,
     is_comparison,
@@ -31,22 +32,6 @@ from hydrosim.report.sentences.run import (
     result_tables,
     solution_verdicts,
     solver_tables,
-)
-from hydrosim.report.sentences.sections import (
-    Sections,
-    assumption_nodes,
-    build_sections,
-    case_nodes,
-    title_block,
-    title_of,
-)
-from hydrosim.report.sentences.series import CHARTS_NOTE, energies, ledger, main_charts, more_charts
-from hydrosim.report.sentences.statistics import (
-    largest_values,
-    main_results,
-    next_steps,
-    statistics_nodes,
-    statistics_of,
 )
 from hydrosim.report.sentences.study import study_document
 from hydrosim.results.dataset import RUN_FILE_HINT, read_run
@@ -104,8 +89,8 @@ def run_document(run: xr.Dataset) -> Document:
     if missing := [name for name in REQUIRED_COORDINATES if name not in run.coords]:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
-    nodes = [*title_block(run), *build_sections(RUN_SECTIONS, ReportData(run))]
-    return Document(title_of(run), nodes, _subtitle(run), units_of(run.attrs), time)
+    nodes = [*sections.title_block(run), *sections.build_sections(RUN_SECTIONS, ReportData(run))]
+    return Document(sections.title_of(run), nodes, _subtitle_text(run), units_of(run.attrs), time)
 
 
 class ReportData:
@@ -114,43 +99,45 @@ class ReportData:
 
     def __init__(self, run: xr.Dataset) -> None:
         self.run = run
-        self.statistics = statistics_of(run)
+        self.statistics = statistics.statistics_of(run)
         self.scene = scene_of(run)
 
 
-def _results(of: ReportData) -> Iterator[Node]:
-    yield from main_results(of.run)
+def _describe_results(of: ReportData) -> Iterator[Node]:
+    yield from statistics.main_results(of.run)
     if of.statistics is not None:
-        yield from largest_values(of.statistics)
+        yield from statistics.largest_values(of.statistics)
 
 
-def _computation(run: xr.Dataset) -> Iterator[Node]:
+def _describe_computation(run: xr.Dataset) -> Iterator[Node]:
     """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
     yield from solution_verdicts(run)
     yield from solver_tables(run)
     yield from convergence(run)
-    yield from next_steps(run)
+    yield from statistics.next_steps(run)
 
 
-def _energy(run: xr.Dataset) -> Iterator[Node]:
-    yield from ledger(run)
+def _describe_energy(run: xr.Dataset) -> Iterator[Node]:
+    yield from series.ledger(run)
     if run.time.size > 1:
-        yield from energies(run)
+        yield from series.energies(run)
 
 
-def _subtitle(run: xr.Dataset) -> str:
+def _subtitle_text(run: xr.Dataset) -> str:
     span = float(np.ptp(run.time.values)) if run.time.size else 0.0
     status = run.attrs.get("status", "unknown")
     return f"{span:g} s simulated by {run.attrs.get('program', 'hydrosim')}; status: {status}"
 
 
-def _series(run: xr.Dataset) -> Iterator[Node]:
+def _describe_series(run: xr.Dataset) -> Iterator[Node]:
     if run.time.size < 2:
         yield Sentence("The run has fewer than two recorded times: there is nothing to draw.")
         return
-    charts = [*main_charts(run), *more_charts(run)]
-    every = [*charts, *energies(run)]
-    size = stretch(run.time.size, sum(len(chart.series) for chart in every if not chart.modes))
+    charts = [*series.main_charts(run), *series.more_charts(run)]
+    every = [*charts, *series.energies(run)]
+    size = records_per_interval(
+        run.time.size, sum(len(chart.series) for chart in every if not chart.modes)
+    )
     step = float(run.time[1] - run.time[0])
     if size > 1:
         yield Sentence(
@@ -159,22 +146,22 @@ def _series(run: xr.Dataset) -> Iterator[Node]:
         )
     else:
         yield Sentence(f"Lines show every record, {step:g} s apart.")
-    yield Sentence(CHARTS_NOTE)
+    yield Sentence(series.CHARTS_NOTE)
     yield from charts
 
 
-RUN_SECTIONS: Sections[ReportData] = {
-    "results": ("Results", _results),
+RUN_SECTIONS: sections.Sections[ReportData] = {
+    "results": ("Results", _describe_results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
     "outcome": ("Motions and contacts", lambda of: result_tables(of.run)),
-    "case": ("Case", lambda of: case_nodes(of.run)),
-    "assumptions": ("Assumptions and warnings", lambda of: assumption_nodes(of.run)),
-    "statistics": ("Statistics", lambda of: statistics_nodes(of.run, of.statistics)),
+    "case": ("Case", lambda of: sections.case_nodes(of.run)),
+    "assumptions": ("Assumptions and warnings", lambda of: sections.assumption_nodes(of.run)),
+    "statistics": ("Statistics", lambda of: statistics.statistics_nodes(of.run, of.statistics)),
     "replay": ("Replay", lambda of: replay_nodes(of.run, of.scene)),
-    "series": ("Series", lambda of: _series(of.run)),
-    "energy": ("Energy", lambda of: _energy(of.run)),
+    "series": ("Series", lambda of: _describe_series(of.run)),
+    "energy": ("Energy", lambda of: _describe_energy(of.run)),
     "evidence": ("Evidence", lambda of: evidence_nodes(of.run, of.scene)),
-    "computation": ("How it was computed", lambda of: _computation(of.run)),
+    "computation": ("How it was computed", lambda of: _describe_computation(of.run)),
 }
 """Sections by name: the heading, and the function that gives its nodes."""
 

@@ -122,24 +122,24 @@ def _elements(*classes: type[ForceElement]) -> Callable[[Scene], bool]:
     return lambda scene: any(isinstance(element, classes) for element in scene.forces.values())
 
 
-def _friction(law: type) -> Callable[[Scene], bool]:
-    return lambda scene: any(isinstance(contact.friction, law) for contact in _contacts(scene))
+def _has_friction_law(law: type) -> Callable[[Scene], bool]:
+    return lambda scene: any(isinstance(contact.friction, law) for contact in _all_contacts(scene))
 
 
-def _contacts(scene: Scene) -> Iterator[Contact]:
+def _all_contacts(scene: Scene) -> Iterator[Contact]:
     return (element for element in scene.forces.values() if isinstance(element, Contact))
 
 
-def _bodies(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+def _any_body_is(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
     return lambda scene: any(is_so(body) for body in scene.bodies)
 
 
 def _second_order(*orders: SecondOrder) -> Callable[[Scene], bool]:
-    return _in_waves(lambda body: body.wave_forces.second_order in orders)
+    return _is_so_in_waves(lambda body: body.wave_forces.second_order in orders)
 
 
-def _in_waves(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
-    return lambda scene: any(_is_wet(b) and is_so(b) for b in scene.bodies if _sea(scene))
+def _is_so_in_waves(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+    return lambda scene: any(_is_wet(b) and is_so(b) for b in scene.bodies if _wave_trains(scene))
 
 
 def _is_wet(body: Body) -> bool:
@@ -147,24 +147,24 @@ def _is_wet(body: Body) -> bool:
     return body.hydrodynamics is not None and not isinstance(body.hydrodynamics, Coefficients)
 
 
-def _remembers(body: Body) -> bool:
+def _has_memory(body: Body) -> bool:
     constant = isinstance(body.radiation, ConstantRadiation)
     return _is_wet(body) and not constant and body.radiation != RadiationModel.NONE
 
 
-def _follows(body: Body) -> bool:
+def _has_following_loads(body: Body) -> bool:
     places = (body.wave_forces.headings, body.wave_forces.position)
     return any(place in (Place.SLOW, Place.INSTANTANEOUS) for place in places)
 
 
-def _sea(scene: Scene) -> tuple[WaveTrain, ...]:
+def _wave_trains(scene: Scene) -> tuple[WaveTrain, ...]:
     return scene.environment.waves
 
 
 def _is_random(scene: Scene) -> bool:
     given = RegularWave | GivenComponents
     gusty = scene.environment.gusts is not None
-    return gusty or any(not isinstance(w.spectrum, given) for w in _sea(scene))
+    return gusty or any(not isinstance(w.spectrum, given) for w in _wave_trains(scene))
 
 
 OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
@@ -173,28 +173,30 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.IMPLICIT: _methods(Method.ESDIRK4),
     Feature.ROTATIONS: lambda scene: scene.solver.kinematics == Kinematics.EXACT,
     Feature.RESTART: lambda scene: scene.initial is not None,
-    Feature.STIFFNESS: _bodies(lambda body: _is_wet(body) and body.hydrostatics is None),
-    Feature.HULL: _bodies(lambda body: body.hydrostatics is not None),
-    Feature.RADIATION: _bodies(_remembers),
-    Feature.DRAUGHTS: _bodies(lambda body: isinstance(body.hydrodynamics, Family)),
-    Feature.COUPLED: _bodies(lambda body: body.database_body > 1),
-    Feature.WAVES: _in_waves(lambda body: body.wave_forces.first_order),
+    Feature.STIFFNESS: _any_body_is(lambda body: _is_wet(body) and body.hydrostatics is None),
+    Feature.HULL: _any_body_is(lambda body: body.hydrostatics is not None),
+    Feature.RADIATION: _any_body_is(_has_memory),
+    Feature.DRAUGHTS: _any_body_is(lambda body: isinstance(body.hydrodynamics, Family)),
+    Feature.COUPLED: _any_body_is(lambda body: body.database_body > 1),
+    Feature.WAVES: _is_so_in_waves(lambda body: body.wave_forces.first_order),
     Feature.SEA: _is_random,
-    Feature.SPREADING: lambda scene: any(train.spreading is not None for train in _sea(scene)),
+    Feature.SPREADING: lambda scene: any(
+        train.spreading is not None for train in _wave_trains(scene)
+    ),
     Feature.MEAN_DRIFT: _second_order(SecondOrder.MEAN_DRIFT),
     Feature.NEWMAN: _second_order(SecondOrder.NEWMAN, SecondOrder.NEWMAN_SQUARE_ROOT),
     Feature.QTF: _second_order(SecondOrder.QTF),
-    Feature.SUM: _in_waves(lambda body: body.wave_forces.sum_frequency),
-    Feature.FOLLOWING: _in_waves(_follows),
+    Feature.SUM: _is_so_in_waves(lambda body: body.wave_forces.sum_frequency),
+    Feature.FOLLOWING: _is_so_in_waves(_has_following_loads),
     Feature.FENDERS: _elements(Fender),
     Feature.LANDINGS: _elements(Landing),
     Feature.GUIDES: lambda scene: any(
         isinstance(element, Landing) and element.wall is not None
         for element in scene.forces.values()
     ),
-    Feature.STICK_SLIP: _friction(StickSlip),
-    Feature.COULOMB: _friction(Coulomb),
-    Feature.SLOPE: _friction(FrictionSlope),
+    Feature.STICK_SLIP: _has_friction_law(StickSlip),
+    Feature.COULOMB: _has_friction_law(Coulomb),
+    Feature.SLOPE: _has_friction_law(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
     Feature.CATENARIES: _elements(Catenary),
     Feature.STRUTS: _elements(Strut, TorsionSpring),
@@ -209,9 +211,9 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
         scene.environment.current.speed != 0.0 or _elements(CurrentLoad)(scene)
     ),
     Feature.WIND: _elements(WindLoad),
-    Feature.WEIGHT: _bodies(lambda body: body.weight == Weight.CARRIED),
-    Feature.TANKS: _bodies(lambda body: bool(body.tanks)),
-    Feature.PUMPS: _bodies(lambda body: bool(body.pumps)),
+    Feature.WEIGHT: _any_body_is(lambda body: body.weight == Weight.CARRIED),
+    Feature.TANKS: _any_body_is(lambda body: bool(body.tanks)),
+    Feature.PUMPS: _any_body_is(lambda body: bool(body.pumps)),
     Feature.TRIGGERS: lambda scene: any(element.active for element in scene.forces.values()),
     Feature.JOINTS: lambda scene: bool(scene.joints),
     Feature.DRIVES: _elements(Drive),

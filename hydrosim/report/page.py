@@ -66,13 +66,13 @@ def plot_curves(of: Curves, units: Units) -> PlottedCurves:
     y_unit, y_scale = units.display_unit(of.y_unit)
     curves = {name: _scale_curve(curve, x_scale, y_scale) for name, curve in of.curves.items()}
     curve_list = list(curves.values())
-    x = _range(np.concatenate([c.x for c in curve_list]))
-    y = _range(np.concatenate([part for c in curve_list for part in (c.y, c.low, c.high)]))
-    across, up = _scale(x, LEFT_EDGE, RIGHT_EDGE), _scale(y, BOTTOM_EDGE, TOP_EDGE)
-    lines = [list(_points(name, c, across, up)) for name, c in curves.items()]
+    x = _axis_range(np.concatenate([c.x for c in curve_list]))
+    y = _axis_range(np.concatenate([part for c in curve_list for part in (c.y, c.low, c.high)]))
+    across, up = _axis_scale(x, LEFT_EDGE, RIGHT_EDGE), _axis_scale(y, BOTTOM_EDGE, TOP_EDGE)
+    lines = [list(_plotted_points(name, c, across, up)) for name, c in curves.items()]
     x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
     y_ticks = [(up(t), digits_of(t)) for t in ticks(*y)]
-    labels = _label(of.x_label, x_unit), _label(of.y_label, y_unit)
+    labels = _axis_label(of.x_label, x_unit), _axis_label(of.y_label, y_unit)
     return PlottedCurves(*labels, lines, x_ticks, y_ticks)
 
 
@@ -88,11 +88,11 @@ def _scale_curve(curve: PlottedCurve, across: float, up: float) -> PlottedCurve:
     return PlottedCurve(across * curve.x, *ends, curve.remarks)
 
 
-def _label(label: str, unit: str) -> str:
+def _axis_label(label: str, unit: str) -> str:
     return f"{label} [{unit}]" if unit else label
 
 
-def _points(
+def _plotted_points(
     name: str, curve: PlottedCurve, across: Callable[[float], float], up: Callable[[float], float]
 ) -> Iterator[PlottedPoint]:
     remarks = curve.remarks or [""] * curve.x.size
@@ -107,7 +107,7 @@ def _points(
             yield PlottedPoint(across(x), up(y), up(low), up(high), label.strip())
 
 
-def _range(values: np.ndarray) -> tuple[float, float]:
+def _axis_range(values: np.ndarray) -> tuple[float, float]:
     finite = values[np.isfinite(values)]
     if finite.size == 0:
         return 0.0, 1.0
@@ -116,7 +116,7 @@ def _range(values: np.ndarray) -> tuple[float, float]:
     return low - pad, high + pad
 
 
-def _scale(of: tuple[float, float], begin: float, end: float) -> Callable[[float], float]:
+def _axis_scale(of: tuple[float, float], begin: float, end: float) -> Callable[[float], float]:
     return lambda value: round(begin + (value - of[0]) / (of[1] - of[0]) * (end - begin), 2)
 
 
@@ -128,7 +128,7 @@ CLOSED_MODES = (1, 2)  # stick and slip: their fractions of an interval; the res
 MODE_INTERVALS = 800  # of modes
 
 
-def stretch(count: int, lines: int) -> int:
+def records_per_interval(count: int, lines: int) -> int:
     """Number of records per interval, for so many ``lines`` of ``count`` records."""
     if 4 * count * lines <= MAX_SERIES_BYTES and count <= MAX_STRETCHES:
         return 1
@@ -219,10 +219,10 @@ def html(document: Document, mark: str) -> str:
     return environment.get_template("page.html").render(
         document=document,
         mark=mark,
-        policy=_policy(codes, style),
+        policy=_content_policy(codes, style),
         scripts=codes,
         style=style,
-        data=json_for_html(_data(document)),
+        data=json_for_html(_data_of_charts(document)),
         next_chart=lambda: next(numbers),
         plot_curves=partial(plot_curves, units=document.units),
         render_table=partial(render_table, units=document.units),
@@ -242,10 +242,12 @@ def json_for_html(data: Any) -> str:
     return json.dumps(data, allow_nan=False).translate(HTML_ESCAPES)
 
 
-def _data(document: Document) -> dict[str, Any]:
+def _data_of_charts(document: Document) -> dict[str, Any]:
     """Data for the scripts of the page."""
     charts, time = list(_nodes_of_kind(document, Chart)), document.time
-    size = stretch(time.size, sum(len(chart.series) for chart in charts if not chart.modes))
+    size = records_per_interval(
+        time.size, sum(len(chart.series) for chart in charts if not chart.modes)
+    )
     replays = [replay.data for replay in _nodes_of_kind(document, Replay)]
     return {
         "time": base64_of_floats(time[::size]),
@@ -260,14 +262,14 @@ def _nodes_of_kind(document: Document, kind: type[Any]) -> list[Any]:
     return [node for node in document.nodes if isinstance(node, kind)]
 
 
-def _policy(scripts: list[str], style: str) -> str:
+def _content_policy(scripts: list[str], style: str) -> str:
     """Policy: nothing from elsewhere, and only scripts and styles with these digests."""
-    allowed = " ".join(_digest(code) for code in scripts)
+    allowed = " ".join(_script_digest(code) for code in scripts)
     return (
-        f"default-src 'none'; script-src {allowed}; style-src {_digest(style)};"
+        f"default-src 'none'; script-src {allowed}; style-src {_script_digest(style)};"
         " base-uri 'none'; form-action 'none'"
     )
 
 
-def _digest(code: str) -> str:
+def _script_digest(code: str) -> str:
     return f"'sha256-{b64encode(sha256(code.encode()).digest()).decode()}'"

@@ -106,17 +106,19 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         "rest": _centres_at_rest(run, scene),
         "heading": [body.heading for body in scene.bodies] if scene else [0.0] * len(names),
         "time": base64_of_floats(frames.time.values),
-        "position": base64_of_floats(_displacements(frames).ravel()),
+        "position": base64_of_floats(_displacement_frames(frames).ravel()),
         "size": size,
         "force_unit": units.display_unit("N")._asdict(),
         "length_unit": units.display_unit("m")._asdict(),
-        "factor": 1 if _has_connections(run, scene) else _factor(_displacements(frames), size),
+        "factor": 1
+        if _has_connections(run, scene)
+        else _magnification(_displacement_frames(frames), size),
         "waves": [_wave_data(components) for components in waves],
-        "planes": list(_planes(scene, size)) if scene else [],
+        "planes": list(_plane_shapes(scene, size)) if scene else [],
         "supports": supports_of(scene, [s.triangles for s in shapes], size) if scene else [],
-        **_contacts(frames, scene),
-        **_lines(frames, scene),
-        "joints": list(_joints(scene, shapes, size)) if scene else [],
+        **_contact_frames(frames, scene),
+        **_line_frames(frames, scene),
+        "joints": list(_joint_shapes(scene, shapes, size)) if scene else [],
         **tanks_of(frames, scene),
     }
     notes += [TANKS_NOTE] if data["tanks"] else []
@@ -133,7 +135,7 @@ def _records_per_moment(run: xr.Dataset) -> int:
     return -(-run.time.size * 4 * numbers_per_record // MAX_REPLAY_BYTES)
 
 
-def _displacements(frames: xr.Dataset) -> np.ndarray:
+def _displacement_frames(frames: xr.Dataset) -> np.ndarray:
     """Displacements (nt, nb, 6)."""
     return np.asarray(frames.position.transpose("time", "body", "dof").values)
 
@@ -150,7 +152,7 @@ def _centres_at_rest(run: xr.Dataset, scene: Scene | None) -> list[list[float]]:
     ]
 
 
-def _factor(position: np.ndarray, size: float) -> int:
+def _magnification(position: np.ndarray, size: float) -> int:
     """Factor by which motions are first enlarged."""
     moves = float(np.nanstd(position[:, :, :3], axis=0).max())
     turns = size * float(np.nanstd(position[:, :, 3:], axis=0).max())
@@ -163,7 +165,7 @@ def _has_connections(run: xr.Dataset, scene: Scene | None) -> bool:
     return "fender_mode" in run or bool(scene and scene.joints)
 
 
-def _joints(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict[str, Any]]:
+def _joint_shapes(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict[str, Any]]:
     """Joints as bars along their axes, a little longer than their body, or as cubes if they have no
     axis; each on its body."""
     for name, joint in scene.joints.items():
@@ -192,7 +194,7 @@ def _body_number(scene: Scene, name: str | None) -> int:
     return NO_BODY if name is None else [body.name for body in scene.bodies].index(name)
 
 
-def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
+def _contact_frames(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     """Contact points on their bodies, with modes and forces (nt, nf)."""
     if "fender_mode" not in frames or scene is None:
         return {"contacts": [], "modes": "", "forces": ""}
@@ -214,7 +216,7 @@ def _contacts(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     }
 
 
-def _planes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
+def _plane_shapes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
     """Planes of fenders as polygons, and seats of landings as points, each on its body or the
     earth."""
     for element in scene.forces.values():
@@ -241,13 +243,13 @@ def _square_corners(point: Any, normal: Any, half: float) -> np.ndarray:
     return np.array([point + half * (a * first + b * second) for a, b in around])
 
 
-def _lines(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
+def _line_frames(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     """Lines of all kinds from point to anchor, and rods between their ends, with the sizes (nt, n)
     of their forces. A catenary has a ``shape`` (nt, n, 2), see `shapes_in`."""
     drawn = dict(_ends_of_lines(scene)) if scene else {}
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
-    loads = [_load(frames, scene, name) for name in drawn]
+    loads = [_load_frames(frames, scene, name) for name in drawn]
     shapes = {name: base64_of_floats(shape.ravel()) for name, _, shape in shapes_in(frames, scene)}
     return {
         "lines": [
@@ -276,7 +278,7 @@ def _ends_of_lines(scene: Scene) -> Iterator[tuple[str, tuple[str | None, Any, s
             yield name, (joint.body, joint.point, joint.to, joint.to_point)
 
 
-def _load(frames: xr.Dataset, scene: Scene, name: str) -> np.ndarray:
+def _load_frames(frames: xr.Dataset, scene: Scene, name: str) -> np.ndarray:
     """Force (nt,) in a line or rod."""
     if name in scene.joints:
         force = frames.joint_force.sel(joint=name).transpose("time", "dof").values

@@ -21,6 +21,7 @@ from hydrosim.elements.contact.fender import Contact, Fender
 from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.catenary import Catenary, pull_entries
+from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.shape import LinePull
 from hydrosim.elements.signal import compile_signals, value
@@ -147,7 +148,7 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[WaveComponents]
         return [], level
     at = np.unique(np.linspace(0, run.time.size - 1, RECORDS_COMPARED).astype(int))
     time, elevation = run.time.values[at], run.wave_elevation.values[at]
-    made = np.sum([_at_origin(waves, time) for waves in sets], axis=0)
+    made = np.sum([_elevation_at_origin(waves, time) for waves in sets], axis=0)
     if not np.allclose(
         made, elevation, rtol=0.0, atol=ELEVATION_RTOL * np.abs(run.wave_elevation).max().item()
     ):
@@ -155,7 +156,7 @@ def waves_of(scene: Scene | None, run: xr.Dataset) -> tuple[list[WaveComponents]
     return _largest_components(sets)
 
 
-def _at_origin(waves: WaveComponents, time: np.ndarray) -> np.ndarray:
+def _elevation_at_origin(waves: WaveComponents, time: np.ndarray) -> np.ndarray:
     """Elevation (nt,) at the origin."""
     grown = np.clip(time / waves.ramp, 0.0, 1.0) if waves.ramp > 0.0 else np.ones(time.size)
     angle = np.outer(time, waves.omega) + waves.phase
@@ -200,8 +201,8 @@ def catenaries_at_rest(scene: Scene) -> dict[str, np.ndarray]:
         turn = about_z(body.heading)
         bodies[body.name] = BodyPose(turn @ body.centre_of_gravity + [*body.location, 0.0], turn)
     return {
-        name: _points(line, bodies, scene, 0.0, POINTS_PER_LINE)
-        for name, line in _catenaries(scene)
+        name: _points_of_line(line, bodies, scene, 0.0, POINTS_PER_LINE)
+        for name, line in _catenaries_of_scene(scene)
     }
 
 
@@ -209,10 +210,10 @@ def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary,
     """Each catenary with its shape (nt, n, 2) at the moments ``frames``: share of the way from the
     fairlead to the anchor, and height [m] above the straight line between them."""
     places = list(_body_poses(frames, scene))
-    for name, line in _catenaries(scene):
+    for name, line in _catenaries_of_scene(scene):
         shapes = np.zeros((len(places), POINTS_PER_REPLAY_LINE, 2))
         for k, (t, bodies) in enumerate(zip(frames.time.values, places, strict=True)):
-            points = _points(line, bodies, scene, float(t), POINTS_PER_REPLAY_LINE)
+            points = _points_of_line(line, bodies, scene, float(t), POINTS_PER_REPLAY_LINE)
             chord = points[-1] - points[0]
             across = chord[:2] @ chord[:2]
             share = (points[:, :2] - points[0, :2]) @ chord[:2] / max(across, 1e-12)
@@ -221,7 +222,7 @@ def shapes_in(frames: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Catenary,
         yield name, line, shapes
 
 
-def _catenaries(scene: Scene) -> list[tuple[str, Any]]:
+def _catenaries_of_scene(scene: Scene) -> list[tuple[str, Any]]:
     return elements_of(scene, Catenary)
 
 
@@ -241,7 +242,7 @@ def _body_poses(frames: xr.Dataset, scene: Scene) -> Iterator[Mapping[str, BodyP
         }
 
 
-def _points(
+def _points_of_line(
     line: Catenary, bodies: Mapping[str, BodyPose], scene: Scene, t: float, count: int
 ) -> np.ndarray:
     """Points (count, 3) of a line in the earth frame; straight if it has no shape."""
@@ -254,11 +255,12 @@ def _points(
     bed, friction = -np.inf, 0.0
     if line.friction is not None:
         bed, friction = min(-scene.environment.water_depth - end[2], 0.0), line.friction
-    pieces = _pieces(line, t)
-    pull = LinePull(*pull_entries(0, len(pieces), x, z, bed, friction, -1.0, 0.0, pieces))
+    pieces = _pieces_of_line(line, t)
+    suspended = SuspendedLine(pieces, 0, len(pieces), x, z, bed, friction)
+    pull = LinePull(*pull_entries(suspended, -1.0, 0.0))
     if not pull.converged:
         return np.linspace(start, end, count)
-    line_positions, _ = line_points(pieces, 0, len(pieces), x, z, bed, friction, pull, count)
+    line_positions, _ = line_points(suspended, pull, count)
     return np.column_stack([start[:2] + line_positions[:, :1] * e, end[2] + line_positions[:, 1]])
 
 
@@ -270,7 +272,7 @@ def _point_in_earth(
     return np.asarray(bodies[body].centre + bodies[body].turn @ point)
 
 
-def _pieces(line: Catenary, t: float) -> np.ndarray:
+def _pieces_of_line(line: Catenary, t: float) -> np.ndarray:
     pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
     for name in ("length", "weight", "stiffness", "hung"):
         pieces[name] = getattr(line, name)
@@ -371,11 +373,11 @@ def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     """Corners of tanks about the centres of gravity of their bodies, and the filled fractions of
     their heights (nt, nk)."""
     every = [(k, body) for k, body in enumerate(scene.bodies if scene else ()) if body.tanks]
-    levels = _levels(frames)
+    levels = _tank_levels(frames)
     drawn, full = [], []
     for number, body in every:
         for tank in body.tanks:
-            if (ends := _ends(tank.shape)) is not None:
+            if (ends := _shape_ends(tank.shape)) is not None:
                 low, high = ends - np.asarray(body.centre_of_gravity)
                 drawn.append({"name": tank.name, "body": number, "low": [*low], "high": [*high]})
                 still = np.full(frames.time.size, tank.level)
@@ -384,7 +386,7 @@ def tanks_of(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     return {"tanks": drawn, "levels": base64_of_floats(np.array(full).T.ravel())}
 
 
-def _levels(frames: xr.Dataset) -> dict[str, np.ndarray]:
+def _tank_levels(frames: xr.Dataset) -> dict[str, np.ndarray]:
     """Levels (nt,) of the changing tanks."""
     if "tank_level" not in frames:
         return {}
@@ -392,7 +394,7 @@ def _levels(frames: xr.Dataset) -> dict[str, np.ndarray]:
     return dict(zip(map(str, frames.tank.values), levels.values, strict=True))
 
 
-def _ends(shape: TankShape) -> np.ndarray | None:
+def _shape_ends(shape: TankShape) -> np.ndarray | None:
     """Lowest and highest corner (2, 3) of the box of a tank."""
     if isinstance(shape, Box):
         return np.array([shape.low, shape.high], float)

@@ -146,7 +146,7 @@ def default_channels(run: xr.Dataset) -> list[str]:
     return [
         name
         for name in columns
-        if _fits(name, DEFAULT_CHANNELS) and select(RUN, run, name)[0].any()
+        if _matches_any(name, DEFAULT_CHANNELS) and select(RUN, run, name)[0].any()
     ]
 
 
@@ -159,7 +159,7 @@ def match_channels(names: Iterable[str], patterns: Sequence[str], option: str) -
             names_text = ", ".join(_names_to_show(pattern, channels))
             text = f"{option}: found {pattern}; expected one of: {names_text}"
             raise InputError(with_hint(text, suggestion(pattern, channels)))
-    return [name for name in channels if _fits(name, patterns)]
+    return [name for name in channels if _matches_any(name, patterns)]
 
 
 def _names_to_show(name: str, channels: Sequence[str]) -> list[str]:
@@ -174,7 +174,7 @@ def _names_to_show(name: str, channels: Sequence[str]) -> list[str]:
     return alike or list(dict.fromkeys(kinds))
 
 
-def _fits(name: str, patterns: Sequence[str]) -> bool:
+def _matches_any(name: str, patterns: Sequence[str]) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
@@ -187,22 +187,22 @@ class ChannelKind(NamedTuple):
     unit: str
 
 
-def _labels(run: xr.Dataset, dim: str) -> list[str]:
+def _labels_of_dim(run: xr.Dataset, dim: str) -> list[str]:
     return [str(label) for label in run[dim].values] if dim in run.coords else []
 
 
-def _speed(run: xr.Dataset, body: str) -> np.ndarray:
+def _speed_of_body(run: xr.Dataset, body: str) -> np.ndarray:
     v = run.velocity.sel(body=body)
     return np.hypot(v.sel(dof="surge").values, v.sel(dof="sway").values)
 
 
-def _offset(run: xr.Dataset, body: str) -> np.ndarray:
+def _offset_of_body(run: xr.Dataset, body: str) -> np.ndarray:
     x = run.position.sel(body=body)
     return np.hypot(x.sel(dof="surge").values, x.sel(dof="sway").values)
 
 
-def _groups(run: xr.Dataset) -> list[str]:
-    return _labels(run, "contact_group")
+def _contact_groups(run: xr.Dataset) -> list[str]:
+    return _labels_of_dim(run, "contact_group")
 
 
 def _group_force(run: xr.Dataset, group: str) -> np.ndarray:
@@ -210,21 +210,24 @@ def _group_force(run: xr.Dataset, group: str) -> np.ndarray:
     return np.asarray(group_forces.transpose("time", "fender").values.sum(axis=1))
 
 
-def _points(run: xr.Dataset) -> Iterator[str]:
+def _point_channel_names(run: xr.Dataset) -> Iterator[str]:
     """Names such as "bow of barge.x"."""
-    return (".".join(labels) for labels in product(_labels(run, "point"), _labels(run, "axis")))
+    return (
+        ".".join(labels)
+        for labels in product(_labels_of_dim(run, "point"), _labels_of_dim(run, "axis"))
+    )
 
 
 def _moving_points(run: xr.Dataset) -> Iterator[str]:
-    return _points(run) if "acceleration" in run else iter(())
+    return _point_channel_names(run) if "acceleration" in run else iter(())
 
 
-def _pairs(run: xr.Dataset) -> Iterator[str]:
+def _clearance_names(run: xr.Dataset) -> Iterator[str]:
     """Names such as "bow of barge to foot of topside.x"."""
-    return (".".join(labels) for labels in product(_point_pairs(run), _labels(run, "axis")))
+    return (".".join(labels) for labels in product(_point_pairs(run), _labels_of_dim(run, "axis")))
 
 
-def _place(run: xr.Dataset, point: str) -> np.ndarray:
+def _place_of_point(run: xr.Dataset, point: str) -> np.ndarray:
     return np.asarray(run.point_position.sel(point=point).transpose("time", "axis").values)
 
 
@@ -232,11 +235,11 @@ def _body_of(run: xr.Dataset, point: str) -> str:
     """Body of a named point. Files of earlier versions have it only in the name of the point."""
     if "point_body" in run.coords:
         return str(run.point_body.sel(point=point).item())
-    named = (body for body in _labels(run, "body") if point.endswith(f" of {body}"))
+    named = (body for body in _labels_of_dim(run, "body") if point.endswith(f" of {body}"))
     return max(named, key=len)
 
 
-def _arm(run: xr.Dataset, point: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def _arm_of_point(run: xr.Dataset, point: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Lever (nt, 3) of a point about the centre of gravity of its body; velocities and, if
     recorded, accelerations (nt, 6) of that body."""
     body = _body_of(run, point)
@@ -246,19 +249,21 @@ def _arm(run: xr.Dataset, point: str) -> tuple[np.ndarray, dict[str, np.ndarray]
         if name in run
     }
     centre = run.position.sel(body=body).transpose("time", "dof").values[:, :3]
-    return _place(run, point) - centre - run.reference_position.sel(body=body).values, moves
+    return _place_of_point(run, point) - centre - run.reference_position.sel(
+        body=body
+    ).values, moves
 
 
-def _velocity(run: xr.Dataset, point: str) -> np.ndarray:
+def _velocity_of_point(run: xr.Dataset, point: str) -> np.ndarray:
     """Velocity of a point: v + omega x r."""
-    r, moves = _arm(run, point)
+    r, moves = _arm_of_point(run, point)
     v = moves["velocity"]
     return np.asarray(v[:, :3] + np.cross(v[:, 3:], r))
 
 
-def _acceleration(run: xr.Dataset, point: str) -> np.ndarray:
+def _acceleration_of_point(run: xr.Dataset, point: str) -> np.ndarray:
     """Acceleration of a point: a + alpha x r + omega x (omega x r)."""
-    r, moves = _arm(run, point)
+    r, moves = _arm_of_point(run, point)
     a = moves["acceleration"]
     omega = moves["velocity"][:, 3:]
     return np.asarray(a[:, :3] + np.cross(a[:, 3:], r) + np.cross(omega, np.cross(omega, r)))
@@ -271,29 +276,32 @@ def _axis_value(
 
     def values(run: xr.Dataset, name: str) -> np.ndarray:
         points, _, axis = name.rpartition(".")
-        labels = _labels(run, "point")
+        labels = _labels_of_dim(run, "point")
         pairs = (pair for pair in permutations(labels, 2) if TO.join(pair) == points)
         first, *second = (of(run, point) for point in next(pairs, (points,)))
         difference = first - second[0] if second else first
-        return np.asarray(difference[:, _labels(run, "axis").index(axis)])
+        return np.asarray(difference[:, _labels_of_dim(run, "axis").index(axis)])
 
     return values
 
 
 def _point_pairs(run: xr.Dataset) -> Iterator[str]:
-    return (TO.join(pair) for pair in permutations(_labels(run, "point"), 2))
+    return (TO.join(pair) for pair in permutations(_labels_of_dim(run, "point"), 2))
 
 
 def _relative_speed(run: xr.Dataset, points: str) -> np.ndarray:
-    components = [_axis_value(_velocity)(run, f"{points}.{axis}") for axis in _labels(run, "axis")]
+    components = [
+        _axis_value(_velocity_of_point)(run, f"{points}.{axis}")
+        for axis in _labels_of_dim(run, "axis")
+    ]
     return np.asarray(np.linalg.norm(components, axis=0))
 
 
-def _capable(run: xr.Dataset) -> Iterator[str]:
+def _units_with_capacity(run: xr.Dataset) -> Iterator[str]:
     for dim in CAPABLE:
         if f"{dim}_capacity" in run.coords:
             has_capacity = np.isfinite(run[f"{dim}_capacity"].values)
-            yield from np.array(_labels(run, dim))[has_capacity].tolist()
+            yield from np.array(_labels_of_dim(run, dim))[has_capacity].tolist()
 
 
 class LargestLoad(NamedTuple):
@@ -307,30 +315,30 @@ class LargestLoad(NamedTuple):
 
 def largest_loads(run: xr.Dataset) -> Iterator[LargestLoad]:
     """Largest loads, at output times, of all units that have a capacity."""
-    for unit in _capable(run) if run.sizes["time"] else ():
-        dim = next(dim for dim in CAPABLE if unit in _labels(run, dim))
+    for unit in _units_with_capacity(run) if run.sizes["time"] else ():
+        dim = next(dim for dim in CAPABLE if unit in _labels_of_dim(run, dim))
         load = np.abs(run[CAPABLE[dim]].sel({dim: unit}).values)
         at = int(load.argmax())
         capacity = float(run[f"{dim}_capacity"].sel({dim: unit}))
         yield LargestLoad(unit, float(load[at]), float(run.time.values[at]), capacity)
 
 
-def _utilisation(run: xr.Dataset, unit: str) -> np.ndarray:
-    dim = next(dim for dim in CAPABLE if unit in _labels(run, dim))
+def _utilisation_of_unit(run: xr.Dataset, unit: str) -> np.ndarray:
+    dim = next(dim for dim in CAPABLE if unit in _labels_of_dim(run, dim))
     force, capacity = (run[name].sel({dim: unit}) for name in (CAPABLE[dim], f"{dim}_capacity"))
     return np.asarray(np.abs(force.values) / float(capacity))
 
 
 CHANNEL_KINDS = {
-    "speed": ChannelKind(lambda run: _labels(run, "body"), _speed, "m/s"),
-    "offset": ChannelKind(lambda run: _labels(run, "body"), _offset, "m"),
-    "fender_normal_force": ChannelKind(_groups, _group_force, "N"),
-    "point_velocity": ChannelKind(_points, _axis_value(_velocity), "m/s"),
-    "point_acceleration": ChannelKind(_moving_points, _axis_value(_acceleration), "m/s^2"),
-    "relative_position": ChannelKind(_pairs, _axis_value(_place), "m"),
-    "relative_velocity": ChannelKind(_pairs, _axis_value(_velocity), "m/s"),
+    "speed": ChannelKind(lambda run: _labels_of_dim(run, "body"), _speed_of_body, "m/s"),
+    "offset": ChannelKind(lambda run: _labels_of_dim(run, "body"), _offset_of_body, "m"),
+    "fender_normal_force": ChannelKind(_contact_groups, _group_force, "N"),
+    "point_velocity": ChannelKind(_point_channel_names, _axis_value(_velocity_of_point), "m/s"),
+    "point_acceleration": ChannelKind(_moving_points, _axis_value(_acceleration_of_point), "m/s^2"),
+    "relative_position": ChannelKind(_clearance_names, _axis_value(_place_of_point), "m"),
+    "relative_velocity": ChannelKind(_clearance_names, _axis_value(_velocity_of_point), "m/s"),
     "relative_speed": ChannelKind(_point_pairs, _relative_speed, "m/s"),
-    "utilisation": ChannelKind(_capable, _utilisation, "1"),
+    "utilisation": ChannelKind(_units_with_capacity, _utilisation_of_unit, "1"),
 }
 NEEDS = {
     "acceleration": "output: {accelerations: true} in the case",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output, as_output, content
-from hydrosim.files.text import no_file
+from hydrosim.files.text import unreadable_reason
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,7 +30,11 @@ def new_dataset(
     """`xarray.Dataset` with the same arguments."""
     import xarray as xr  # slow to load, and no run needs it before its end
 
-    indexes = {name: values for name, values in coords.items() if _dims(name, values) == (name,)}
+    indexes = {
+        name: values
+        for name, values in coords.items()
+        if _dims_of_variable(name, values) == (name,)
+    }
     others = {name: values for name, values in coords.items() if name not in indexes}
     made = xr.Dataset({**data, **others}, _cached_coordinates(pickle.dumps(indexes)), attributes)
     return made.set_coords(others) if others else made
@@ -52,7 +56,7 @@ def differing(first: xr.Dataset, second: xr.Dataset) -> str | None:
     return None
 
 
-def _dims(name: str, coordinate: Any) -> tuple[str, ...]:
+def _dims_of_variable(name: str, coordinate: Any) -> tuple[str, ...]:
     """Dimensions of an array of xarray, of a tuple (dimensions, values, ...), or of values along
     ``name``."""
     if hasattr(coordinate, "dims"):
@@ -91,7 +95,7 @@ def write_run(dataset: xr.Dataset, target: Path | Output) -> None:
 def read_run(path: Path, expected: str = RUN_FILE_HINT) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
     missing, is not netCDF or is not the result of a run. ``expected`` ends the message."""
-    if reason := no_file(path):
+    if reason := unreadable_reason(path):
         raise InputError(f"{path}: {reason}; {expected}.")
     import xarray as xr  # slow to load, and few cases start from a run
 

@@ -26,7 +26,15 @@ from numpy.lib.recfunctions import repack_fields
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output, has_mark, is_regular_file, remove_folder
 from hydrosim.results.dataset import differing
-from hydrosim.results.runs_file import BY_RUN, COMPLETE, LARGE, MISSING, RUN, in_common, open_runs
+from hydrosim.results.runs_file import (
+    BY_RUN,
+    COMPLETE,
+    LARGE,
+    MISSING,
+    RUN,
+    common_attributes,
+    open_runs,
+)
 
 FIRST_RUN_FILE = "first.nc"
 RUNS = "runs"
@@ -61,16 +69,16 @@ class Journal:
         self._last: xr.Dataset | None = None
         self._places: dict[int, int] = {}
         there = [name for name in (FIRST_RUN_FILE, KNOWN) if (folder / name).exists()]
-        self._beside = {name: _checksum(folder / name) for name in there}
+        self._beside = {name: _checksum_of_file(folder / name) for name in there}
         self._file = (folder / RUNS).open("a+b")
         if not identity_of(folder):
             self._file.truncate(0)
             self._file.write(_entry_of(dict(identity)))
             self._file.flush()
         else:
-            self._go_on()
+            self._continue_journal()
 
-    def _go_on(self) -> None:
+    def _continue_journal(self) -> None:
         """Index the entries; cut off an incomplete one."""
         self._file.seek(0)
         self._file.readline()
@@ -94,19 +102,21 @@ class Journal:
         self._file.seek(self._places[run])
         record, values = _read_entry(self._file)
         assert self._first is not None
-        return StoredRun(_of_form(self._first, values), record["attributes"], record["warnings"])
+        return StoredRun(
+            _dataset_of_form(self._first, values), record["attributes"], record["warnings"]
+        )
 
     def take_known(self, file: Path) -> None:
         """Write the file of data that are known before the first run."""
         file.replace(self._folder / KNOWN)
-        self._beside[KNOWN] = _checksum(self._folder / KNOWN)
+        self._beside[KNOWN] = _checksum_of_file(self._folder / KNOWN)
 
     def add(self, run: int, stored: StoredRun) -> None:
         """Append a complete run, unless its form differs from the first. On return, it is on the
         disk or in the system's buffers."""
         if self._last is None:
             _store_first(stored.found, self._folder)
-            self._beside[FIRST_RUN_FILE] = _checksum(self._folder / FIRST_RUN_FILE)
+            self._beside[FIRST_RUN_FILE] = _checksum_of_file(self._folder / FIRST_RUN_FILE)
             self._first = self._last = stored.found
         if not _is_same_start(stored.found, self._last):
             return
@@ -157,7 +167,7 @@ def identity_of(folder: Path) -> dict[str, str]:
 
 def is_earlier(folder: Path) -> bool:
     """Whether the journal in the folder belongs to the version without checksums of lines."""
-    return _beginning(folder / RUNS).startswith(EARLIER)
+    return _first_line(folder / RUNS).startswith(EARLIER)
 
 
 def is_part(path: Path) -> bool:
@@ -165,7 +175,7 @@ def is_part(path: Path) -> bool:
     if path.name != RUNS:
         name = path.name.removesuffix(PARTIAL)
         return name in MARKED and has_mark(path, MARKED[name])
-    begins = _beginning(path)
+    begins = _first_line(path)
     cut_off = not begins or (
         LINE_BEGINNING.match(begins) is not None and not begins.endswith(b"\n")
     )
@@ -174,7 +184,7 @@ def is_part(path: Path) -> bool:
     )
 
 
-def _beginning(path: Path) -> bytes:
+def _first_line(path: Path) -> bytes:
     """First line of a file; empty if it cannot be read."""
     with suppress(OSError), path.open("rb") as file:
         return file.readline()
@@ -192,7 +202,7 @@ def entries(
     """Yield place, description and values of each run from the current position on, up to the first
     incomplete entry. Values of a failed run are empty. Raises InputError if no run matches the
     files beside it that are ``needed``, because one of them has changed."""
-    sums = {name: _checksum(folder / name) for name in needed if (folder / name).exists()}
+    sums = {name: _checksum_of_file(folder / name) for name in needed if (folder / name).exists()}
     fitting = 0
     changed = ""
     with suppress(ValueError, KeyError, TypeError):
@@ -229,7 +239,7 @@ def _read_entry(file: BinaryIO) -> tuple[dict[str, Any], bytes]:
     return record, values
 
 
-def _checksum(path: Path) -> int:
+def _checksum_of_file(path: Path) -> int:
     return crc32(path.read_bytes())
 
 
@@ -239,7 +249,7 @@ def form_of(first: xr.Dataset) -> np.dtype[np.void]:
     return np.dtype([(str(name), part.dtype, part.shape) for name, part in parts.items()])
 
 
-def _of_form(first: xr.Dataset, values: bytes) -> xr.Dataset:
+def _dataset_of_form(first: xr.Dataset, values: bytes) -> xr.Dataset:
     row = np.frombuffer(values, form_of(first))[0]
     return first.copy(data={name: np.asarray(row[str(name)]) for name in first.data_vars})
 
@@ -297,7 +307,7 @@ def runs_at(path: Path) -> xr.Dataset | None:
     if os.path.exists(other) and not os.path.exists(path):
         of = "the result of the sweep" if path.suffix == PARTIAL else "an unfinished sweep"
         raise InputError(f"{path}: does not exist; {other} is {of}.")
-    if not os.path.exists(path) and (rounds := _rounds(path)):
+    if not os.path.exists(path) and (rounds := _round_files(path)):
         raise InputError(
             f"{path}: does not exist. An unfinished study that adds seeds until a mean is precise"
             f" keeps its last round in {rounds[-1]}."
@@ -305,7 +315,7 @@ def runs_at(path: Path) -> xr.Dataset | None:
     return read_unfinished(path) if os.path.isdir(path) else open_runs(path)
 
 
-def _rounds(path: Path) -> list[Path]:
+def _round_files(path: Path) -> list[Path]:
     """Rounds of a study with `until`, see `hydrosim.study.many_runs`."""
     result = path.with_suffix("") if path.suffix == PARTIAL else path
     folder = Path(f"{result}.rounds")
@@ -366,7 +376,7 @@ def _gather_runs(
         warnings[run] = entry.get("warnings", "")
         if values:
             table[run] = np.frombuffer(values, chosen)[0]
-            common = in_common(
+            common = common_attributes(
                 entry["attributes"] if common is None else common, entry["attributes"]
             )
     done = int(np.sum(status == COMPLETE))
@@ -381,14 +391,14 @@ def _gather_runs(
         )
     texts = {"status": status, "status_message": messages, "warnings": warnings}
     gathered = layout.assign({name: layout[name].copy(data=text) for name, text in texts.items()})
-    parts = {name: ((RUN, *first[name].dims), _values(table[name])) for name in small}
+    parts = {name: ((RUN, *first[name].dims), _column_values(table[name])) for name in small}
     gathered = gathered.assign({n: (*part, first[n].attrs) for n, part in parts.items()})
     by_run = [name for name in str(layout.attrs.get(BY_RUN, "")).split() if name in small]
     gathered = gathered.assign_coords(first.coords).set_coords(by_run)
     return gathered.assign_attrs({**(common or {}), GATHERED: summary})
 
 
-def _values(column: np.ndarray) -> np.ndarray:
+def _column_values(column: np.ndarray) -> np.ndarray:
     """Values as xarray reads them from a file: integers with missing values become floats."""
     if column.dtype.kind == "f":
         return np.ascontiguousarray(column)

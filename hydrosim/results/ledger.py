@@ -72,8 +72,8 @@ def worst_energy_gap(run: xr.Dataset, least: float = 0.0) -> EnergyGap:
     if time.size < 2:
         return EnergyGap(0.0, 0.0, 0.0, 0.0)
     exchanged = _exchanged_energy(run)
-    rounding = ENERGY_RTOL * max(float(np.abs(e).max()) for e in _energies(run).values())
-    parts = list(_stretches(time.size))
+    rounding = ENERGY_RTOL * max(float(np.abs(e).max()) for e in _balance_energies(run).values())
+    parts = list(_stretch_ranges(time.size))
     exchanges = [exchanged[j] - exchanged[i] + kinetic[i : j + 1].max() for i, j in parts]
     usual = float(np.median(exchanges))
     gaps = []
@@ -93,7 +93,9 @@ def check_balance(run: xr.Dataset, mass: float = 0.0) -> None:
     with np.errstate(over="ignore", invalid="ignore"):  # of a failed run
         worst = worst_energy_gap(run, MIN_SPECIFIC_ENERGY * mass)
     run.attrs["energy_residual_relative"] = worst.relative
-    append_warnings(run, [*_gap_warning(run, worst), *_energy_adding_points(run), *_delays(run)])
+    append_warnings(
+        run, [*_gap_warning(run, worst), *_energy_adding_points(run), *_delay_warnings(run)]
+    )
 
 
 def append_warnings(run: xr.Dataset, more: Iterable[str]) -> None:
@@ -110,7 +112,7 @@ def _gap_warning(run: xr.Dataset, worst: EnergyGap) -> Iterator[str]:
             f"the energy balance is open: from {worst.begin:g} to {worst.end:g} s"
             f" {worst.energy:.2g} J are not accounted for, {worst.relative:.1e} of the energy"
             f" exchanged; expected at most {MAX_RESIDUAL_FRACTION:g}. Motions may be wrong by more"
-            f" than this fraction. {_remedy(run)}."
+            f" than this fraction. {_remedy_text(run)}."
         )
 
 
@@ -127,11 +129,11 @@ def _energy_adding_points(run: xr.Dataset) -> Iterator[str]:
             at = float(run.time[int(fall.argmax())])
             yield (
                 f"friction of {name} adds energy, {fall.max():.2g} J until {at:g} s; expected"
-                f" only losses. {_remedy(run)}."
+                f" only losses. {_remedy_text(run)}."
             )
 
 
-def _delays(run: xr.Dataset) -> Iterator[str]:
+def _delay_warnings(run: xr.Dataset) -> Iterator[str]:
     """Warnings about external forces whose delay gives or takes a part of the energy exchanged."""
     if "external" not in run.dims or run.time.size < 2:
         return
@@ -144,7 +146,7 @@ def _delays(run: xr.Dataset) -> Iterator[str]:
             verb = "gives" if most > 0.0 else "takes"
             yield (
                 f"the delay of {name} {verb} {abs(most):.2g} J, {abs(most) / exchanged:.1g} of the"
-                f" energy exchanged; expected at most {DELAYED:g}. {_remedy(run)}{coupling},"
+                f" energy exchanged; expected at most {DELAYED:g}. {_remedy_text(run)}{coupling},"
                 " or coupling stage if the function does not remember."
             )
 
@@ -155,13 +157,13 @@ def _is_held(run: xr.Dataset, name: str) -> bool:
     return any(line.startswith(f"{name}: ") and ", held (" in line for line in lines)
 
 
-def _remedy(run: xr.Dataset) -> str:
+def _remedy_text(run: xr.Dataset) -> str:
     name = str(run.attrs.get("solver_method"))
     adapts = name in [*Method] and Method(name).adapts
     return ADAPTIVE_REMEDY if adapts else SMALLER_STEP_HINT
 
 
-def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:
+def _balance_energies(run: xr.Dataset) -> dict[str, np.ndarray]:
     """All energies (nt,) of the balance except its residual."""
     left_out = ("energy_residual", "energy_wave_absolute")
     return {
@@ -173,13 +175,13 @@ def _energies(run: xr.Dataset) -> dict[str, np.ndarray]:
 
 def _exchanged_energy(run: xr.Dataset) -> np.ndarray:
     """Energy exchanged (nt,) since the start."""
-    energies = _energies(run)
+    energies = _balance_energies(run)
     lost = [e for name, e in energies.items() if name.startswith("energy_dissipated_")]
     changes = sum(np.abs(np.diff(e)) for e in (energies["energy_kinetic"], *lost))
     return np.concatenate([[0.0], np.cumsum(changes)])
 
 
-def _stretches(count: int) -> Iterator[tuple[int, int]]:
+def _stretch_ranges(count: int) -> Iterator[tuple[int, int]]:
     """Indices of the first and last output time of all intervals; the whole run is the first
     interval."""
     yield 0, count - 1

@@ -37,7 +37,7 @@ def point_names(scene: Scene) -> list[str]:
 
 def point_positions(scene: Scene, frames: Frames) -> np.ndarray:
     """Positions (nt, np, 3) of all named points in the earth frame [m]."""
-    return np.stack([_place(b, point, frames) for b, point in named_points(scene)], axis=1)
+    return np.stack([_place_of_point(b, point, frames) for b, point in named_points(scene)], axis=1)
 
 
 def coordinates(scene: Scene) -> dict[str, object]:
@@ -57,7 +57,9 @@ def named_points(scene: Scene) -> Iterator[tuple[int, tuple[float, ...]]]:
 def clearances(scene: Scene, frames: Frames) -> np.ndarray:
     """Clearances (nt, nc) [m]: distances between two points, or between a point and a plane. They
     are negative behind the plane."""
-    return np.stack([_clearance(scene, c, frames) for c in scene.clearances.values()], axis=1)
+    return np.stack(
+        [_clearance_over_time(scene, c, frames) for c in scene.clearances.values()], axis=1
+    )
 
 
 def check_points(scene: Scene) -> None:
@@ -92,17 +94,17 @@ def frames_of(model: Model, coordinates: np.ndarray) -> Frames:
     return place, rotation
 
 
-def _place(b: int, point: tuple[float, ...], frames: Frames) -> np.ndarray:
+def _place_of_point(b: int, point: tuple[float, ...], frames: Frames) -> np.ndarray:
     place, rotation = frames
     return np.asarray(place[:, b] + rotation[:, b] @ np.asarray(point, float))
 
 
-def _clearance(scene: Scene, c: Clearance, frames: Frames) -> np.ndarray:
+def _clearance_over_time(scene: Scene, c: Clearance, frames: Frames) -> np.ndarray:
     index = {body.name: b for b, body in enumerate(scene.bodies)}
     points = dict(zip(point_names(scene), named_points(scene), strict=True))
 
     def named_position(name: str) -> np.ndarray:
-        return _place(*points[name], frames)
+        return _place_of_point(*points[name], frames)
 
     here = named_position(c.of)
     if c.to is not None:
@@ -112,7 +114,7 @@ def _clearance(scene: Scene, c: Clearance, frames: Frames) -> np.ndarray:
         return np.asarray((here - np.array(c.place, float)) @ normal)
     b = index[c.body]
     turned = frames[1][:, b] @ normal
-    return np.asarray(np.sum((here - _place(b, c.place, frames)) * turned, axis=1))
+    return np.asarray(np.sum((here - _place_of_point(b, c.place, frames)) * turned, axis=1))
 
 
 HISTORY_ROWS = ("double integral", "integral", "velocity before", "velocity")
@@ -185,7 +187,7 @@ def push_again(run: xr.Dataset, until: float, dofs: np.ndarray, history: Velocit
     between the points of its grid."""
     time, past = run.memory_time.values, run.memory_past.values
     count = int(np.searchsorted(time, until - MIN_NODE_DISTANCE * history.step))
-    starts, ends = _accelerations(time[:count], past[:, :, :count])
+    starts, ends = _one_sided_accelerations(time[:count], past[:, :, :count])
     v, a = np.zeros((2, history.node.shape[2]))
     for i in range(count):
         for velocity, acceleration in ((past[2, :, i], ends[:, i]), (past[3, :, i], starts[:, i])):
@@ -193,7 +195,7 @@ def push_again(run: xr.Dataset, until: float, dofs: np.ndarray, history: Velocit
             append_node(history, time[i], v, a)
 
 
-def _accelerations(time: np.ndarray, past: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _one_sided_accelerations(time: np.ndarray, past: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (dofs, points) after and before each point. They are third derivatives at both
     ends of the polynomials of degree 5 through the double integral; zero before the first point."""
     h, (Y, X) = np.diff(time), past[:2]

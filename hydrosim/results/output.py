@@ -110,18 +110,18 @@ def to_dataset(
     values = unpack_channels(model, record, count)
     time = values["time"]
     data: Columns = {
-        "position": (MOTION, _by_body(values["coordinates"])),
-        "velocity": (MOTION, _by_body(values["velocity"])),
+        "position": (MOTION, _reshape_by_body(values["coordinates"])),
+        "velocity": (MOTION, _reshape_by_body(values["velocity"])),
         "reference_position": (("body", "axis"), model.bodies.each["origin"]),
         "wave_elevation": (("time",), values["elevation"]),
     }
     if values["wind"].size:
         data["wind_speed"] = (("time",), values["wind"][:, 0])
     if record.accelerations.size:
-        data["acceleration"] = (MOTION, _by_body(record.accelerations[:count]))
+        data["acceleration"] = (MOTION, _reshape_by_body(record.accelerations[:count]))
     for row, name in enumerate(force_names(scene)):
-        data[f"force_{name}"] = (MOTION, _by_body(values["wrench"][:, row]))
-    data.update(_draughts(model, values["y"]))
+        data[f"force_{name}"] = (MOTION, _reshape_by_body(values["wrench"][:, row]))
+    data.update(_draught_columns(model, values["y"]))
     modes = record.modes[:count]
     for kind in ELEMENT_KINDS:
         p = kind.constants_in(model)
@@ -129,14 +129,14 @@ def to_dataset(
             data.update(
                 kind.record(p, model.bodies.each, _unit_records(kind, p, model, values, modes))
             )
-    data.update(_phases(scene, time, data))
+    data.update(_phase_columns(scene, time, data))
     data.update(impulse_variables(scene, model, values))
-    data.update(_probes(scene, sea, time))
-    data.update(_points(scene, model, values["coordinates"]))
-    data.update({name: (("time",), e) for name, e in _ledger(scene, model, values).items()})
-    states, of_states = _states(scene, model, layout, record, count)
+    data.update(_probe_columns(scene, sea, time))
+    data.update(_point_columns(scene, model, values["coordinates"]))
+    data.update({name: (("time",), e) for name, e in _ledger_values(scene, model, values).items()})
+    states, of_states = _state_columns(scene, model, layout, record, count)
     memories, of_memory = memory.encode_history(scene, model, history)
-    of_scene = _coordinates(scene, time)
+    of_scene = _scene_coordinates(scene, time)
     coords = {**of_scene, **unit_coordinates(data, of_scene), **of_states, **of_memory}
     dataset = new_dataset({**data, **states, **memories}, coords)
     describe(dataset)
@@ -148,11 +148,11 @@ def to_dataset(
     return dataset
 
 
-def _by_body(flat: np.ndarray) -> np.ndarray:
+def _reshape_by_body(flat: np.ndarray) -> np.ndarray:
     return flat.reshape(len(flat), -1, 6)
 
 
-def _states(
+def _state_columns(
     scene: Scene, model: Model, layout: StateLayout, record: Record, count: int
 ) -> tuple[Columns, dict[str, object]]:
     """State that a run can start from, at every output time or at the last one that has radiation
@@ -183,11 +183,11 @@ def _states(
         "state_input": (("state",), rates),
     }
     for kind, p in kinds_of(model):
-        states |= _of_modes(kind.unit, kind.modes(p), modes_of_kind(kind, p, modes))
+        states |= _mode_columns(kind.unit, kind.modes(p), modes_of_kind(kind, p, modes))
     return states, coords
 
 
-def _of_modes(unit: str, rows: ModeRows, modes: np.ndarray) -> Columns:
+def _mode_columns(unit: str, rows: ModeRows, modes: np.ndarray) -> Columns:
     """Data of the ``modes`` (nt, n, 3) of units that a run can start from, besides the states."""
     columns: Columns = {}
     if rows.size and rows.first is not None:
@@ -213,7 +213,7 @@ def _unit_records(
     return UnitRecord(values["time"], y, modes_of_kind(kind, p, modes), observed, tallies)
 
 
-def _phases(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
+def _phase_columns(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
     """Phases of the operation, from its contacts."""
     if "fender_mode" not in data:
         return {}
@@ -222,7 +222,7 @@ def _phases(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
     return {"contact_phase": (("time", "contact_group"), phases)}
 
 
-def _draughts(model: Model, y: RecordedStates) -> Columns:
+def _draught_columns(model: Model, y: RecordedStates) -> Columns:
     """Slow draughts (nt, nb) of bodies with a family of databases; NaN for other bodies."""
     family = model.family
     if family.body.size == 0:
@@ -233,7 +233,7 @@ def _draughts(model: Model, y: RecordedStates) -> Columns:
     return {"slow_draught": (MOTION[:2], draughts)}
 
 
-def _probes(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Columns:
+def _probe_columns(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Columns:
     """Elevation at the probes: a sum over the components, computed afterwards because no motion
     depends on it."""
     if not scene.wave_probes:
@@ -243,7 +243,7 @@ def _probes(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Co
     return {"wave_elevation_at_probe": (("time", "probe"), elevation)}
 
 
-def _points(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
+def _point_columns(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
     """Named points and clearances."""
     columns: Columns = {}
     if not (memory.point_names(scene) or scene.clearances):
@@ -259,7 +259,9 @@ def _points(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
     return columns
 
 
-def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _ledger_values(
+    scene: Scene, model: Model, values: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
     """All energies (nt,) and their residual."""
     integrals = values["y"][model.energy :]
     besides = losses(model, values)
@@ -281,7 +283,7 @@ def _ledger(scene: Scene, model: Model, values: dict[str, np.ndarray]) -> dict[s
     return ledger
 
 
-def _coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
+def _scene_coordinates(scene: Scene, time: np.ndarray) -> dict[str, object]:
     along_time = ("time", time, {"units": "s", "long_name": "time since the start"})
     return {"time": along_time, **fixed_coordinates(scene)}
 

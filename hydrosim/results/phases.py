@@ -172,7 +172,7 @@ class GroupLoad(NamedTuple):
             part - (FULL_TRANSFER_TOL if part == TRANSFER_FRACTIONS[-1] else 0.0)
             for part in TRANSFER_FRACTIONS
         ]
-        return [_reaches(level, time, share(time), share) for level in levels]
+        return [_time_at_level(level, time, share(time), share) for level in levels]
 
 
 def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Dataset:
@@ -197,8 +197,8 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Data
             run.time.values, impulse[:, k], load.values[:, k], weight[k]
         ).transfer_times()
         here = run.isel(time=-1, fender=run.fender_group.values == run.contact_group.values[k])
-        times[k] = _times(weight_at_group[-1], parts, bool(np.all(here.fender_mode == OPEN)))
-        figures[k] = [*_figures(weight_at_group[-1]), -here.fender_compression.max()]
+        times[k] = _stage_times(weight_at_group[-1], parts, bool(np.all(here.fender_mode == OPEN)))
+        figures[k] = [*_stage_figures(weight_at_group[-1]), -here.fender_compression.max()]
     over = ("contact_group",)
     variables = {
         "contact_load": (load.dims, load.values, _attributes("sum of the normal forces", "N")),
@@ -218,7 +218,7 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Data
     )
 
 
-def _times(stage_times: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
+def _stage_times(stage_times: np.ndarray, parts: Sequence[float], ends_open: bool) -> list[float]:
     """Times of `STAGES` [s] from the stored events of a group; NaN for stages that did not
     happen."""
     first, opened, last = stage_times[[group.FIRST_CONTACT, group.FIRST_OPEN, group.LAST_OPEN]]
@@ -227,7 +227,7 @@ def _times(stage_times: np.ndarray, parts: Sequence[float], ends_open: bool) -> 
     return [time if time != NEVER else np.nan for time in times]
 
 
-def _figures(stage_times: np.ndarray) -> list[float]:
+def _stage_figures(stage_times: np.ndarray) -> list[float]:
     """Values of all `FIGURES` except the last."""
     count, speed, force = stage_times[group.CLOSINGS : group.RECONTACTS]
     again, again_speed, again_force = stage_times[group.RECONTACTS :]
@@ -238,7 +238,7 @@ def _figures(stage_times: np.ndarray) -> list[float]:
     ]
 
 
-def _reaches(level: float, time: np.ndarray, values: np.ndarray, share: Share) -> float:
+def _time_at_level(level: float, time: np.ndarray, values: np.ndarray, share: Share) -> float:
     """Time at which a fraction first reaches a ``level``; `NEVER` if it does not."""
     if not (values >= level).any():
         return NEVER

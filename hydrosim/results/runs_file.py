@@ -131,7 +131,7 @@ class RunsWriter:
         if self._last is None:
             self._define(run_results, attributes)
         self._last = run_results.coords.to_dataset()
-        common = in_common(self._attributes, attributes)
+        common = common_attributes(self._attributes, attributes)
         for other in sorted(self._attributes.keys() - common.keys()):
             self._file.delncattr(other)
         self._attributes = common
@@ -213,7 +213,9 @@ class RunsWriter:
         made.setncatts(variable.attrs)
 
 
-def in_common(first: Mapping[str, object], second: Mapping[str, object]) -> dict[str, object]:
+def common_attributes(
+    first: Mapping[str, object], second: Mapping[str, object]
+) -> dict[str, object]:
     """Attributes that both have, with equal values of the same type."""
     return {name: value for name, value in first.items() if _is_identical(second.get(name), value)}
 

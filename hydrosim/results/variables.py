@@ -128,7 +128,7 @@ def unit_coordinates(
     different ones; ``coords`` has the labels of these."""
     coordinates: dict[str, object] = {}
     for name, (dims, _) in data.items():
-        units = VARIABLES[_key(name)].units
+        units = VARIABLES[_name_in_table(name)].units
         if " or " not in units:
             continue
         if "dof" in dims:
@@ -150,7 +150,7 @@ def _units_by_dof(units: str) -> list[str]:
     return [translation] * 3 + [rotation] * 3
 
 
-def _key(name: str) -> str:
+def _name_in_table(name: str) -> str:
     """Name in `VARIABLES` of a variable."""
     return name if name in VARIABLES else next(k for k in VARIABLES if name.startswith(k))
 
@@ -158,7 +158,7 @@ def _key(name: str) -> str:
 def describe(dataset: xr.Dataset) -> None:
     """Units, long_name and frame of every variable, from the table; meanings of modes."""
     for name in map(str, dataset.data_vars):
-        key = _key(name)
+        key = _name_in_table(name)
         variable = VARIABLES[key]
         what = name[len(key) :].replace("_", " ") if key.endswith("_") else ""
         long_name = f"{what}: {variable.long_name}" if what else variable.long_name

@@ -138,7 +138,7 @@ class CheckpointWriter:
         elif not self._kept.resume:
             self._kept.say(f"{path} belongs to an unfinished run: --resume continues it")
         else:
-            self._before = self._restore(*_read(self._kept.output))
+            self._before = self._restore(*_read_checkpoint(self._kept.output))
             done = self._run.counters[GRID_POINT] / self._run.clock.points
             self._kept.say(f"the run continues from {path}, {done:.1%} complete")
 
@@ -166,7 +166,7 @@ class CheckpointWriter:
         states = states_of(self._compiled.scene)
         texts_by_name = {**self._identity(), "wall_time": self.wall_time, FUNCTION_STATES: states}
         texts = json.dumps(texts_by_name)
-        arrays = {f"a{k}": array for k, array in enumerate(_arrays(self._run))}
+        arrays = {f"a{k}": array for k, array in enumerate(_stored_arrays(self._run))}
         arrays = {"mark": mark, "texts": np.frombuffer(texts.encode(), dtype=np.uint8), **arrays}
         with output.write_complete() as path, path.open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
@@ -176,7 +176,7 @@ class CheckpointWriter:
         self._check(texts)
         # the number of records comes first: it gives the length of the record
         self._run.counters[:] = stored["a0"]
-        for k, array in enumerate(_arrays(self._run)):
+        for k, array in enumerate(_stored_arrays(self._run)):
             array_then = stored.get(f"a{k}")
             if array_then is None or (array_then.shape, array_then.dtype) != (
                 array.shape,
@@ -211,7 +211,7 @@ class CheckpointWriter:
         ]
         if not changed:
             return
-        lines = _changes(stored.get(CASE_KEY, ""), identity[CASE_KEY])
+        lines = _changes_text(stored.get(CASE_KEY, ""), identity[CASE_KEY])
         raise InputError(
             f"--resume: {' and '.join(changed)} changed after {self._kept.output.path} was"
             f" written; expected no change.{lines} Undo the change, or run from the start without"
@@ -219,14 +219,14 @@ class CheckpointWriter:
         )
 
 
-def _arrays(run: Run) -> Iterator[np.ndarray]:
+def _stored_arrays(run: Run) -> Iterator[np.ndarray]:
     """All arrays of a run that change, counters first; of the record, the part in use."""
     yield run.counters
     count = int(run.counters[RECORDS])
     yield run.record.channels[:count]
     yield run.record.modes[:count]
     for part in (run.state, run.scratch, run.work):
-        yield from (leaf for leaf in _leaves(part) if isinstance(leaf, np.ndarray))
+        yield from (leaf for leaf in _leaves_of_tree(part) if isinstance(leaf, np.ndarray))
     record = run.record
     yield record.accelerations[:count]
     rows = -(-count // record.spacing)
@@ -235,15 +235,15 @@ def _arrays(run: Run) -> Iterator[np.ndarray]:
         yield rare[-1:]
 
 
-def _leaves(tree: Any) -> Iterator[Any]:
+def _leaves_of_tree(tree: Any) -> Iterator[Any]:
     if isinstance(tree, tuple):
         for branch in tree:
-            yield from _leaves(branch)
+            yield from _leaves_of_tree(branch)
     else:
         yield tree
 
 
-def _read(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def _read_checkpoint(output: Output) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Texts and arrays of a checkpoint. Raises InputError if it is damaged or no checkpoint."""
     try:
         with np.load(output.path, allow_pickle=False) as stored:
@@ -258,7 +258,7 @@ def _damage_error(output: Output, problem_text: object) -> InputError:
     return InputError(text)
 
 
-def _changes(before: str, now: str) -> str:
+def _changes_text(before: str, now: str) -> str:
     """First lines that differ between two texts of a case."""
     lines = unified_diff(before.splitlines(), now.splitlines(), n=0, lineterm="")
     changed = [line for line in lines if line[0] in "+-" and line[:3] not in ("+++", "---")]

@@ -13,23 +13,9 @@ from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compiled import Compiled, solution
 from hydrosim.elements import function_errors
 from hydrosim.errors import SimulationError
+from hydrosim.integrate import state
 from hydrosim.integrate.loop import advance_until, count_evaluations
 from hydrosim.integrate.record import MEMORY_SPACING, new_record, unpack_channels
-from hydrosim.integrate.state import (
-    ACCEPTED,
-    BLOWN_UP,
-    EVALUATIONS,
-    EVENTS,
-    GRID_POINT,
-    IN_PROGRESS,
-    NO_SAMPLE,
-    REACHED_TIME,
-    RECORDS,
-    REJECTED,
-    STATUS,
-    Run,
-    new_run,
-)
 from hydrosim.jit.refs import StructReference, clear_references
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.results.ledger import ErrorEstimate, add_error_estimate, append_warnings
@@ -57,7 +43,7 @@ class RunInProgress:
         self,
         compiled: Compiled,
         checkpoint: Checkpoint | None = None,
-        propagate: Callable[[Run], Iterator[float]] | None = None,
+        propagate: Callable[[state.Run], Iterator[float]] | None = None,
     ) -> None:
         scene = compiled.scene
         model = compiled.model
@@ -65,7 +51,7 @@ class RunInProgress:
         spacing = 1 if scene.output_states else MEMORY_SPACING
         record = new_record(model, clock, scene.output_accelerations, spacing)
         self.compiled = compiled
-        self.run = new_run(clock, model, compiled.method, compiled.first_state(), record)
+        self.run = state.new_run(clock, model, compiled.method, compiled.first_state(), record)
         self._held = StructReference(self.run)
         self._evaluations = 1
         self._seen = 0
@@ -88,17 +74,17 @@ class RunInProgress:
     @property
     def steps(self) -> int:
         """Number of steps so far."""
-        return int(self.run.counters[ACCEPTED])
+        return int(self.run.counters[state.ACCEPTED])
 
     @property
     def has_failed(self) -> bool:
         """Whether the run cannot continue."""
-        return bool(self.run.counters[STATUS] != IN_PROGRESS)
+        return bool(self.run.counters[state.STATUS] != state.IN_PROGRESS)
 
     @property
     def has_ended(self) -> bool:
         """Whether the run is at its end, or cannot continue."""
-        return self.has_failed or int(self.run.counters[GRID_POINT]) >= self.run.clock.points
+        return self.has_failed or int(self.run.counters[state.GRID_POINT]) >= self.run.clock.points
 
     def chunks(self, until: float = inf) -> Iterator[float]:
         """Advance to the end, or to the time ``until``, in chunks; yields the time reached. The
@@ -136,7 +122,7 @@ class RunInProgress:
         would shorten the next ones, each of which is followed by a test of its records.
         """
         counters = self.run.counters
-        while not self.has_ended and self.run.scratch.pace[REACHED_TIME] < until:
+        while not self.has_ended and self.run.scratch.pace[state.REACHED_TIME] < until:
             begin = thread_time()
             before = int(count_evaluations(counters))
             reached = self._advance(self._evaluations, until)
@@ -153,7 +139,7 @@ class RunInProgress:
         except Torn:
             raise
         except KeyboardInterrupt:
-            self.time = float(self.run.scratch.pace[REACHED_TIME])
+            self.time = float(self.run.scratch.pace[state.REACHED_TIME])
             raise
 
     def _raise_interrupts(self) -> None:
@@ -161,22 +147,22 @@ class RunInProgress:
         finished. An exception of a signal that came where its call began is lost, and so is the
         call."""
         errors = [error for _, error in function_errors(self.compiled.scene.forces)]
-        lost = not errors and self.run.counters[STATUS] == NO_SAMPLE
+        lost = not errors and self.run.counters[state.STATUS] == state.NO_SAMPLE
         interrupts = [error for error in errors if isinstance(error, KeyboardInterrupt)]
         if lost or interrupts:
-            self.run.counters[STATUS] = IN_PROGRESS
+            self.run.counters[state.STATUS] = state.IN_PROGRESS
             raise Torn from next(iter(interrupts), None)
 
     def _stop_at_blow_up(self) -> None:
         """Stop at the record at which the run blows up, if it does."""
         run = self.run
         counters = run.counters
-        count = int(counters[RECORDS])
+        count = int(counters[state.RECORDS])
         blow_up = find_blow_up(self.compiled.scene, run.model, run.record, self._seen, count)
         self._seen = count
         if blow_up is not None:
-            counters[RECORDS] = blow_up + 1
-            counters[STATUS] = BLOWN_UP
+            counters[state.RECORDS] = blow_up + 1
+            counters[state.STATUS] = state.BLOWN_UP
             self.time = float(
                 unpack_channels(run.model, run.record, blow_up + 1, blow_up)["time"][0]
             )
@@ -196,7 +182,7 @@ class RunInProgress:
         status = self._status if last or self.has_ended else "interrupted"
         attributes = self._attributes("failed" if message else status, message, estimate)
         record = run.record
-        count = int(run.counters[RECORDS])
+        count = int(run.counters[state.RECORDS])
         history = run.state.history if last else deepcopy(run.state.history)
         compiled = _without_table(compiled)
         if last:
@@ -221,7 +207,7 @@ class RunInProgress:
         error shows that they do not matter."""
         compiled = self.compiled
         counters = self.run.counters
-        count = int(counters[RECORDS])
+        count = int(counters[state.RECORDS])
         warnings = [*compiled.notes.warnings]
         if estimate is None or estimate.warnings:
             warnings += compiled.step_warnings
@@ -234,10 +220,10 @@ class RunInProgress:
             # functions are further than the last complete step of a torn run
             **function_attributes(compiled.scene, nan if self._torn else self.time),
             "solver_linear": solution(compiled.scene, compiled.derived),
-            "solver_steps": int(counters[ACCEPTED]),
-            "solver_rejected": int(counters[REJECTED]),
-            "solver_events": int(counters[EVENTS]),
-            "solver_evaluations": int(counters[EVALUATIONS]),
+            "solver_steps": int(counters[state.ACCEPTED]),
+            "solver_rejected": int(counters[state.REJECTED]),
+            "solver_events": int(counters[state.EVENTS]),
+            "solver_evaluations": int(counters[state.EVALUATIONS]),
             "wall_time": keeper.wall_time if keeper else running_time() - self._start,
             "status": status,
             "status_message": message,

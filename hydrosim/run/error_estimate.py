@@ -200,7 +200,7 @@ def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companio
     if finer:
         return _with_stride(compiled, run, Stride(1, 2), 1.0 / LOOSE_TOLERANCE_RATIO)
     for stride in map(Stride._make, WIDER_GRIDS):
-        if _fits(stride, run):
+        if _is_stride_possible(stride, run):
             return _with_stride(compiled, run, stride, LOOSE_TOLERANCE_RATIO)
     limited = run.counters[ACCEPTED] < LIMITED_STEPS * clock.points
     if limited:
@@ -212,7 +212,7 @@ def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) ->
     """The companion with this stride, and tolerances that are ``looser`` by this factor."""
     clock = run.clock
     step = clock.step * stride.ratio
-    first = _phase(clock) * stride.short // stride.long
+    first = _steps_since_renewal(clock) * stride.short // stride.long
     begin = clock.start + clock.first * clock.step
     control = clock.control
     longest = WIDER_LIMITS if control.adaptive and looser > 1.0 else stride.ratio
@@ -242,22 +242,22 @@ def _fixed_stride(compiled: Compiled, run: Run, finer: bool) -> Stride:
     coarser = [] if finer else [*strides, *map(Stride._make, COARSER_STRIDES)]
     for stride in (*coarser, *map(Stride._make, FINER_STRIDES)):
         is_stable = stride.ratio < 1.0 or stride.ratio * clock.step <= stable
-        if is_stable and _fits(stride, run):
+        if is_stable and _is_stride_possible(stride, run):
             return stride
     return Stride(1, 2)
 
 
-def _fits(stride: Stride, run: Run) -> bool:
+def _is_stride_possible(stride: Stride, run: Run) -> bool:
     """True if slow paths in waves are renewed at the same times, and if the memory of a convolution
     has room for steps of that length."""
     clock = run.clock
     remembers = run.state.history.grid.shape[1] > 0
     if remembers and stride.ratio > LONGEST_REMEMBERED:
         return False
-    return clock.block % stride.long == 0 and _phase(clock) % stride.long == 0
+    return clock.block % stride.long == 0 and _steps_since_renewal(clock) % stride.long == 0
 
 
-def _phase(clock: Clock) -> int:
+def _steps_since_renewal(clock: Clock) -> int:
     """Steps of the grid since a slow path in waves was renewed, before the run."""
     return clock.first % clock.block if clock.block else 0
 

@@ -52,7 +52,9 @@ def names_in(described: str) -> list[str]:
 def states_of(scene: Scene) -> dict[str, Any]:
     """States of the functions that have them, by the name of their force. Raises InputError if
     JSON cannot hold them."""
-    return {name: _state_of(name, function) for name, function in _remembering(scene).items()}
+    return {
+        name: _state_of(name, function) for name, function in _functions_with_state(scene).items()
+    }
 
 
 def _state_of(name: str, function: Any) -> Any:
@@ -167,7 +169,7 @@ def delay_warnings(compiled: Compiled, run: Run) -> Iterator[str]:
             )
 
 
-def _remembering(scene: Scene) -> dict[str, Any]:
+def _functions_with_state(scene: Scene) -> dict[str, Any]:
     """The functions that give their state, by the name of their force."""
     every = externals_of(scene.forces).items()
     return {n: e.function for n, e in every if e.delayed and not e.repeatable and e.restarts}

@@ -27,7 +27,7 @@ from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.water.body import is_long
 from hydrosim.water.components import WaveComponents
-from hydrosim.water.quadratic_loads import second_order_at_rest
+from hydrosim.water.quadratic_loads import uses_second_order_at_rest
 from hydrosim.water.transfer import excitation_at, mean_drift_at
 
 if TYPE_CHECKING:
@@ -193,7 +193,7 @@ def _wave_position_warnings(compiled: Compiled, run: xr.Dataset, sea: SampledSea
                 yield from _drift_warnings(body, run, slow, sea)
             if chosen.headings == Place.MEAN:
                 yield from _first_order_yaw_warnings(body, run, slow, sea, alone[body.name])
-            if second_order_at_rest(chosen, alone[body.name]):
+            if uses_second_order_at_rest(chosen, alone[body.name]):
                 yield from _second_order_yaw_warnings(body, run, slow, sea, alone[body.name])
 
 
@@ -253,7 +253,7 @@ def _drift_warnings(
 ) -> Iterator[str]:
     """Warn of a body that was far from its position at rest while waves act on it there."""
     blocks = (slow[k : k + RECORDS_PER_BLOCK] for k in range(0, len(slow), RECORDS_PER_BLOCK))
-    phase = np.concatenate([_phases(block, sea) for block in blocks])
+    phase = np.concatenate([_rms_wave_phases(block, sea) for block in blocks])
     at = int(phase.argmax())
     if phase[at] > MIN_REPORTED_PHASE_RAD:
         yield (
@@ -264,7 +264,7 @@ def _drift_warnings(
         )
 
 
-def _phases(slow: np.ndarray, sea: SampledSea) -> np.ndarray:
+def _rms_wave_phases(slow: np.ndarray, sea: SampledSea) -> np.ndarray:
     """Root mean square phase [rad], (nt,), of the waves between rest and the positions ``slow``
     (nt, 3)."""
     along = slow[:, :1] * np.cos(sea.heading) + slow[:, 1:2] * np.sin(sea.heading)

@@ -100,7 +100,7 @@ def unresolved_vibration_warnings(compiled: Compiled, record: Record, count: int
     `MAX_MOTION_ERROR` of the range of a motion. The error is that of one vibration alone. If
     contacts change often, errors are several times as large, see
     `hydrosim.run.error_estimate`."""
-    needs = list(_needs(compiled, record, count))
+    needs = list(_step_needs(compiled, record, count))
     if needs:
         step = min(need.step for need in needs)
         scene = compiled.scene
@@ -124,7 +124,7 @@ def describe_vibration(vibration: Vibration, compiled: Compiled) -> str:
     )
 
 
-def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]:
+def _step_needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]:
     if count < 2 or not compiled.vibrations:
         return
     values = unpack_channels(compiled.model, record, count)
@@ -133,7 +133,7 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]
     n = bodies.active.size
     method = compiled.method
     place, rate = values["y"][:n], values["y"][n : 2 * n]
-    ranges = _ranges(place, coordinate_groups(bodies))
+    ranges = _motion_ranges(place, coordinate_groups(bodies))
     for vibration in compiled.vibrations:
         fading = vibration.fading(method, scene.solver.step)
         seen = values["time"], rate, record.modes[:count]
@@ -146,7 +146,7 @@ def _needs(compiled: Compiled, record: Record, count: int) -> Iterator[StepNeed]
             yield StepNeed(vibration.accurate_step(*of), min(error, WRONG), vibration)
 
 
-def _ranges(motion: np.ndarray, kind: np.ndarray) -> np.ndarray:
+def _motion_ranges(motion: np.ndarray, kind: np.ndarray) -> np.ndarray:
     """Range (n,) of each coordinate of ``motion`` (nt, n): that of its body in the direction of its
     largest range, or about the axis of its largest range."""
     ranges = np.ptp(motion, axis=0)
@@ -173,7 +173,9 @@ def add_step_warnings(compiled: Compiled) -> Compiled:
         now = f", with tanks as at the end, {end:g} s"
         texts = [limit.describe(step) + now for limit in limits]
     if texts and scene.solver.unstable == Unstable.ERROR:
-        raise InputError(f"solver.step {step:g} s: {'. '.join(texts)}. {_advice(scene, limits[0])}")
+        raise InputError(
+            f"solver.step {step:g} s: {'. '.join(texts)}. {_advice_text(scene, limits[0])}"
+        )
     return replace(
         compiled,
         stable_step=stable,
@@ -192,7 +194,7 @@ def _limits_below(
     return [limit for limit in scene_step_limits(compiled, mode_combinations) if limit.step < step]
 
 
-def _advice(scene: Scene, limit: StepLimit) -> str:
+def _advice_text(scene: Scene, limit: StepLimit) -> str:
     """Alternatives to a step above its limit: a step of few digits that fits the output, or another
     method."""
     step = fitting_step(scene.output_step, limit.step)

@@ -61,7 +61,7 @@ class ForceElement:
         """Raises InputError for values that no case file allows, but a scene written in Python may
         have."""
 
-    def supports_weight(self) -> bool:
+    def can_carry_weight(self) -> bool:
         """True if it can carry weight."""
         return True
 

@@ -246,7 +246,7 @@ class Arrangement(NamedTuple):
         place: str | None = body
         while place is not EARTH_BODY:
             joint = below[place].joint
-            if not all(_stays(motion, joint) for motion in joint.motions):
+            if not all(_keeps_level(motion, joint) for motion in joint.motions):
                 return False
             place = below[place].parent
         return True
@@ -281,7 +281,7 @@ def _root_of_each(branches: Sequence[TreeJoint]) -> dict[str, str]:
     return roots
 
 
-def _stays(motion: JointMotion, joint: Joint) -> bool:
+def _keeps_level(motion: JointMotion, joint: Joint) -> bool:
     """Whether a motion turns about a level axis, or slides along the vertical."""
     up = abs(joint.axes()[motion.axis, 2])
     return (

@@ -145,8 +145,8 @@ def seed_spread(values: np.ndarray, lowest: float = -np.inf) -> SeedSpread:
     if x.size < 2:
         return SeedSpread(x.size, float(x[0]) if x.size else np.nan, *[np.nan] * 4)
     mean = float(x.mean())
-    sure = _student(x) * x.size**-0.5
-    other = _student(x) * (1.0 + 1.0 / x.size) ** 0.5
+    sure = _student_deviation(x) * x.size**-0.5
+    other = _student_deviation(x) * (1.0 + 1.0 / x.size) ** 0.5
     if x.min() < lowest or lowest < 0.0 or mean == 0.0:
         return SeedSpread(x.size, mean, mean - sure, mean + sure, mean - other, mean + other)
     wide = np.exp(sure / mean)
@@ -154,7 +154,7 @@ def seed_spread(values: np.ndarray, lowest: float = -np.inf) -> SeedSpread:
     return SeedSpread(x.size, mean, mean / wide, mean * wide, *another)
 
 
-def _student(x: np.ndarray) -> float:
+def _student_deviation(x: np.ndarray) -> float:
     """Standard deviation (n,) times Student's t."""
     quantile = float(scipy.special.stdtrit(x.size - 1, 0.5 + 0.5 * INTERVAL_PROBABILITY))
     return quantile * float(x.std(ddof=1))
@@ -164,7 +164,7 @@ def _another_interval(x: np.ndarray) -> tuple[float, float]:
     """The interval of another value beside positive ones (n,), by their logarithms."""
     logarithms = np.log(x)
     middle = float(logarithms.mean())
-    wide = _student(logarithms) * (1.0 + 1.0 / x.size) ** 0.5
+    wide = _student_deviation(logarithms) * (1.0 + 1.0 / x.size) ** 0.5
     return float(np.exp(middle - wide)), float(np.exp(middle + wide))
 
 
@@ -203,7 +203,7 @@ def differences(plan: PlanRuns) -> Iterator[Difference]:
         if values.dtype.kind not in "if" or np.unique(values).size < 2:
             continue
         low, high = float(values.min()), float(values.max())
-        ends = [_by_seed(runs, np.flatnonzero(values == end)) for end in (low, high)]
+        ends = [_index_by_seed(runs, np.flatnonzero(values == end)) for end in (low, high)]
         seeds = [seed for seed in ends[0] if seed in ends[1]]
         pairs = np.array([[end[seed] for seed in seeds] for end in ends], dtype=np.int64)
         for figure in plan.figures:
@@ -216,7 +216,7 @@ def differences(plan: PlanRuns) -> Iterator[Difference]:
             yield Difference(parameter, figure, unit, low, high, seed_spread(change), std, changed)
 
 
-def _by_seed(runs: xr.Dataset, at: np.ndarray) -> dict[str, int]:
+def _index_by_seed(runs: xr.Dataset, at: np.ndarray) -> dict[str, int]:
     """Index of each seed among the runs ``at``."""
     seeds = runs.seed.values[at].tolist() if "seed" in runs else [0] * at.size
     return {str(seed): k for seed, k in zip(seeds, at.tolist(), strict=True)}

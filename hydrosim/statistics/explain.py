@@ -121,10 +121,10 @@ def stages(run: xr.Dataset) -> Iterator[ExplainedStage]:
             CONTACT_WEIGHT in run.coords
             and float(run[CONTACT_WEIGHT].sel(contact_group=group)) > 0.0
         ):
-            yield from _transfer(run, group, prefix)
+            yield from _transfer_stages(run, group, prefix)
 
 
-def _transfer(run: xr.Dataset, group: str, prefix: str) -> Iterator[ExplainedStage]:
+def _transfer_stages(run: xr.Dataset, group: str, prefix: str) -> Iterator[ExplainedStage]:
     """Stages between the stages of a transfer of weight."""
     times = run[STAGE_TIME].sel(contact_group=group, stage=list(STAGES)).values
     at = [int(np.searchsorted(run.time.values, t)) if np.isfinite(t) else None for t in times]
@@ -146,7 +146,7 @@ def _stage_while(name: str, during: np.ndarray) -> ExplainedStage:
 def _explain_stage(run: xr.Dataset, stage: ExplainedStage) -> xr.Dataset:
     """Variables of one stage."""
     begin, end = stage.begin or 0, stage.end or 0
-    d = run[_integrals(run)].isel(time=end) - run[_integrals(run)].isel(time=begin)
+    d = run[_integral_names(run)].isel(time=end) - run[_integral_names(run)].isel(time=begin)
     ends = run.time.values[[begin, end]]
     time = float(np.diff(ends)[0]) or np.nan
     still = run.position.max("time") == run.position.min("time")
@@ -163,7 +163,7 @@ def _explain_stage(run: xr.Dataset, stage: ExplainedStage) -> xr.Dataset:
         "unbalanced": (d.impulse.sum("force") + reaction.sum("force") - d.momentum) / time,
         "work_missing": d.work.sum() - d.energy_kinetic,
         "displacement": d.position,
-        **(_contacts(d, run, time) if "contact_time" in d else {}),
+        **(_contact_variables(d, run, time) if "contact_time" in d else {}),
     }
     explanation = xr.Dataset(variables) if stage.end else xr.Dataset(variables).where(False)
     named = explanation.rename(axis="direction") if "axis" in explanation.dims else explanation
@@ -178,7 +178,7 @@ def _has_trees(run: xr.Dataset) -> bool:
     return bool(joints - locks) and "tank_level" not in run
 
 
-def _integrals(run: xr.Dataset) -> list[str]:
+def _integral_names(run: xr.Dataset) -> list[str]:
     names = (str(name) for name in run.data_vars)
     contact = [n for n in names if n.startswith("slip_") or n in CONTACTS]
     return ["position", "energy_kinetic", *REQUIRED_VARIABLES, *contact]
@@ -190,7 +190,7 @@ CONTACTS = {
 }
 
 
-def _contacts(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataArray]:
+def _contact_variables(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataArray]:
     """Variables of the contacts in a stage of this ``time`` [s], from the changes ``d``."""
     slipped = d.contact_time.sel(contact_mode="slip", drop=True)
     slipped = slipped.where(slipped > 0.0)

@@ -33,14 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.statistics.gaussian import (
-    GaussianFit,
-    ImpactPeaks,
-    Impacts,
-    find_impacts,
-    fit_gaussian,
-    fit_impacts,
-)
+from hydrosim.statistics import gaussian
 from hydrosim.statistics.gumbel import (
     INTERVAL_ENDS,
     PARTS_PER_WINDOW,
@@ -196,27 +189,29 @@ def extremes(
     [rad/s]. A run with ``contacts`` may lean on them."""
     reason = refusal_reason(x)
     if reason is not None:
-        return no_extremes(reason), no_extremes(reason)
+        return undefined_extremes(reason), undefined_extremes(reason)
     middle, size = float(np.median(x)), float(np.ptp(x))
     z = (x - middle) / size
     long = independent_samples(z)
     changing = changes_of_moments(z, long)
     if any(changing):
         reason = ExtremeModel.MEAN_CHANGES if changing[0] else ExtremeModel.STD_CHANGES
-        return no_extremes(reason), no_extremes(reason)
+        return undefined_extremes(reason), undefined_extremes(reason)
     if has_initial_transient(z, long):
-        return no_extremes(ExtremeModel.TRANSIENT), no_extremes(ExtremeModel.TRANSIENT)
+        return undefined_extremes(ExtremeModel.TRANSIENT), undefined_extremes(
+            ExtremeModel.TRANSIENT
+        )
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
     share, few = low_frequency_share(z, step, slowest)
     slow = share > SLOW_FRACTION and few < MIN_MEMORIES
     third, fourth = skewness_and_kurtosis(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
     record = _RecordProperties(long, slow, third, ratio, contacts)
     if fourth < MIN_SLOW_KURTOSIS and not _is_regular_series(z):
-        return no_extremes(ExtremeModel.BOUNDED), no_extremes(ExtremeModel.BOUNDED)
-    least = _of_largest(-z, record.negative_record()).rescale(-1.0).rescale(size, middle)
+        return undefined_extremes(ExtremeModel.BOUNDED), undefined_extremes(ExtremeModel.BOUNDED)
+    least = _extremes_of_halves(-z, record.negative_record()).rescale(-1.0).rescale(size, middle)
     if _is_magnitude(x):
-        return least, _of_squares(x, record)
-    return least, _of_largest(z, record).rescale(size, middle)
+        return least, _extremes_of_squares(x, record)
+    return least, _extremes_of_halves(z, record).rescale(size, middle)
 
 
 def _is_magnitude(x: np.ndarray) -> bool:
@@ -227,15 +222,15 @@ def _is_magnitude(x: np.ndarray) -> bool:
     return bool(near and least * x.mean() < x.std() < most * x.mean())
 
 
-def _of_squares(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_squares(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     """Extremes of a magnitude. Its square is close to Gumbel's law, as the energy of a Gaussian
     motion is; so intervals are computed for the square."""
     middle, size = float(np.median(x**2)), float(np.ptp(x**2))
-    extreme = _of_largest((x**2 - middle) / size, record).rescale(size, middle)
+    extreme = _extremes_of_halves((x**2 - middle) / size, record).rescale(size, middle)
     return _extremes_from(np.sqrt(extreme[:-1]), extreme.basis)
 
 
-def no_extremes(basis: ExtremeModel) -> RecordExtremes:
+def undefined_extremes(basis: ExtremeModel) -> RecordExtremes:
     """No extremes, with the reason."""
     return _extremes_from([np.nan] * 5, basis)
 
@@ -249,11 +244,11 @@ def refusal_reason(x: np.ndarray) -> ExtremeModel | None:
     return ExtremeModel.TOO_SHORT if upcrossings(x - x.mean()).size <= MIN_WAVES else None
 
 
-def _of_largest(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_halves(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     """Extremes by a law that also holds from one half of the record to the other."""
     extreme = _by_law(x, record)
     if extreme.basis in LAWS and not _holds_between_halves(x, record):
-        return no_extremes(ExtremeModel.HALVES)
+        return undefined_extremes(ExtremeModel.HALVES)
     return extreme
 
 
@@ -274,27 +269,27 @@ def _by_law(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     if _is_regular_series(x):
         return _extremes_from([x.max()] * 5, ExtremeModel.REGULAR)
     if _stays_at(x, x.max()):
-        return no_extremes(ExtremeModel.CLIPPED)
+        return undefined_extremes(ExtremeModel.CLIPPED)
     windows = min(
         int(record.memories / MEMORIES_PER_WINDOW), x.size // (2 * PARTS_PER_WINDOW), MAX_WINDOWS
     )
     if windows < MIN_WINDOWS:
-        return no_extremes(ExtremeModel.TOO_SHORT)
+        return undefined_extremes(ExtremeModel.TOO_SHORT)
     count = _window_count(x, windows, record)
     clipped = _stays_at(x, x.min())
     if clipped and sliding_maxima(x, windows).min() == x.min():
         windows //= 2
         if windows < MIN_WINDOWS or sliding_maxima(x, windows).min() == x.min():
-            return no_extremes(ExtremeModel.RARE)
+            return undefined_extremes(ExtremeModel.RARE)
     if not np.ptp(sliding_maxima(x, count)) > 0.0:
-        return no_extremes(ExtremeModel.CLIPPED)
-    fit = None if record.slow else fit_gaussian(x, record.memories, windows)
-    doubted = fit is None or fit.doubtful() or fit.unlikely(x.max())
-    hits = None if record.slow or clipped else find_impacts(x)
+        return undefined_extremes(ExtremeModel.CLIPPED)
+    fit = None if record.slow else gaussian.fit_gaussian(x, record.memories, windows)
+    doubted = fit is None or fit.is_doubtful() or fit.is_unlikely(x.max())
+    hits = None if record.slow or clipped else gaussian.find_impacts(x)
     if hits is not None and (hits.has_highest_crests() or not doubted):
-        return _by_impacts(hits, record)
+        return _extremes_of_impacts(hits, record)
     if fit is None or doubted:
-        return _by_windows(x, count, record)
+        return _extremes_by_windows(x, count, record)
     return _extremes_by_law(
         fit, record, 1.0, ExtremeModel.CLIPPED_GAUSSIAN if clipped else ExtremeModel.GAUSSIAN
     )
@@ -316,22 +311,22 @@ def _window_count(x: np.ndarray, windows: int, record: _RecordProperties) -> int
     return max(count for count in GUMBEL_WINDOWS if count <= most)
 
 
-def _by_windows(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
+def _extremes_by_windows(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
     """Extremes by Gumbel's law of so many windows: of x itself if it is slow, else of (x -
     origin)^shape, whose tail is exponential."""
     if record.slow:
-        return _by_slow_part(x, count, record)
+        return _extremes_of_slow_part(x, count, record)
     tail = _upper_tail(x, fit_upper_tail)
     if tail.shape > TAIL_SHAPE_RANGE[1]:
-        return no_extremes(ExtremeModel.CLIPPED)
+        return undefined_extremes(ExtremeModel.CLIPPED)
     if np.isnan(tail.shape):
         tail = tail._replace(shape=1.0)
     elif tail.exceedances(x.max()) < MIN_TAIL_EXCEEDANCES:
-        return no_extremes(ExtremeModel.ALONE)
-    extreme = _by_tail(x, tail, count, record)
+        return undefined_extremes(ExtremeModel.ALONE)
+    extreme = _extremes_by_tail(x, tail, count, record)
     bounded = tail.shape > MAX_CLIPPED_SHAPE and _stays_at(x, x.min())
     if extreme.basis == ExtremeModel.GUMBEL and (bounded or _is_curved(x, tail)):
-        return no_extremes(ExtremeModel.CURVED)
+        return undefined_extremes(ExtremeModel.CURVED)
     return extreme
 
 
@@ -347,27 +342,27 @@ def _is_curved(x: np.ndarray, tail: Tail) -> bool:
     )
 
 
-def _by_slow_part(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_slow_part(x: np.ndarray, count: int, record: _RecordProperties) -> RecordExtremes:
     """Extremes by Gumbel's law of windows of a slow record. A record that is skewed towards its
     largest values is fitted as it is, because quadratic wave loads have an exponential tail. For
     other records, and for clipped ones, whose skewness says nothing, the shape may have any value
     between one (exponential) and the shape at the often crossed levels. If skewness and levels
     disagree, intervals span both."""
-    exponential = partial(_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
+    exponential = partial(_extremes_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
     tail = _upper_tail(x, fit_tail)
     leans = record.skewness > 0.0 and not _stays_at(x, x.min())
     if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN_SHAPE):
         return exponential().widen_lower_end() if record.contacts else exponential()
     lightest = float(np.clip(tail.shape, *SLOW_SHAPE_RANGE))
     error = (lightest - 1.0) / np.sqrt(12.0)  # standard deviation of a uniform distribution
-    between = _by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)
+    between = _extremes_by_shape(x, tail.origin, 0.5 * (1.0 + lightest), error, count, record)
     return _span_both(between, exponential()) if leans else between
 
 
 def _span_both(first: RecordExtremes, second: RecordExtremes) -> RecordExtremes:
     """Extremes with intervals that span both, around the mean of both."""
     if ExtremeModel.ALONE in (first.basis, second.basis):
-        return no_extremes(ExtremeModel.ALONE)
+        return undefined_extremes(ExtremeModel.ALONE)
     values = np.array([first[:-1], second[:-1]])
     mpm = values[:, 0].mean()
     lower, least = values[:, [1, 3]].min(axis=0)
@@ -375,24 +370,26 @@ def _span_both(first: RecordExtremes, second: RecordExtremes) -> RecordExtremes:
     return _extremes_from([mpm, lower, upper, least, most], ExtremeModel.GUMBEL)
 
 
-def _by_tail(x: np.ndarray, tail: Tail, count: int, record: _RecordProperties) -> RecordExtremes:
+def _extremes_by_tail(
+    x: np.ndarray, tail: Tail, count: int, record: _RecordProperties
+) -> RecordExtremes:
     """Extremes by Gumbel's law of windows of (x - origin)^shape, with the shape of the tail."""
     shape = max(tail.shape, TAIL_SHAPE_RANGE[0])
-    return _by_shape(
+    return _extremes_by_shape(
         x, tail.origin, shape, shape * SHAPE_SCATTER / np.sqrt(tail.crossings), count, record
     )
 
 
-def _by_shape(
+def _extremes_by_shape(
     x: np.ndarray, origin: float, shape: float, error: float, count: int, record: _RecordProperties
 ) -> RecordExtremes:
     """Extremes by Gumbel's law of windows of (x - origin)^shape. The ``error`` of the shape, a
     standard deviation, widens the intervals."""
     z = x - origin
-    extreme = _of_power(z, shape, count, record)
+    extreme = _gumbel_of_power(z, shape, count, record)
     if extreme is None:
-        return no_extremes(ExtremeModel.ALONE)
-    other = _of_power(z, shape + error, count, record) if error > 0.0 else None
+        return undefined_extremes(ExtremeModel.ALONE)
+    other = _gumbel_of_power(z, shape + error, count, record) if error > 0.0 else None
     if other is not None:
         off = NORMAL_QUANTILE * (other[0] - extreme[0])
         apart = extreme - extreme[0]
@@ -400,18 +397,18 @@ def _by_shape(
     return _extremes_from(origin + extreme, ExtremeModel.GUMBEL)
 
 
-def _by_impacts(hits: ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
+def _extremes_of_impacts(hits: gaussian.ImpactPeaks, record: _RecordProperties) -> RecordExtremes:
     """Extremes by the law of impacts alone: the waves between them are far below the largest
     value."""
-    law = fit_impacts(hits)
+    law = gaussian.fit_impacts(hits)
     return (
-        no_extremes(ExtremeModel.ALONE)
+        undefined_extremes(ExtremeModel.ALONE)
         if law is None
         else _extremes_by_law(law, record, 1.0, ExtremeModel.IMPACTS)
     )
 
 
-def _of_power(
+def _gumbel_of_power(
     z: np.ndarray, shape: float, count: int, record: _RecordProperties
 ) -> np.ndarray | None:
     """Values (5,) by Gumbel's law of z^shape, with z from the origin of the tail; None if the
@@ -443,15 +440,17 @@ def _is_regular_series(x: np.ndarray) -> bool:
 
 
 def _extremes_by_law(
-    law: GaussianFit | Gumbel | Impacts,
+    law: gaussian.GaussianFit | Gumbel | gaussian.Impacts,
     record: _RecordProperties,
     count: float,
     basis: ExtremeModel,
 ) -> RecordExtremes:
     """Extremes by a law for the largest value in one of ``count`` windows of a record."""
     ratio = record.ratio * count
-    predicted = law.prediction(ratio, record.ends)
-    return _extremes_from([law.expected_maximum(ratio), *law.confidence(ratio), *predicted], basis)
+    predicted = law.prediction_interval(ratio, record.ends)
+    return _extremes_from(
+        [law.expected_maximum(ratio), *law.confidence_interval(ratio), *predicted], basis
+    )
 
 
 def _extremes_from(values: Sequence[float] | np.ndarray, basis: ExtremeModel) -> RecordExtremes:

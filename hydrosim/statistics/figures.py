@@ -48,7 +48,7 @@ FENDER_NORMAL_FORCE = "fender_normal_force"
 def means_between_records(run: xr.Dataset, name: str, values: np.ndarray) -> np.ndarray | None:
     """Means (nt,) of a force channel ``name`` since the previous record, NaN at the first; None if
     their mean agrees with that of the recorded ``values`` (nt,)."""
-    impulse = _impulse(run, name)
+    impulse = _impulse_of_channel(run, name)
     if impulse is None or values.size < 2:
         return None
     time = run.time.values
@@ -60,7 +60,7 @@ def means_between_records(run: xr.Dataset, name: str, values: np.ndarray) -> np.
     return np.append(np.nan, means)
 
 
-def _impulse(run: xr.Dataset, name: str) -> np.ndarray | None:
+def _impulse_of_channel(run: xr.Dataset, name: str) -> np.ndarray | None:
     """Time integral (nt,) of a force channel, if the run has it."""
     kind, _, of = name.partition(".")
     if kind == FENDER_NORMAL_FORCE and "contact_impulse" in run:
@@ -128,7 +128,7 @@ class RequestedStatistic(Protocol):
         """Whether a run must record impulses."""
 
     @property
-    def late_if_missing(self) -> bool:
+    def is_late_if_missing(self) -> bool:
         """Whether a run without it has not come to it yet."""
 
     @property
@@ -164,7 +164,7 @@ class ScalarResult(NamedTuple):
         return False
 
     @property
-    def late_if_missing(self) -> bool:
+    def is_late_if_missing(self) -> bool:
         """Whether a run without it has not come to it yet."""
         return False
 
@@ -201,7 +201,7 @@ class ScalarResult(NamedTuple):
         within = values[times]
         number = float(STATISTICS[self.statistic](within)) if within.size else np.nan
         attributes = {"long_name": str(self), "units": unit}
-        return xr.DataArray(number, attrs={**attributes, **_side(self), **_lowest(self)})
+        return xr.DataArray(number, attrs={**attributes, **_side(self), **_lower_bound(self)})
 
 
 def _side(of: ScalarResult) -> dict[str, str]:
@@ -210,7 +210,7 @@ def _side(of: ScalarResult) -> dict[str, str]:
     )
 
 
-def _lowest(of: ScalarResult) -> dict[str, float]:
+def _lower_bound(of: ScalarResult) -> dict[str, float]:
     """What the number cannot be below: a magnitude, or a value of a channel that is one."""
     if of.statistic in MAGNITUDE_STATISTICS:
         return {LOWEST_ATTRIBUTE: 0.0}
@@ -319,14 +319,14 @@ def judge_plan(plan: PlanRuns) -> Iterator[JudgedCriterion]:
 
 def _merge_combinations(judged: Sequence[JudgedCriterion]) -> JudgedCriterion:
     """A criterion over the runs of all combinations: the one with the least margin."""
-    return min(judged, key=lambda judged: _rank(judged.worst))._replace(
+    return min(judged, key=lambda judged: _rank_of_criterion(judged.worst))._replace(
         runs=sum(judged.runs for judged in judged),
         met=sum(judged.met for judged in judged),
         without=sum(judged.without for judged in judged),
     )
 
 
-def _rank(of: Criterion) -> float:
+def _rank_of_criterion(of: Criterion) -> float:
     """The worst has the lowest. A criterion without a value has the highest."""
     return inf if isnan(of.margin) else of.margin
 
@@ -335,11 +335,11 @@ def _judge_runs(
     plan: PlanRuns, values: dict[str, Any], runs: xr.Dataset, name: str
 ) -> JudgedCriterion:
     complete = runs.isel(run=runs.status.values == COMPLETE)
-    criteria = [_criterion(plan, name, float(value)) for value in complete[name].values]
+    criteria = [_evaluate_criterion(plan, name, float(value)) for value in complete[name].values]
     if not criteria:
-        none = _criterion(plan, name, nan)._replace(missing=NO_COMPLETE_RUN)
+        none = _evaluate_criterion(plan, name, nan)._replace(missing=NO_COMPLETE_RUN)
         return JudgedCriterion(none, plan, values, "", 0, 0, 0)
-    place = min(range(len(criteria)), key=lambda k: _rank(criteria[k]))
+    place = min(range(len(criteria)), key=lambda k: _rank_of_criterion(criteria[k]))
     return JudgedCriterion(
         criteria[place],
         plan,
@@ -351,7 +351,7 @@ def _judge_runs(
     )
 
 
-def _criterion(plan: PlanRuns, name: str, value: float) -> Criterion:
+def _evaluate_criterion(plan: PlanRuns, name: str, value: float) -> Criterion:
     """A criterion with the value of one run."""
     asked = plan.criteria[name]
     of = plan.runs[name].attrs

@@ -116,7 +116,7 @@ def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: i
     """How a process crosses levels. It rises above the level ``at`` >= 0 at the ``rate`` per
     sample, counted over so many samples, ``values``. Of the ``windows`` of time, n had a peak above
     it: ``peaks`` (n,)."""
-    steepness = _steepness(rate, at)
+    steepness = _steepness_at(rate, at)
     u = np.sqrt(max(-2.0 * np.log(np.exp(-0.5 * peaks**2).mean()), MIN_LEVEL**2))
     begins = -np.log(-np.expm1(-0.5 * u**2))
     share = (1.0 - begins) * windows / (values * 2.0 * owens_t(u, steepness))
@@ -125,7 +125,7 @@ def crossings(rate: float, at: float, peaks: np.ndarray, windows: int, values: i
     return Crossings(float(values), steepness, float(-np.log1p(-possible) / u), float(beyond))
 
 
-def _steepness(rate: float, at: float) -> float:
+def _steepness_at(rate: float, at: float) -> float:
     """The a for which a process rises above a level at this rate."""
     if not 2.0 * owens_t(at, MAX_STEEPNESS) > rate:
         return MAX_STEEPNESS
@@ -161,7 +161,7 @@ class GaussianFit(NamedTuple):
         """Value that is exceeded once on average in ``ratio`` times the length."""
         return self.mean + self.std * self._level(ratio, np.exp(-1.0))
 
-    def confidence(self, ratio: float) -> np.ndarray:
+    def confidence_interval(self, ratio: float) -> np.ndarray:
         """Confidence interval (2,) of the `expected_maximum` value. If more groups were found than
         are possible, the interval is centred on the groups found, as far as possible."""
         u = self._level(ratio, np.exp(-1.0))
@@ -172,7 +172,9 @@ class GaussianFit(NamedTuple):
         size, beyond = self._error(u, counted=False), self.std * self.crossings.beyond / u
         return bounds + np.array([min(beyond - whole, -size), min(beyond + whole, size)])
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
+    def prediction_interval(
+        self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS
+    ) -> np.ndarray:
         """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
         the probabilities of its ends. The scatter of the largest value and the error of the fit are
         added in squares."""
@@ -181,7 +183,7 @@ class GaussianFit(NamedTuple):
         apart = [np.hypot(self.std * (u - middle), self._error(u, odds=ends[1])) for u in levels]
         return self.mean + self.std * middle + np.array([-apart[0], apart[1]])
 
-    def doubtful(self) -> bool:
+    def is_doubtful(self) -> bool:
         """Whether the third or fourth moment is not that of a Gaussian record, and would change the
         largest value."""
         u = self._level(1.0, np.exp(-1.0))
@@ -193,7 +195,7 @@ class GaussianFit(NamedTuple):
                 return True
         return False
 
-    def unlikely(self, largest: float) -> bool:
+    def is_unlikely(self, largest: float) -> bool:
         """Whether the largest value is so far from its expectation that a Gaussian record is
         rejected."""
         u = (largest - self.mean) / self.std
@@ -234,7 +236,10 @@ def fit_gaussian(x: np.ndarray, independent: float, windows: int) -> GaussianFit
     mean, std = _initial_moments(x, clipped)
     for _ in range(MAX_FIT_ITERATIONS):
         edge = (floor - mean) / std
-        scores, information = _scores((x - mean) / std, clipped, edge), _information(edge)
+        scores, information = (
+            _score_functions((x - mean) / std, clipped, edge),
+            _fisher_information(edge),
+        )
         step = np.linalg.solve(information[:2, :2], scores[:2].mean(axis=1))
         if np.abs(step).max() < FIT_TOLERANCE:
             draws = scatter(scores, independent)
@@ -274,7 +279,7 @@ def _initial_moments(x: np.ndarray, clipped: np.ndarray) -> tuple[float, float]:
     return float(values[0] - std * z[0]), std
 
 
-def _scores(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
+def _score_functions(z: np.ndarray, clipped: np.ndarray, edge: float) -> np.ndarray:
     """Scores (4, nt) of values z (nt,), some of which are ``clipped`` at the edge."""
     scores = np.ascontiguousarray(hermevander(z, HERMITE_ORDER)[:, 1:].T)
     scores[:, clipped] = _clipped_scores(edge)[:, None]
@@ -289,7 +294,7 @@ def _clipped_scores(edge: float) -> np.ndarray:
     return np.asarray(-hazard * hermevander(edge, HERMITE_ORDER - 1)[0])
 
 
-def _information(edge: float) -> np.ndarray:
+def _fisher_information(edge: float) -> np.ndarray:
     """Mean products (4, 4) of the scores."""
     z = np.linspace(max(edge, -INTEGRAL_LIMIT), INTEGRAL_LIMIT, INTEGRAL_NODES)
     weight = np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi) * (z[1] - z[0])
@@ -346,12 +351,14 @@ class Impacts(NamedTuple):
         """Value that is exceeded once on average in ``ratio`` times the length."""
         return float(self.level + self.mean * np.log(self.number * ratio))
 
-    def confidence(self, ratio: float) -> np.ndarray:
+    def confidence_interval(self, ratio: float) -> np.ndarray:
         """Confidence interval (2,) of the `expected_maximum` value."""
         means, counts, _ = self._draws()
         return np.asarray(np.quantile(self.level + means * np.log(counts * ratio), INTERVAL_ENDS))
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
+    def prediction_interval(
+        self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS
+    ) -> np.ndarray:
         """Prediction interval (2,) of the largest value in ``ratio`` times the length; ``ends`` are
         the probabilities of its ends."""
         means, counts, largest = self._draws()

@@ -58,15 +58,17 @@ class Gumbel(NamedTuple):
         """Mean number of exceedances of a value in so many windows."""
         return float(ratio * np.exp((self.location - value) / self.scale))
 
-    def confidence(self, ratio: float) -> np.ndarray:
+    def confidence_interval(self, ratio: float) -> np.ndarray:
         """Confidence interval (2,) of the `expected_maximum` value."""
-        moved, wider = _pivots(self.windows, self.memories)[:2]
+        moved, wider = _draw_pivots(self.windows, self.memories)[:2]
         return self._ends(moved + np.log(ratio) * wider)
 
-    def prediction(self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
+    def prediction_interval(
+        self, ratio: float, ends: tuple[float, float] = INTERVAL_ENDS
+    ) -> np.ndarray:
         """Prediction interval (2,) of the largest value in so many windows; ``ends`` are the
         probabilities of its ends."""
-        moved, wider, largest = _pivots(self.windows, self.memories)
+        moved, wider, largest = _draw_pivots(self.windows, self.memories)
         return self._ends(moved + (np.log(ratio) + largest) * wider, ends)
 
     def _ends(self, draws: np.ndarray, ends: tuple[float, float] = INTERVAL_ENDS) -> np.ndarray:
@@ -81,11 +83,11 @@ def length_ratio(probability: float) -> float:
 
 def fit_maxima(maxima: np.ndarray) -> Gumbel:
     """Law of independent maxima (n,), not all equal."""
-    location, scale = _fit(maxima)
+    location, scale = _fit_gumbel(maxima)
     return Gumbel(float(location), float(scale), maxima.size, None)
 
 
-def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
+def fits_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
     """Whether independent maxima (n,) are compatible with the ``law`` fitted to them, by the test
     of Anderson and Darling at 10 % (Stephens 1977, Biometrika 64)."""
     count = maxima.size
@@ -97,7 +99,7 @@ def follows_gumbel(maxima: np.ndarray, law: Gumbel) -> bool:
 def fit_record(x: np.ndarray, windows: int, memories: float) -> Gumbel:
     """Law of the largest value in a window of a record x (nt,), from so many windows; the record is
     so many times as long as its memory."""
-    location, scale = _fit(sliding_maxima(x, windows))
+    location, scale = _fit_gumbel(sliding_maxima(x, windows))
     memories_per_window = min(max(round(memories / windows), 1), MAX_WINDOW_MEMORIES + 1)
     return Gumbel(float(location), float(scale), windows, memories_per_window)
 
@@ -114,7 +116,7 @@ def _window_maxima(parts: np.ndarray) -> np.ndarray:
     return np.asarray(windows.max(axis=-1))
 
 
-def _fit(maxima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _fit_gumbel(maxima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Location and scale by maximum likelihood, over the last axis. The scale is the zero of b -
     mean(x) + sum(x e) / sum(e), e = exp(-x / b)."""
     least = maxima.min(axis=-1, keepdims=True)
@@ -132,7 +134,7 @@ def _fit(maxima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache
-def _pivots(windows: int, memories: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _draw_pivots(windows: int, memories: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Draws (`DRAWS`,) of (a - a_fit) / b_fit, of b / b_fit and of a largest value, for a = 0, b =
     1."""
     random = np.random.default_rng(windows)
@@ -145,12 +147,12 @@ def _pivots(windows: int, memories: int | None) -> tuple[np.ndarray, np.ndarray,
             - np.log(PARTS_PER_WINDOW)
         )
     else:
-        drawn = _by_rank(_window_maxima(_energies(random, windows, memories)))
-    location, scale = _fit(drawn)
+        drawn = _gumbel_of_ranks(_window_maxima(_draw_energies(random, windows, memories)))
+    location, scale = _fit_gumbel(drawn)
     return -location / scale, 1.0 / scale, _reduced_variate(random.random(DRAWS))
 
 
-def _energies(random: np.random.Generator, windows: int, memories: int) -> np.ndarray:
+def _draw_energies(random: np.random.Generator, windows: int, memories: int) -> np.ndarray:
     """Largest energies (`DRAWS`, windows x `PARTS_PER_WINDOW`) in parts of windows. Samples are at
     most one memory apart, about one cycle of an oscillator with that memory."""
     steps = -(-memories // PARTS_PER_WINDOW)  # of a part
@@ -165,7 +167,7 @@ def _energies(random: np.random.Generator, windows: int, memories: int) -> np.nd
     return energies.T
 
 
-def _by_rank(values: np.ndarray) -> np.ndarray:
+def _gumbel_of_ranks(values: np.ndarray) -> np.ndarray:
     """Values of Gumbel's law in the same order."""
     maxima = np.sort(values[:, :: PARTS_PER_WINDOW // 2].ravel())
     return _reduced_variate((np.searchsorted(maxima, values) + 0.5) / (maxima.size + 1.0))

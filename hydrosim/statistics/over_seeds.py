@@ -23,18 +23,9 @@ from hydrosim.results.phases import FIGURES
 from hydrosim.results.runs_file import RUN
 from hydrosim.results.validation import DESIGN
 from hydrosim.results.variables import LABELS
-from hydrosim.statistics import effects
+from hydrosim.statistics import effects, gumbel
 from hydrosim.statistics.effects import EffectRow, PlanRuns, combinations, plans
 from hydrosim.statistics.figures import SIDE_ATTRIBUTE, JudgedCriterion, judge_plan
-from hydrosim.statistics.gumbel import (
-    INTERVAL_PROBABILITY,
-    Gumbel,
-    find_confidence,
-    find_prediction,
-    fit_maxima,
-    follows_gumbel,
-    length_ratio,
-)
 from hydrosim.statistics.results import LARGEST_RESULTS, LOWEST_ATTRIBUTE
 from hydrosim.statistics.statistics import CHANNEL_VARIABLES, EXTREME_SIDES, NAMED_CHANNELS
 
@@ -147,13 +138,13 @@ def _ends_of_series(runs: xr.Dataset) -> Iterator[SmallestAndLargest]:
             of = [str(least[dim].values) for dim in labels]
             ends = _finite_values(least.values), _finite_values(most.values)
             if ends[0].size and np.ptp(np.concatenate(ends)) > 0.0:
-                unit = _unit(str(variable.attrs.get("units", "")), of)
+                unit = _unit_of_channel(str(variable.attrs.get("units", "")), of)
                 yield SmallestAndLargest(
                     ".".join([str(name), *of]), unit, *ends, lowest_value(str(name))
                 )
 
 
-def _unit(units: str, labels: list[str]) -> str:
+def _unit_of_channel(units: str, labels: list[str]) -> str:
     """The unit of one channel of a variable: of "m or rad" the first along an axis."""
     first, _, second = units.partition(" or ")
     return second if second and labels and labels[-1] in DOFS[3:] else first
@@ -195,9 +186,9 @@ def find_extremes(ends: SmallestAndLargest) -> Iterator[tuple[str, SeedExtremes]
     none."""
     for side, sign, maxima in ends.sides():
         if maxima.size >= MIN_RUNS and np.ptp(maxima) > 0.0:
-            law = fit_maxima(maxima)
-            follows = follows_gumbel(maxima, law)
-            extreme = _by_law(law, sign) if follows else _by_order(maxima, sign)
+            law = gumbel.fit_maxima(maxima)
+            follows = gumbel.fits_gumbel(maxima, law)
+            extreme = _extreme_by_law(law, sign) if follows else _extreme_by_order(maxima, sign)
             yield side, _raise_to_lowest(extreme, ends.lowest)
 
 
@@ -209,9 +200,13 @@ def extremes_over_seeds(runs: xr.Dataset) -> xr.Dataset:
     Intervals hold 90 %; the interval of another run holds ``another_probability``. Raises
     InputError if no combination of parameters has `MIN_RUNS` runs.
     """
-    rows = [row for values, group_runs in _groups(runs) for row in _rows(values, group_runs)]
+    rows = [
+        row
+        for values, group_runs in _runs_by_parameters(runs)
+        for row in _series_rows(values, group_runs)
+    ]
     if not rows:
-        most = max(group_runs.sizes["run"] for _, group_runs in _groups(runs))
+        most = max(group_runs.sizes["run"] for _, group_runs in _runs_by_parameters(runs))
         raise InputError(
             f"found no channel with different extremes in {MIN_RUNS} runs of one combination of"
             f" parameters, of which there are at most {most}; run more seeds."
@@ -248,7 +243,7 @@ def figures_in(runs: xr.Dataset) -> list[str]:
     ]
 
 
-def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
+def _runs_by_parameters(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
     """Runs that differ in their seeds alone, with the values of the parameters. Runs without a
     plan are one group."""
     if DESIGN not in runs.attrs:
@@ -260,7 +255,7 @@ def _groups(runs: xr.Dataset) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
             yield name | values, plan.runs.isel(run=at)
 
 
-def _rows(values: dict[str, Any], runs: xr.Dataset) -> Iterator[dict[str, Any]]:
+def _series_rows(values: dict[str, Any], runs: xr.Dataset) -> Iterator[dict[str, Any]]:
     for ends in _ends_of_runs(runs):
         for side, extreme in find_extremes(ends):
             yield {
@@ -291,29 +286,29 @@ def _interval_columns(name: str, interval: tuple[float, float]) -> dict[str, flo
     return {f"{name}_low": low, f"{name}_high": high}
 
 
-def _by_law(law: Gumbel, sign: float) -> SeedExtremes:
-    rare = length_ratio(P90)
+def _extreme_by_law(law: gumbel.Gumbel, sign: float) -> SeedExtremes:
+    rare = gumbel.length_ratio(P90)
     return SeedExtremes(
         sign * law.expected_maximum(1.0),
-        _signed_interval(law.confidence(1.0), sign),
+        _signed_interval(law.confidence_interval(1.0), sign),
         sign * law.expected_maximum(rare),
-        _signed_interval(law.confidence(rare), sign),
-        _signed_interval(law.prediction(1.0), sign),
-        INTERVAL_PROBABILITY,
+        _signed_interval(law.confidence_interval(rare), sign),
+        _signed_interval(law.prediction_interval(1.0), sign),
+        gumbel.INTERVAL_PROBABILITY,
         GUMBEL_METHOD,
         law.windows,
     )
 
 
-def _by_order(maxima: np.ndarray, sign: float) -> SeedExtremes:
+def _extreme_by_order(maxima: np.ndarray, sign: float) -> SeedExtremes:
     """By order statistics."""
     most_probable = np.exp(-1.0)
-    held = find_prediction(maxima)
+    held = gumbel.find_prediction(maxima)
     return SeedExtremes(
         sign * float(np.quantile(maxima, most_probable)),
-        _signed_interval(find_confidence(maxima, most_probable), sign),
+        _signed_interval(gumbel.find_confidence(maxima, most_probable), sign),
         sign * float(np.quantile(maxima, P90)),
-        _signed_interval(find_confidence(maxima, P90), sign),
+        _signed_interval(gumbel.find_confidence(maxima, P90), sign),
         _signed_interval((held.low, held.high), sign),
         held.probability,
         ORDER_METHOD,
@@ -360,14 +355,14 @@ def as_csv(runs: xr.Dataset) -> str:
     units = units_of(runs.attrs)
     plans = effects.plans(runs)
     plan_rows = [(plan, row) for plan in plans for row in effects.rows(plan)]
-    judged = {_key(j.plan, j.worst.name, j.values): j for p in plans for j in judge_plan(p)}
+    judged = {_row_key(j.plan, j.worst.name, j.values): j for p in plans for j in judge_plan(p)}
     names = {name: plan for plan, row in reversed(plan_rows) for name in row.values}
     names = {
         name: names[name] for name in dict.fromkeys(n for _, row in plan_rows for n in row.values)
     }
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    heads = (_head(name, plan, units) for name, plan in names.items())
+    heads = (_head_columns(name, plan, units) for name, plan in names.items())
     table.writerow(
         [
             "study",
@@ -380,18 +375,18 @@ def as_csv(runs: xr.Dataset) -> str:
         ]
     )
     for plan, row in plan_rows:
-        cells = _cells(plan, row, list(names), units)
-        judgement = judged.get(_key(plan, row.figure, row.values))
-        row_cells = [*cells, *_criterion(judgement, units)]
+        cells = _value_columns(plan, row, list(names), units)
+        judgement = judged.get(_row_key(plan, row.figure, row.values))
+        row_cells = [*cells, *_criterion_columns(judgement, units)]
         table.writerow([escape_unprintable(x) if isinstance(x, str) else x for x in row_cells])
     return text.getvalue()
 
 
-def _key(plan: PlanRuns, figure: str, values: Mapping[str, object]) -> Hashable:
+def _row_key(plan: PlanRuns, figure: str, values: Mapping[str, object]) -> Hashable:
     return (plan.name, figure, *values.values())
 
 
-def _criterion(of: JudgedCriterion | None, units: Units) -> list[str]:
+def _criterion_columns(of: JudgedCriterion | None, units: Units) -> list[str]:
     """What a criterion comes to at values of the parameters; empty for other figures."""
     if of is None:
         return ["" for _ in CRITERION_COLUMNS]
@@ -401,12 +396,12 @@ def _criterion(of: JudgedCriterion | None, units: Units) -> list[str]:
     return [*numbers, str(of.met), "yes" if of.is_met else "no", worst.source]
 
 
-def _head(name: str, plan: PlanRuns, units: Units) -> str:
+def _head_columns(name: str, plan: PlanRuns, units: Units) -> str:
     unit = units.display_unit(plan.unit(name)).unit
     return f"{name} [{unit}]" if unit else name
 
 
-def _cells(plan: PlanRuns, row: EffectRow, names: list[str], units: Units) -> Iterator[str]:
+def _value_columns(plan: PlanRuns, row: EffectRow, names: list[str], units: Units) -> Iterator[str]:
     yield row.plan
     for name in names:
         value = row.values.get(name, "")
@@ -415,10 +410,10 @@ def _cells(plan: PlanRuns, row: EffectRow, names: list[str], units: Units) -> It
     unit, factor = units.display_unit(row.unit)
     yield from (row.figure, unit, str(row.spread.n))
     yield from (f"{factor * value:.6g}" for value in row.spread[1:])
-    yield from _extremes(plan, row, factor)
+    yield from _extreme_columns(plan, row, factor)
 
 
-def _extremes(plan: PlanRuns, row: EffectRow, factor: float) -> list[str]:
+def _extreme_columns(plan: PlanRuns, row: EffectRow, factor: float) -> list[str]:
     """Most probable extreme and P90 with their intervals; empty where there are none."""
     ends_of_row = ends_of_figures(plan.runs.isel(run=row.runs), [row.figure])
     extremes_found = [extremes for ends in ends_of_row for _, extremes in find_extremes(ends)]

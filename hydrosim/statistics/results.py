@@ -207,7 +207,7 @@ class StageResult(ChannelFreeResult):
         return () if self.group is None else (self.group,)
 
     @property
-    def late_if_missing(self) -> bool:
+    def is_late_if_missing(self) -> bool:
         """Whether a run without this result has not come to it yet."""
         return self.result in TIME_RESULTS
 
@@ -220,7 +220,7 @@ class StageResult(ChannelFreeResult):
         text = self.result.replace("_", " ")
         stage = f' of the stage "{self.stage}"' if self.stage else ""
         until = f' until "{self.until}"' if self.until else ""
-        return f"{text}{stage}{until}{_of_suffix(self.group)}"
+        return f"{text}{stage}{until}{_figure_of_suffix(self.group)}"
 
     def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number with its unit, NaN where the run does not come to it."""
@@ -262,7 +262,7 @@ class MotionCauseResult(ChannelFreeResult):
     mode: str | None = None
 
     needs_impulses: ClassVar[bool] = True
-    late_if_missing: ClassVar[bool] = False
+    is_late_if_missing: ClassVar[bool] = False
     at_least: ClassVar[bool] = False
 
     @property
@@ -280,7 +280,7 @@ class MotionCauseResult(ChannelFreeResult):
         more = " ".join(part for part in (self.force, self.part, self.mode) if part)
         more = f" ({more})" if more else ""
         way = "" if self.result == "time_share" else f" in {self.direction}"
-        return f"{text}{more}{_of_suffix(self.group or self.body)}{way}, {self.stage}"
+        return f"{text}{more}{_figure_of_suffix(self.group or self.body)}{way}, {self.stage}"
 
     def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number with its unit, NaN where the run has no such stage."""
@@ -303,7 +303,7 @@ class MotionCauseResult(ChannelFreeResult):
         along = group_values.sel(direction=DIRECTION_AXES[self.direction])
         if self.result == "friction":
             part = along.friction_part.sel(part=[self.part] if self.part else list(FRICTION_PARTS))
-            return _scalar_result(_sum(part), "N", self)
+            return _scalar_result(_sum_of_values(part), "N", self)
         if self.result == "time_share":
             return _scalar_result(
                 float(group_values.mode_share.sel(contact_mode=self.mode).mean()), "1", self
@@ -319,11 +319,11 @@ class MotionCauseResult(ChannelFreeResult):
         raise InputError(f"found the stage {self.stage}; expected one of: {', '.join(spans)}.")
 
 
-def _of_suffix(name: str | None) -> str:
+def _figure_of_suffix(name: str | None) -> str:
     return f" of {name}" if name else ""
 
 
-def _sum(values: xr.DataArray) -> float:
+def _sum_of_values(values: xr.DataArray) -> float:
     """The sum, not a number if nothing is known."""
     x = values.values
     return float(np.nansum(x)) if np.isfinite(x).any() else np.nan

@@ -126,10 +126,10 @@ def slow_parts(series: np.ndarray, count: int) -> np.ndarray:
     sums = bin_sums(series, SERIES_BINS)
     bins = sums.shape[-1]
     count = int(np.clip(count, MIN_COEFFICIENTS, max(min(MAX_COEFFICIENTS, bins // 2), 1)))
-    return np.asarray(np.sqrt(2.0) * sums @ _cosines(count, bins).T / series.shape[-1])
+    return np.asarray(np.sqrt(2.0) * sums @ _cosine_table(count, bins).T / series.shape[-1])
 
 
-def _cosines(count: int, bins: int) -> np.ndarray:
+def _cosine_table(count: int, bins: int) -> np.ndarray:
     return np.cos(np.pi * np.outer(np.arange(1, count + 1), (np.arange(bins) + 0.5) / bins))
 
 
@@ -212,14 +212,14 @@ class _UpcrossingDecrease(NamedTuple):
 def fit_tail(x: np.ndarray, origin: float) -> Tail:
     """Tail of a record x (nt,) above an origin, from its upcrossings of often crossed levels; NaN
     if these are too few."""
-    falls, waves = _falls(x, origin)
+    falls, waves = _split_falls(x, origin)
     return falls.tail(origin, waves)
 
 
 def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
     """`fit_tail`, but by the upper half of the levels if the shape is larger there than at the
     lower ones, repeatedly."""
-    falls, waves = _falls(x, origin)
+    falls, waves = _split_falls(x, origin)
     tail = falls.tail(origin, waves)
     while True:
         lower, falls = falls.halves()
@@ -232,7 +232,7 @@ def fit_upper_tail(x: np.ndarray, origin: float) -> Tail:
         tail = Tail(origin, shape, scale, waves, crossings)
 
 
-def _falls(x: np.ndarray, origin: float) -> tuple[_UpcrossingDecrease, int]:
+def _split_falls(x: np.ndarray, origin: float) -> tuple[_UpcrossingDecrease, int]:
     """Often crossed levels above an origin, and the number of crossings of the origin."""
     z = x - origin
     levels = z.max() * np.arange(1, LEVEL_COUNT) / LEVEL_COUNT

@@ -27,8 +27,8 @@ from hydrosim.statistics.extremes import (
     ExtremeModel,
     RecordExtremes,
     extremes,
-    no_extremes,
     refusal_reason,
+    undefined_extremes,
 )
 from hydrosim.statistics.figures import FENDER_NORMAL_FORCE, means_between_records
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
@@ -86,7 +86,7 @@ CHANNEL_VARIABLES = {
 }
 
 
-def enough_from(run: xr.Dataset, start: float) -> bool:
+def has_enough_records(run: xr.Dataset, start: float) -> bool:
     """Whether a run has enough records for `statistics` from ``start`` [s] on."""
     return int(np.count_nonzero(run.time.values >= start)) >= MIN_SAMPLES
 
@@ -104,19 +104,19 @@ def statistics(
     and its slip, and each group of fenders the crawl by phase. Raises InputError if a channel does
     not exist."""
     variables, coords, attributes = columns(run, start, exposure, channels)
-    made = new_dataset({**variables, **of_units(run)}, coords, attributes)
+    made = new_dataset({**variables, **unit_statistics(run)}, coords, attributes)
     describe_coordinates(made)
     return made
 
 
-def of_units(run: xr.Dataset) -> dict[str, xr.DataArray]:
+def unit_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Statistics of the lines and contacts of a run, if it has any."""
     if "contact_group" not in run.dims:
-        return of_lines(run)
-    return {**of_lines(run), **contact_statistics(run), **stages(run)}
+        return line_statistics(run)
+    return {**line_statistics(run), **contact_statistics(run), **stages(run)}
 
 
-def of_lines(run: xr.Dataset) -> dict[str, xr.DataArray]:
+def line_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Of all that pulls, the tension at the start of a run; of what has a capacity, the largest
     share of it that was used, at output times."""
     variables = {}
@@ -153,20 +153,26 @@ def columns(
         if variable in run:
             series = run.variables[variable].isel(time=late).transpose(*dims, "time")
             lowest = np.full(series.shape[:-1], lowest_value(variable))
-            variables |= _of_channels(name, series, lowest, how, growing, unit)
+            variables |= _statistics_of_channels(name, series, lowest, how, growing, unit)
     if "fender_force" in variables:
         names = [f"{FENDER_NORMAL_FORCE}.{fender}" for fender in run.fender.values]
-        variables |= _by_impulse("fender_force", run.isel(time=late), names, variables)
+        variables |= _replace_means_by_impulses(
+            "fender_force", run.isel(time=late), names, variables
+        )
     if channels:
         named, coords = _requested_channels(run, late, channels)
         lowest = np.array([lowest_value(channel) for channel in channels])
-        variables |= _of_channels(NAMED_CHANNELS, named, lowest, how, growing, UNIT_OF_CHANNEL)
-        variables |= _by_phase(run, late, named.values, step)
-        variables |= _by_impulse(NAMED_CHANNELS, run.isel(time=late), channels, variables)
+        variables |= _statistics_of_channels(
+            NAMED_CHANNELS, named, lowest, how, growing, UNIT_OF_CHANNEL
+        )
+        variables |= _statistics_by_phase(run, late, named.values, step)
+        variables |= _replace_means_by_impulses(
+            NAMED_CHANNELS, run.isel(time=late), channels, variables
+        )
     if _has_phases(run, late):
         _leave_out_laws(variables)
     places = run.variables["position"].transpose(*MOTION_DIMS, "time").values[..., late]
-    frequency, spectrum = _spectrum(places, step)
+    frequency, spectrum = _spectrum_of_series(places, step)
     attributes_of_density = _attributes("one-sided spectral density", "m^2 s/rad or rad s")
     variables["motion_spectrum"] = ((*MOTION_DIMS, "frequency"), spectrum, attributes_of_density)
     coords["frequency"] = ("frequency", frequency, _attributes("angular frequency", "rad/s"))
@@ -176,7 +182,7 @@ def columns(
         "exposure": step * time.size if exposure is None else exposure,
         "wave_ramp": float(run.attrs.get("wave_ramp", 0.0)),
     }
-    return variables, _coordinates(run, variables) | coords, attributes
+    return variables, _shared_coordinates(run, variables) | coords, attributes
 
 
 def _records_from(run: xr.Dataset, start: float) -> slice:
@@ -189,7 +195,7 @@ def _records_from(run: xr.Dataset, start: float) -> slice:
     return slice(first, time.size - int(odd))
 
 
-def _coordinates(run: xr.Dataset, variables: Variables) -> dict[str, Any]:
+def _shared_coordinates(run: xr.Dataset, variables: Variables) -> dict[str, Any]:
     """Coordinates of the variables ``variables``: those of the run, and names of their own."""
     dims = {dim for over, *_ in variables.values() for dim in over}
     of_run = {str(name): run.variables[name] for name in run.coords}
@@ -213,16 +219,18 @@ def _requested_channels(
     return xr.Variable(("channel", "time"), np.array(values)[:, late]), coords
 
 
-def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> Variables:
+def _statistics_by_phase(
+    run: xr.Dataset, late: slice, series: np.ndarray, step: float
+) -> Variables:
     """Statistics of channels in the phases of each group of contacts; NaN if a phase has fewer than
     `MIN_SAMPLES` values."""
     if "contact_group" not in run.dims:
         return {}
-    phases = _phases(run, late)
+    phases = _phases_of_groups(run, late)
     nothing = np.full((len(series), len(STATISTIC_NAMES)), np.nan)
     figures_by_phase = [
         [
-            [_figures(x[of == phase], step) for x in series]
+            [_moments_of_series(x[of == phase], step) for x in series]
             if np.count_nonzero(of == phase) >= MIN_SAMPLES
             else nothing
             for phase in Phase
@@ -236,7 +244,7 @@ def _by_phase(run: xr.Dataset, late: slice, series: np.ndarray, step: float) -> 
     return {f"{NAMED_CHANNELS}_phase": (dims, np.array(figures_by_phase), phase_attributes)}
 
 
-def _of_channels(
+def _statistics_of_channels(
     name: str,
     series: xr.Variable,
     lowest: np.ndarray,
@@ -250,7 +258,7 @@ def _of_channels(
     dims = tuple(map(str, series.dims[:-1]))
     size = series.shape[:-1]
     channels = series.values.reshape(-1, series.shape[-1])
-    figures = [_figures(x, how[0]) for x in channels]
+    figures = [_moments_of_series(x, how[0]) for x in channels]
     sides = [_channel_extremes(x, how, growing) for x in channels]
     values = np.array([[side[:-1] for side in both] for both in sides])
     values = np.maximum(values, lowest.reshape(-1, 1, 1))
@@ -269,11 +277,11 @@ def _of_channels(
             np.reshape(values, (*size, len(EXTREME_SIDES), -1)),
             {**extreme_attributes, "interval_probability": INTERVAL_PROBABILITY},
         ),
-        f"{name}_basis": ((*dims, "side"), basis.reshape(*size, -1), _flags()),
+        f"{name}_basis": ((*dims, "side"), basis.reshape(*size, -1), _basis_flags()),
     }
 
 
-def _figures(x: np.ndarray, step: float) -> list[float]:
+def _moments_of_series(x: np.ndarray, step: float) -> list[float]:
     """Values of `STATISTIC_NAMES`. significant is four standard deviations, a double amplitude.
     period is the mean time between upcrossings of the mean, NaN if there are fewer than two.
     skewness and kurtosis are the mean third and fourth powers of (x - mean) / std, NaN for a
@@ -297,7 +305,7 @@ def _figures(x: np.ndarray, step: float) -> list[float]:
     return [*map(float, (mean, std, 4.0 * std, period, *ends, x.min(), x.max(), *more))]
 
 
-def _by_impulse(
+def _replace_means_by_impulses(
     kind: str, run: xr.Dataset, names: Sequence[str], variables: Variables
 ) -> Variables:
     """Replace means of force channels by means from impulses, if these differ, in the statistics
@@ -315,7 +323,9 @@ def _by_impulse(
         for which, part in parts.items():
             figures[k, STATISTIC_NAMES.index(which)] = np.nanmean(part)
         if kind == NAMED_CHANNELS and f"{NAMED_CHANNELS}_phase" in variables:
-            _by_impulse_in_phases(variables[f"{NAMED_CHANNELS}_phase"][1][:, :, k], run, means)
+            _replace_phase_means_by_impulses(
+                variables[f"{NAMED_CHANNELS}_phase"][1][:, :, k], run, means
+            )
     if np.isnan(recorded).all():
         return {}
     figure_attributes = {
@@ -325,10 +335,12 @@ def _by_impulse(
     return {f"{kind}{RECORDED_SUFFIX}": (dims[:-1], recorded, figure_attributes)}
 
 
-def _by_impulse_in_phases(figures: np.ndarray, run: xr.Dataset, means: np.ndarray) -> None:
+def _replace_phase_means_by_impulses(
+    figures: np.ndarray, run: xr.Dataset, means: np.ndarray
+) -> None:
     """Write means by impulses into the ``figures`` (contact_group, phase, statistic) of a
     channel."""
-    for series_figures, phases in zip(figures, _phases(run, slice(None)), strict=True):
+    for series_figures, phases in zip(figures, _phases_of_groups(run, slice(None)), strict=True):
         for phase_figures, phase in zip(series_figures, Phase, strict=True):
             if np.isfinite(phase_figures[STATISTIC_NAMES.index("mean")]):
                 phase_figures[STATISTIC_NAMES.index("mean")] = np.nanmean(means[phases == phase])
@@ -339,11 +351,13 @@ def _channel_extremes(
 ) -> tuple[RecordExtremes, RecordExtremes]:
     """Extremes of a channel; none while the waves grow."""
     if growing and refusal_reason(x) is not ExtremeModel.CONSTANT:
-        return no_extremes(ExtremeModel.WAVES_GROW), no_extremes(ExtremeModel.WAVES_GROW)
+        return undefined_extremes(ExtremeModel.WAVES_GROW), undefined_extremes(
+            ExtremeModel.WAVES_GROW
+        )
     return extremes(x, *how)
 
 
-def _phases(run: xr.Dataset, late: slice) -> np.ndarray:
+def _phases_of_groups(run: xr.Dataset, late: slice) -> np.ndarray:
     """Phase (contact_group, time) of each group of contacts."""
     phases = run.variables["contact_phase"].transpose("contact_group", "time")
     return np.asarray(phases.values[:, late])
@@ -353,7 +367,7 @@ def _has_phases(run: xr.Dataset, late: slice) -> bool:
     """Whether a group of contacts is in one phase for some time and then in another."""
     if "contact_group" not in run.dims:
         return False
-    phases = _phases(run, late)
+    phases = _phases_of_groups(run, late)
     shares = np.array([(phases == phase).mean(axis=1) for phase in Phase])
     return bool(np.any((shares > MIN_PHASE_FRACTION).sum(axis=0) > 1))
 
@@ -380,7 +394,7 @@ def _lowest_of_waves(elevation: np.ndarray, step: float) -> float:
     return lowest_frequency(elevation, step) if np.ptp(elevation) > 0.0 else 0.0
 
 
-def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+def _spectrum_of_series(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies [rad/s] and one-sided spectral densities by Welch's method: segments that overlap
     by half are detrended and tapered, and their spectra are averaged."""
     size = max(2 * x.shape[-1] // (SPECTRUM_SEGMENTS + 1), 2)
@@ -390,7 +404,7 @@ def _spectrum(x: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     return 2.0 * np.pi * frequency, density.mean(axis=-2) / (2.0 * np.pi)
 
 
-def _flags() -> dict[str, Any]:
+def _basis_flags() -> dict[str, Any]:
     return {
         "long_name": "method of extremes, or reason why there are none",
         "flag_values": np.array(list(ExtremeModel), dtype=np.int8),

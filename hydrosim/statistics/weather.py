@@ -212,21 +212,21 @@ def waiting(
     whole = float(np.ptp(spans, axis=1).sum())
     begins = windows(hindcast, held, length) - np.array([0.0, length])
     gaps = np.stack([np.append(first, begins[:, 1]), np.append(begins[:, 0], last)], axis=1)
-    of, parts = _intersections(gaps, spans)
+    of, parts = _intersect_spans(gaps, spans)
     until = gaps[of, 1:] - parts[:, ::-1]  # shortest and longest wait in a part of a gap
     never = of == len(begins)
-    at_once = float(np.ptp(_intersections(begins, spans)[1], axis=1).sum())
+    at_once = float(np.ptp(_intersect_spans(begins, spans)[1], axis=1).sum())
     calm = np.stack([hindcast.time, ends], axis=1)[held]
     return WaitingTimes(
-        _quantile(at_once, until[~never], 0.5 * whole),
-        _quantile(at_once, until[~never], 0.9 * whole),
+        _waiting_quantile(at_once, until[~never], 0.5 * whole),
+        _waiting_quantile(at_once, until[~never], 0.9 * whole),
         float(np.ptp(parts[never], axis=1).sum()) / whole,
-        float(np.ptp(_intersections(calm, spans)[1], axis=1).sum()) / whole,
+        float(np.ptp(_intersect_spans(calm, spans)[1], axis=1).sum()) / whole,
         at_once / whole,
     )
 
 
-def _intersections(stretches: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _intersect_spans(stretches: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Intersections of intervals (n, 2) with spans (k, 2), both increasing: index of the interval,
     and begin and end (m, 2)."""
     of, low, high = [], [], []
@@ -238,7 +238,7 @@ def _intersections(stretches: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray
     return np.concatenate(of), np.stack([np.concatenate(low), np.concatenate(high)], axis=1)
 
 
-def _quantile(at_once: float, waits: np.ndarray, wanted: float) -> float:
+def _waiting_quantile(at_once: float, waits: np.ndarray, wanted: float) -> float:
     """Time w for which a fraction ``wanted`` of the moments waits at most w. The fraction
     ``at_once`` does not wait; ``waits`` (n, 2) are uniform from first to last. Infinite if too few
     wait so briefly."""

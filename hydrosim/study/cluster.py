@@ -104,7 +104,7 @@ class Cluster:
         with suppress(TimeoutError):
             self._client.wait_for_workers(1, timeout=CONNECT_TIMEOUT_S)
         own_program = program_identity()
-        for worker, worker_program in self._client.run(_program, on_error="return").items():
+        for worker, worker_program in self._client.run(_program_digest, on_error="return").items():
             if isinstance(worker_program, OSError):  # it has died just now: others make its runs
                 continue
             if worker_program != own_program:
@@ -270,7 +270,7 @@ def run_batch(
     return [outcome_of(unpack_task(packed, calm), digest, Event()) for packed in works]
 
 
-def _program() -> str:
+def _program_digest() -> str:
     return program_identity()
 
 

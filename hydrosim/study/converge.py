@@ -71,13 +71,13 @@ def converge(
     fine = min(steps) / REFERENCE_STEP_RATIO
     scene = replace(scene, output_step=common_multiple([*steps, 2 * fine], scene.output_step))
     report(f"reference: rk4 at {fine:g} s")
-    reference = simulate(_with_setting(scene, Method.RK4, fine))
-    coarser = simulate(_with_setting(scene, Method.RK4, 2 * fine))
-    reference_error = _errors(coarser, reference)[0] / (2**REFERENCE_METHOD_ORDER - 1)
+    reference = simulate(_scene_with_setting(scene, Method.RK4, fine))
+    coarser = simulate(_scene_with_setting(scene, Method.RK4, 2 * fine))
+    reference_error = _errors_of_run(coarser, reference)[0] / (2**REFERENCE_METHOD_ORDER - 1)
     trials = []
-    for method, setting in _settings(methods, steps, tolerances):
+    for method, setting in _all_settings(methods, steps, tolerances):
         report(f"{method} at {setting:g}")
-        trials.append(_trial(scene, method, setting, reference))
+        trials.append(_make_trial(scene, method, setting, reference))
     return ConvergenceStudy(tuple(trials), fine, reference_error)
 
 
@@ -109,7 +109,7 @@ def to_dataset(study: ConvergenceStudy, title: str) -> xr.Dataset:
     return xr.Dataset(data, coords=coords, attrs={"title": title, **reference})
 
 
-def _settings(
+def _all_settings(
     methods: Sequence[Method], steps: Sequence[float], tolerances: Sequence[float]
 ) -> Iterator[tuple[Method, float]]:
     for method in methods:
@@ -117,7 +117,7 @@ def _settings(
             yield method, setting
 
 
-def _with_setting(scene: Scene, method: Method, setting: float) -> Scene:
+def _scene_with_setting(scene: Scene, method: Method, setting: float) -> Scene:
     """Scene with this method and step, or with this tolerance in m and 1; the tolerance of angles
     is a hundredth of it, as for an arm of 100 m."""
     solver = replace(scene.solver, linear=LinearScenes.STEP, accuracy=None)
@@ -127,18 +127,20 @@ def _with_setting(scene: Scene, method: Method, setting: float) -> Scene:
     return replace(scene, solver=replace(solver, method=method, step=setting))
 
 
-def _trial(scene: Scene, method: Method, setting: float, reference: xr.Dataset) -> ConvergenceTrial:
+def _make_trial(
+    scene: Scene, method: Method, setting: float, reference: xr.Dataset
+) -> ConvergenceTrial:
     try:
-        run = simulate(_with_setting(scene, method, setting))
+        run = simulate(_scene_with_setting(scene, method, setting))
     except (InputError, SimulationError) as error:  # refused, or failed
         figures = (np.nan, np.nan, np.nan, np.nan, 0, np.nan)
         return ConvergenceTrial(method, setting, *figures, remark=str(error).splitlines()[0])
     a = run.attrs
     costs = (a["energy_residual_relative"], a["solver_evaluations"], a["wall_time"])
-    return ConvergenceTrial(method, setting, *_errors(run, reference), *costs)
+    return ConvergenceTrial(method, setting, *_errors_of_run(run, reference), *costs)
 
 
-def _errors(run: xr.Dataset, reference: xr.Dataset) -> tuple[float, float, float]:
+def _errors_of_run(run: xr.Dataset, reference: xr.Dataset) -> tuple[float, float, float]:
     """Largest differences of positions [m], of angles [rad], and of the final horizontal
     position."""
     difference = np.abs(run.position.values - reference.position.values)

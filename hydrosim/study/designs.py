@@ -61,7 +61,7 @@ def value_at_key(data: BaseModel, key: str) -> CaseValue:
             node, about = node[int(part)], _item_annotations(about, int(part))
         else:
             return CaseValue(None)
-    quantities = [quantity for annotation in about for quantity in _quantities(annotation)]
+    quantities = [quantity for annotation in about for quantity in _quantities_in(annotation)]
     units = {quantity.unit for quantity in quantities}
     if len(units) != 1:
         return CaseValue(node)
@@ -87,11 +87,11 @@ def _item_annotations(about: tuple[Any, ...], index: int) -> tuple[Any, ...]:
     return tuple(annotations)
 
 
-def _quantities(annotation: Any) -> Iterator[Quantity]:
+def _quantities_in(annotation: Any) -> Iterator[Quantity]:
     if isinstance(annotation, Quantity):
         yield annotation
     for argument in get_args(annotation):
-        yield from _quantities(argument)
+        yield from _quantities_in(argument)
 
 
 Ends = Callable[[str, Range], tuple[float, float]]
@@ -134,16 +134,16 @@ def design_rows(plan: DesignPlan, ends: Ends) -> Iterator[DesignRow]:
     """The combinations of a plan, in order."""
     match plan.design:
         case "grid":
-            for grid_row in product(*(_values(n, p) for n, p in plan.parameters.items())):
+            for grid_row in product(*(_design_values(n, p) for n, p in plan.parameters.items())):
                 yield _merge_rows(grid_row)
         case "one_at_a_time":
             yield DesignRow({}, {})
             for name, parameter in plan.parameters.items():
-                for row in _values(name, parameter):
+                for row in _design_values(name, parameter):
                     yield row._replace(varied=name)
         case _:
             ranges = [_Ranges(n, p, ends) for n, p in plan.parameters.items()]
-            for point in _samples(plan):
+            for point in _draw_samples(plan):
                 yield _merge_rows([r.row_at(u) for r, u in zip(ranges, point, strict=True)])
 
 
@@ -156,7 +156,7 @@ def _merge_rows(parts: Any) -> DesignRow:
     return DesignRow(settings, called)
 
 
-def _values(name: str, parameter: Parameter) -> list[DesignRow]:
+def _design_values(name: str, parameter: Parameter) -> list[DesignRow]:
     keys = keys_of(name, parameter)
     names = (parameter.called or ()) if isinstance(parameter, LinkedKeys) else ()
     rows_of_keys = [
@@ -176,16 +176,16 @@ class _Ranges:
 
     def row_at(self, part: float) -> DesignRow:
         """A ``part`` of the way from one end to the other."""
-        return DesignRow({k: _interpolate(*ends, part) for k, ends in self.each.items()}, {})
+        return DesignRow({k: _interpolate_range(*ends, part) for k, ends in self.each.items()}, {})
 
 
-def _interpolate(logarithmic: bool, low: float, high: float, part: float) -> float:
+def _interpolate_range(logarithmic: bool, low: float, high: float, part: float) -> float:
     if isinstance(low, int):  # the first and the last are as likely as others
-        return floor(_interpolate(logarithmic, float(low), high + 1.0, part))
+        return floor(_interpolate_range(logarithmic, float(low), high + 1.0, part))
     return float(low * (high / low) ** part if logarithmic else low + (high - low) * part)
 
 
-def _samples(plan: DesignPlan) -> np.ndarray:
+def _draw_samples(plan: DesignPlan) -> np.ndarray:
     """Points (n, d) of the unit cube; for indices A, B, and A with each column of B."""
     count, d = int(plan.samples or 0), len(plan.parameters)
     if plan.design == "latin_hypercube":

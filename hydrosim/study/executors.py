@@ -35,7 +35,7 @@ from hydrosim.results.variables import describe_coordinates
 from hydrosim.simulation import run_compiled
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
-from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, of_units
+from hydrosim.statistics.statistics import RECORDED_SUFFIX, columns, unit_statistics
 from hydrosim.study.shared import RunTask, pack_task, unpack_task
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def reduce_run(
     statistics = {name: of for name, of in statistics.items() if not name.endswith(RECORDED_SUFFIX)}
     variables_of_run: dict[str, Any] = {
         **statistics,
-        **of_units(run),
+        **unit_statistics(run),
         "end_position": _end_position(run),
     }
     if "fender" in run.dims:
@@ -365,7 +365,7 @@ class _Process:
 
     def __init__(self, stop: Connection) -> None:
         self._pipe, theirs = SPAWN.Pipe()
-        self._process = SPAWN.Process(target=_serve, args=(theirs, stop), daemon=True)
+        self._process = SPAWN.Process(target=_serve_process, args=(theirs, stop), daemon=True)
         self._process.start()
         theirs.close()
         self._calm: Compiled | None = None
@@ -395,7 +395,7 @@ class _Stop(NamedTuple):
         return self.pipe.poll()
 
 
-def _serve(pipe: Connection, stop: Connection) -> None:
+def _serve_process(pipe: Connection, stop: Connection) -> None:
     """Make the runs that come through a pipe, until its other end is closed."""
     calm: Any = None
     while True:

@@ -30,16 +30,9 @@ import xarray as xr
 
 from hydrosim.elements import externals_of
 from hydrosim.errors import HydrosimError, InputError
+from hydrosim.files import outputs
 from hydrosim.files.interrupts import delay_interrupts, raise_if_interrupted
 from hydrosim.files.locks import is_lock
-from hydrosim.files.outputs import (
-    Output,
-    as_output,
-    check_folder,
-    has_mark,
-    is_folder,
-    remove_folder,
-)
 from hydrosim.files.yaml_nodes import locating_in
 from hydrosim.results.dataset import write_run
 from hydrosim.results.journal import KNOWN, RESULT, Journal, StoredRun, is_part, remove_journal
@@ -136,11 +129,11 @@ def simulate_many(
     if isinstance(cases, str | Path):
         raise InputError("found one file; expected several cases: hs.simulate_many([...]).")
     scenes = [prepare_scene(case) for case in cases]
-    _check(scenes, labels or {}, start)
-    along = {**_seeds(scenes), **(labels or {})}
-    variables_of_runs = {name: _variable(values) for name, values in along.items()} | _sources(
-        scenes
-    )
+    _check_labels(scenes, labels or {}, start)
+    along = {**_seed_labels(scenes), **(labels or {})}
+    variables_of_runs = {
+        name: _new_variable(values) for name, values in along.items()
+    } | _source_labels(scenes)
     digest: Digest = partial(
         reduce_run,
         variables=list(variables),
@@ -155,7 +148,7 @@ def simulate_many(
         digest = partial(pad_to_layout, form=form, keep=partial(digest, lenient=True))
 
     shared = SceneCache()
-    result = None if output is None else as_output(output, "sweep")
+    result = None if output is None else outputs.as_output(output, "sweep")
     mark = "" if result is None else result.mark
     attributes_of_file = {
         "error_estimates": ESTIMATE_NOTE,
@@ -179,7 +172,9 @@ def simulate_many(
 
     if result is None:
         with TemporaryDirectory() as folder:
-            return _by_seed(xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4"))
+            return _index_by_seed(
+                xr.load_dataset(write(Path(folder, RESULT), None), engine="netcdf4")
+            )
     values = {name: variables_of_runs[name].values for name in along}
     request = {"variables": tuple(variables), "start": start, "figures": tuple(figures)}
     request |= {"channels": tuple(channels)} if channels else {}
@@ -198,15 +193,15 @@ def simulate_many(
         place.take(path)
         if all_ended:
             journal.remove()
-    return _by_seed(xr.open_dataset(place.path, engine="netcdf4"))
+    return _index_by_seed(xr.open_dataset(place.path, engine="netcdf4"))
 
 
-def _by_seed(runs: xr.Dataset) -> xr.Dataset:
+def _index_by_seed(runs: xr.Dataset) -> xr.Dataset:
     """Runs that can be selected by their seeds."""
     return runs.set_xindex("seed") if "seed" in runs.coords else runs
 
 
-def _check(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
+def _check_labels(scenes: Sequence[Scene], labels: Mapping[str, Sized], start: float) -> None:
     """Refuse what does not fit into one dataset."""
     if not scenes:
         raise InputError("simulate_many: found no case; expected one or more.")
@@ -258,7 +253,7 @@ def _check_requested(scene: Scene, keep: Digest) -> None:
     keep(run, start=0.0)
 
 
-def _seeds(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+def _seed_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     """Seeds of the runs as coordinates; none if the runs have different numbers of wave trains.
     ``seed`` is that of the first train. Where trains and gusts have other seeds, these follow as
     ``seed_2`` and so on."""
@@ -266,18 +261,20 @@ def _seeds(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     if not seeds[0] or len({len(seeds) for seeds in seeds}) > 1:
         return {}
     first, *others = np.array(seeds).T
-    variables = {"seed": _seed(first, "seed of the waves")}
+    variables = {"seed": _seed_variable(first, "seed of the waves")}
     if any((other != first).any() for other in others):
         for k, other in enumerate(others, 2):
-            variables[f"seed_{k}"] = _seed(other, f"seed of wave train {k}, or of the gusts")
+            variables[f"seed_{k}"] = _seed_variable(
+                other, f"seed of wave train {k}, or of the gusts"
+            )
     return variables
 
 
-def _seed(values: np.ndarray, what: str) -> xr.Variable:
+def _seed_variable(values: np.ndarray, what: str) -> xr.Variable:
     return xr.Variable(RUN, values, {"units": "1", "long_name": what})
 
 
-def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
+def _new_variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variable:
     """What is known of all runs, with its attributes if it has any."""
     if isinstance(values, xr.Variable):
         return values
@@ -287,12 +284,12 @@ def _variable(values: Sequence[object] | np.ndarray | xr.Variable) -> xr.Variabl
     return xr.Variable((RUN, *(f"{k}" for k in range(1, array.ndim))), array)
 
 
-def _sources(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
+def _source_labels(scenes: Sequence[Scene]) -> dict[str, xr.Variable]:
     """Where the scenes come from, as far as they differ in it."""
     texts = {
         name: [str(scene.source.get(name, "")) for scene in scenes] for name in scenes[0].source
     }
-    return {name: _variable(text) for name, text in texts.items() if len({*text}) > 1}
+    return {name: _new_variable(text) for name, text in texts.items() if len({*text}) > 1}
 
 
 @contextmanager
@@ -436,7 +433,7 @@ class _RunSet(NamedTuple):
 
 def run_study(
     study: ParameterStudy,
-    output: Path | Output,
+    output: Path | outputs.Output,
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
@@ -487,7 +484,7 @@ def run_until(
     seeds: tuple[int, ...],
     wanted: SeedTarget,
     run: Run,
-    output: Output,
+    output: outputs.Output,
     resume: bool = False,
 ) -> str:
     """Runs in rounds, each with as many seeds as all before it, into the file ``output``; says in
@@ -519,7 +516,7 @@ def run_until(
         write_run(runs, output)
         for batch in rounds:
             batch.close()
-        _clear(folder)
+        _clear_folder(folder)
     unit = str(runs[wanted.figure].attrs.get("units", "")) if wanted.figure in runs else ""
     return _width_text(width, unit, count, wanted)
 
@@ -544,17 +541,17 @@ def _width_text(width: float, unit: str, count: int, wanted: SeedTarget) -> str:
     return text if width <= wide else f"{text}, not {wide:g}{unit} as asked for"
 
 
-def _begin_rounds(folder: Path, resume: bool, output: Output) -> None:
+def _begin_rounds(folder: Path, resume: bool, output: outputs.Output) -> None:
     """Begins anew, unless rounds are to be taken up; refuses to lose any that nobody has said may
     go, and to touch what is of others."""
-    check_folder(folder, _is_round)
+    outputs.check_folder(folder, _is_round)
     if not resume and any(folder.glob("*")) and not output.overwrite:
         raise InputError(
             f"{folder}: holds rounds of a study that did not come to its end; --resume goes on from"
             " them (resume=True in Python), --overwrite begins anew."
         )
     if not resume:
-        _clear(folder)
+        _clear_folder(folder)
     folder.mkdir(exist_ok=True)
 
 
@@ -562,19 +559,19 @@ def _is_round(path: Path) -> bool:
     """Whether a path is that of a round, of one on its way with all that is in it, or of the lock
     of one that was killed."""
     if re.fullmatch(ROUND_NAME_PATTERN, path.name):
-        return has_mark(path, "sweep")
+        return outputs.has_mark(path, "sweep")
     if re.fullmatch(rf"{ROUND_NAME_PATTERN}\.partial", path.name):
-        return is_folder(path) and all(map(is_part, path.iterdir()))
+        return outputs.is_folder(path) and all(map(is_part, path.iterdir()))
     return bool(re.fullmatch(rf"\.hydrosim-{ROUND_NAME_PATTERN}\.lock", path.name)) and is_lock(
         path
     )
 
 
-def _clear(folder: Path) -> None:
+def _clear_folder(folder: Path) -> None:
     for path in folder.glob("*.partial"):
         if _is_round(path):
             remove_journal(path)
-    remove_folder(folder, _is_round)
+    outputs.remove_folder(folder, _is_round)
 
 
 def _make_round(

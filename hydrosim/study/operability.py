@@ -39,17 +39,11 @@ from hydrosim.results.runs_file import COMPLETE
 from hydrosim.simulation import prepare_scene
 from hydrosim.statistics.figures import RequestedStatistic
 from hydrosim.statistics.results import RunResults
+from hydrosim.study import sweep
 from hydrosim.study.executors import RunOutcome, collected_here, outcome_of
-from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, in_sea, wind_sea
+from hydrosim.study.seas import Sea, Swell, add_mirrored_limits, scene_in_sea, wind_sea
 from hydrosim.study.shared import SceneCache, identity
 from hydrosim.study.spectral_limits import Spectral, spectral
-from hydrosim.study.sweep import (
-    check_figures,
-    check_units,
-    fixed_settings,
-    read_study,
-    settings_with,
-)
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -293,13 +287,17 @@ class Limits:
     @property
     def seas(self) -> int:
         """How many seas there are."""
-        return sum(1 for _ in _seas(self))
+        return sum(1 for _ in _seas_of_study(self))
 
     @property
     def identity(self) -> dict[str, str]:
         """What must be the same for the search to go on, see `hydrosim.study.shared.identity`."""
         heights = self.wanted.heights.values()
-        varied = {"seeds": self.seeds, "heights": heights, "seas": [sea for _, sea in _seas(self)]}
+        varied = {
+            "seeds": self.seeds,
+            "heights": heights,
+            "seas": [sea for _, sea in _seas_of_study(self)],
+        }
         asked = {"criteria": self.figures, "limits": self.limits, "share": self.wanted.probability}
         return identity([self.scene], SceneCache().open_sources, varied, asked)
 
@@ -316,7 +314,7 @@ class Limits:
         never came to a phase there is nothing to hold. A stage that never comes is later than any
         limit."""
         limits = np.array(self.limits)
-        late = np.array([figure.late_if_missing for figure in self.figures])
+        late = np.array([figure.is_late_if_missing for figure in self.figures])
         values = np.where(late & np.isnan(values), np.inf, values)
         held = np.where(self.least, ~(values < limits), ~(values > limits))
         return np.asarray(held & complete[:, None])
@@ -325,7 +323,7 @@ class Limits:
 def load_limits(path: Path) -> Limits:
     """The study of limits in a YAML file; InputError says what is not valid, and which criteria are
     on channels that the case has not."""
-    data = read_study(path)
+    data = sweep.read_study(path)
     if data.operability is None or not data.criteria:
         lacks = "operability" if data.operability is None else "criteria"
         raise InputError(
@@ -336,20 +334,20 @@ def load_limits(path: Path) -> Limits:
         )
     if data.parameters or data.studies:
         raise InputError(f"{path}: found parameters and operability; expected a file for each.")
-    case = load_case(path.parent / data.case, fixed_settings(data))
+    case = load_case(path.parent / data.case, sweep.fixed_settings(data))
     scene = prepare_scene(case)
     wind_sea(scene)
     figures = tuple(c.figure(name, data.output.start) for name, c in data.criteria.items())
     with locating_in(path):
-        units = check_figures(path, [scene], figures)
-        check_units(path, data.bounds(), units)
+        units = sweep.check_figures(path, [scene], figures)
+        sweep.check_units(path, data.bounds(), units)
     limits = tuple(criterion.limit.value for criterion in data.criteria.values())
     criteria = zip(data.criteria.values(), figures, strict=True)
     least = tuple(criterion.is_lower_limit(figure) for criterion, figure in criteria)
     named = [data.operability.scatter, data.operability.hindcast]
     files = (path.parent / name for name in named if name is not None)
     inputs = (path, *case.inputs(), *files)
-    made_with = settings_with(data, case)
+    made_with = sweep.settings_with(data, case)
     wanted = data.operability
     return Limits(path, scene, data, wanted, figures, limits, least, units, inputs, made_with)
 
@@ -369,7 +367,7 @@ def limits_of(
         allowed_failures(len(study.seeds), study.wanted.probability)
     trials = Trials(study.figures, workers, journal=journal)
     table = _LimitTable(study)
-    for done, (at, sea) in enumerate(_seas(study)):
+    for done, (at, sea) in enumerate(_seas_of_study(study)):
         progress(_sea_name(sea), trials.count, done)
         if isinstance(about, Spectral):
             table.add_spectral(at, sea, about)
@@ -392,7 +390,7 @@ def limits_of(
     return dataset
 
 
-def _seas(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
+def _seas_of_study(study: Limits) -> Iterator[tuple[tuple[int, int, int], Sea]]:
     for i, swell in enumerate(study.swells):
         for j, heading in enumerate(study.headings):
             for k, period in enumerate(study.wanted.peak_periods):
@@ -450,7 +448,8 @@ class _LimitTable:
 
         def outcomes(runs: Sequence[tuple[int, int]]) -> np.ndarray:
             scenes = [
-                in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s]) for h, s in runs
+                scene_in_sea(study.scene, sea, float(self.heights[h]), study.seeds[s])
+                for h, s in runs
             ]
             return study.limits_hold(*trials.values(scenes))
 
@@ -494,7 +493,7 @@ class _LimitTable:
         variables = {
             name: (
                 dims if values.ndim == len(dims) else dims[1:],
-                _as_text(values),
+                _texts_of(values),
                 _attributes(*descriptions[name]),
             )
             for name, values in self.values.items()
@@ -524,7 +523,7 @@ class _LimitTable:
             "probability": study.wanted.probability,
             "confidence": CONFIDENCE,
             "seeds": len(study.seeds),
-            "criteria": "\n".join(_criteria(study)),
+            "criteria": "\n".join(_criterion_texts(study)),
             "lowest": float(self.heights[0]),
             "highest": float(self.heights[-1]),
             "apart": study.wanted.heights.apart,
@@ -532,7 +531,7 @@ class _LimitTable:
         return xr.Dataset(variables, coordinates, attributes)
 
 
-def _criteria(study: Limits) -> Iterator[str]:
+def _criterion_texts(study: Limits) -> Iterator[str]:
     units = units_of(study.scene.source)
     criteria = zip(study.figures, study.limits, study.least, strict=True)
     for figure, limit, least in criteria:
@@ -541,7 +540,7 @@ def _criteria(study: Limits) -> Iterator[str]:
         yield f"{figure.name}: {figure} {side} {asked}"
 
 
-def _as_text(values: np.ndarray) -> np.ndarray:
+def _texts_of(values: np.ndarray) -> np.ndarray:
     return values.astype(str) if values.dtype == object else values
 
 

@@ -42,7 +42,7 @@ def _compared_fields(part: Any) -> list[Field[Any]]:
     return [field for field in fields(part) if field.compare]
 
 
-def scenes_equal(first: object, second: object) -> bool:
+def are_scenes_equal(first: object, second: object) -> bool:
     """Whether two parts of scenes are equal: dataclasses, mappings, lists and arrays entry by
     entry, numbers and texts; anything else only if it is the same object."""
     if first is second:
@@ -53,13 +53,13 @@ def scenes_equal(first: object, second: object) -> bool:
         return np.array_equal(first, np.asarray(second))
     if isinstance(first, Mapping) and isinstance(second, Mapping):
         return list(first) == list(second) and all(
-            scenes_equal(first[key], second[key]) for key in first
+            are_scenes_equal(first[key], second[key]) for key in first
         )
     if isinstance(first, tuple | list) and isinstance(second, tuple | list):
-        return len(first) == len(second) and all(map(scenes_equal, first, second))
+        return len(first) == len(second) and all(map(are_scenes_equal, first, second))
     if is_dataclass(first):
         return all(
-            scenes_equal(getattr(first, f.name), getattr(second, f.name))
+            are_scenes_equal(getattr(first, f.name), getattr(second, f.name))
             for f in _compared_fields(first)
         )
     return isinstance(first, PLAIN_TYPES) and first == second
@@ -130,47 +130,47 @@ class RunLayout(NamedTuple):
 
 def merge_layouts(scenes: Sequence[Scene], keep: Keep, simulate: Simulate) -> RunLayout | None:
     """The form of the runs of the ``scenes``; None if they all have the same."""
-    kinds, layouts = _kinds(scenes)
+    kinds, layouts = _group_scenes(scenes)
     apart = _differing_numbers(layouts)
     if len(kinds) < 2 and not apart:
         return None
-    trials = [(_try_scene(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
+    trials = [(_scene_layout(scenes[runs[0]], keep, simulate), len(runs)) for runs in kinds]
     counted_trials = [(trial, count) for trial, count in trials if trial is not None]
     return _merge_kinds(counted_trials, apart, _named_dims(layouts)) if counted_trials else None
 
 
 def one_scene_of_each_kind(scenes: Sequence[Scene]) -> list[Scene]:
     """The first scene of each kind: those of a kind have the same names."""
-    return [scenes[runs[0]] for runs in _kinds(scenes)[0]]
+    return [scenes[runs[0]] for runs in _group_scenes(scenes)[0]]
 
 
-def _kinds(scenes: Sequence[Scene]) -> tuple[list[list[int]], list[xr.Dataset]]:
+def _group_scenes(scenes: Sequence[Scene]) -> tuple[list[list[int]], list[xr.Dataset]]:
     """The runs of each kind, and the layouts of all, each once for scenes after each other."""
     kinds: dict[Structure, list[int]] = {}
     layouts: list[xr.Dataset] = []
-    for index, layout in _layouts(scenes):
+    for index, layout in _layouts_of_runs(scenes):
         if layout is None:
             continue
         if not layouts or layouts[-1] is not layout:
             layouts.append(layout)
-        kinds.setdefault(_structure(layout), []).append(index)
+        kinds.setdefault(_structure_of_layout(layout), []).append(index)
     return list(kinds.values()), layouts
 
 
-def _layouts(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset | None]]:
+def _layouts_of_runs(scenes: Sequence[Scene]) -> Iterator[tuple[int, xr.Dataset | None]]:
     """The layout of each run, one object for scenes after each other that differ in their waves
     alone; None of a scene that cannot be compiled, which its own run will tell."""
     before: Scene | None = None
     layout: xr.Dataset | None = None
     for run, scene in enumerate(scenes):
         calm = without_waves(scene)
-        if before is None or not scenes_equal(calm, before):
+        if before is None or not are_scenes_equal(calm, before):
             before = calm
-            layout = _layout(scene)
+            layout = _names_layout(scene)
         yield run, layout
 
 
-def _layout(scene: Scene) -> xr.Dataset | None:
+def _names_layout(scene: Scene) -> xr.Dataset | None:
     """The names in the runs of a scene and the numbers beside them."""
     weights = carried_weights(scene)
     names = {
@@ -190,7 +190,7 @@ def without_waves(scene: Scene) -> Scene:
     return replace(scene, title="", source={}, environment=scene.environment.without_waves())
 
 
-def _structure(layout: xr.Dataset) -> Structure:
+def _structure_of_layout(layout: xr.Dataset) -> Structure:
     return tuple(
         (name, None if _is_number_beside(name, of) else tuple(np.ravel(of.values).tolist()))
         for name, of in layout.coords.items()
@@ -211,12 +211,12 @@ def _differing_numbers(layouts: Sequence[xr.Dataset]) -> set[str]:
                 continue
             labels = layout[of.dims[0]].values.tolist()
             for label, value in zip(labels, of.values.tolist(), strict=True):
-                if not _values_equal(first_values.setdefault((name, label), value), value):
+                if not _are_values_equal(first_values.setdefault((name, label), value), value):
                     differing.add(str(name))
     return differing
 
 
-def _values_equal(first: object, second: object) -> bool:
+def _are_values_equal(first: object, second: object) -> bool:
     """Whether two values are equal, or both not a number."""
     return first == second or (first != first and second != second)
 
@@ -226,7 +226,7 @@ def _named_dims(layouts: Sequence[xr.Dataset]) -> set[str]:
     return {str(name) for layout in layouts for name in layout.dims} - UNNAMED_DIMS
 
 
-def _try_scene(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
+def _scene_layout(scene: Scene, keep: Keep, simulate: Simulate) -> xr.Dataset | None:
     """What is kept of a few steps; None where there is no such run, which its own will tell."""
     short = replace(scene, duration=min(scene.duration, TRIAL_STEPS * scene.output_step))
     try:
@@ -243,7 +243,9 @@ def _merge_kinds(
     datasets = [trial for trial, _ in runs]
     labels = _all_labels(datasets)
     per_run: dict[str, xr.Variable] = {}
-    beside = {dim: xr.Variable(dim, of, _attributes(datasets, dim)) for dim, of in labels.items()}
+    beside = {
+        dim: xr.Variable(dim, of, _common_attributes(datasets, dim)) for dim, of in labels.items()
+    }
     left_out: list[str] = []
     for name in dict.fromkeys(str(n) for trial in datasets for n in trial.coords):
         holders = [trial for trial in datasets if name in trial.coords]
@@ -289,7 +291,7 @@ def _all_labels(datasets: Sequence[xr.Dataset]) -> dict[str, np.ndarray]:
     return all_labels
 
 
-def _attributes(datasets: Sequence[xr.Dataset], name: str) -> Mapping[str, object]:
+def _common_attributes(datasets: Sequence[xr.Dataset], name: str) -> Mapping[str, object]:
     """The attributes of a coordinate, of the first that has it."""
     return next((trial[name].attrs for trial in datasets if name in trial.coords), {})
 
@@ -305,7 +307,7 @@ def _merge_coordinate(
         label_lists = [trial[dim].values.tolist() for dim in first.dims]
         for at, value in np.ndenumerate(trial[name].values):
             place = tuple(labels_of[k] for labels_of, k in zip(label_lists, at, strict=True))
-            agree = agree and _values_equal(values.setdefault(place, value), value)
+            agree = agree and _are_values_equal(values.setdefault(place, value), value)
     all_labels = [labels.get(str(dim), datasets[0][dim].values).tolist() for dim in first.dims]
     kind = object if first.dtype.kind in "OU" else first.dtype
     merged = np.full([len(of) for of in all_labels], _fill_value(first.dtype), kind)

@@ -62,7 +62,7 @@ def wind_sea(scene: Scene) -> WaveTrain:
     return trains[0]
 
 
-def in_sea(scene: Scene, sea: Sea, height: float, seed: int) -> Scene:
+def scene_in_sea(scene: Scene, sea: Sea, height: float, seed: int) -> Scene:
     """The scene in this sea of a significant ``height`` [m]; wind sea and swell have one seed, and
     are told apart by their number."""
     train = wind_sea(scene)

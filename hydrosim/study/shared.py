@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrosim.compile.compile import compile_calm, without_symmetric_motions
 from hydrosim.compile.databases import Source, database_groups, open_database
-from hydrosim.compile.families import all_groups
+from hydrosim.compile.families import scene_groups
 from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.compile.restart import memory_before, opened_start
 from hydrosim.compile.symmetry import wave_asymmetries
@@ -38,7 +38,7 @@ from hydrosim.results.runs_file import NOT_RUN
 from hydrosim.run.checkpoint import IGNORED_FIELDS, digest, program_identity
 from hydrosim.run.step_limits import add_step_warnings
 from hydrosim.scene import Body, Coefficients, Family, Question, Scene, Start
-from hydrosim.study.run_layout import scenes_equal
+from hydrosim.study.run_layout import are_scenes_equal
 from hydrosim.water.components import WaveComponents, sea
 from hydrosim.water.database_limits import shares_outside
 
@@ -94,7 +94,7 @@ class SceneCache:
         or does not."""
         calm = replace(scene, title="", source={})
         calm = replace(calm, environment=scene.environment.without_waves())
-        if self._calm is None or not scenes_equal(calm, self._calm):
+        if self._calm is None or not are_scenes_equal(calm, self._calm):
             self._calm = calm
             self._wet = ()
             self._made = None
@@ -120,7 +120,7 @@ class SceneCache:
     def _compile_without_waves(self, scene: Scene, drawn: Sequence[WaveComponents]) -> Compiled:
         """A scene in calm water, in the plane of symmetry that its sea leaves. What is wrong with
         it is found once for all of its seeds."""
-        self._wet = self._wet or tuple(all_groups(scene, drawn, memory_before(scene)))
+        self._wet = self._wet or tuple(scene_groups(scene, drawn, memory_before(scene)))
         asymmetries = self._find_asymmetries(scene, drawn)
         if self._made is None or self._made[0] != asymmetries:
             self._made = asymmetries, self._try_compiling(scene, drawn)
@@ -151,7 +151,7 @@ class SceneCache:
         scene = replace(scene, bodies=bodies)
         if scene.initial is None:
             return scene
-        if self._start is None or not scenes_equal(self._start[0], scene.initial):
+        if self._start is None or not are_scenes_equal(self._start[0], scene.initial):
             self._start = scene.initial, opened_start(scene.initial)
         return replace(scene, initial=self._start[1])
 

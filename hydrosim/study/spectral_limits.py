@@ -20,7 +20,7 @@ from hydrosim.compile.compile import Radiation, compile_for_linear
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Scene, SecondOrder
 from hydrosim.statistics.gaussian import LEVEL_RANGE, Excursions, find_excursions
-from hydrosim.study.seas import Sea, in_sea
+from hydrosim.study.seas import Sea, scene_in_sea
 from hydrosim.water.components import sea as drawn
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Spectral:
     ) -> float:
         """The significant height [m] up to which a ``figure`` stays within its ``limit`` with this
         probability, infinite where waves do not move it; 0 if it never does."""
-        (waves,) = drawn(in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
+        (waves,) = drawn(scene_in_sea(self.scene, replace(sea, swell=None), 1.0, 1).environment)
         name, body, dof = figure.channel.split(".")
         names = [body.name for body in self.scene.bodies]
         order = DERIVATIVE_ORDERS[name]
@@ -58,12 +58,12 @@ class Spectral:
         mean = self.rest.ravel()[at] if order == 0 else 0.0
         duration = self.scene.duration - max(waves.ramp, figure.start)
         motion = find_excursions(m0, m1, m2, duration)
-        rooms = _rooms(figure.statistic, limit, mean)
+        rooms = _room_for_waves(figure.statistic, limit, mean)
         if min(rooms) <= 0.0:
             return 0.0
         if figure.statistic == "std":
             return limit / sqrt(m0)
-        return _deviation(rooms, motion, probability) / sqrt(m0)
+        return _allowed_deviation(rooms, motion, probability) / sqrt(m0)
 
 
 def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -> Spectral | str:
@@ -83,7 +83,7 @@ def spectral(scene: Scene, figures: Sequence[RequestedStatistic], swell: bool) -
     return reasons[0] if reasons else Spectral(calm)
 
 
-def _rooms(statistic: str, limit: float, mean: float) -> list[float]:
+def _room_for_waves(statistic: str, limit: float, mean: float) -> list[float]:
     """What is left for the waves, on one side of the mean or on both."""
     match statistic:
         case "smallest":
@@ -95,7 +95,7 @@ def _rooms(statistic: str, limit: float, mean: float) -> list[float]:
     return [limit]
 
 
-def _deviation(rooms: list[float], motion: Excursions, probability: float) -> float:
+def _allowed_deviation(rooms: list[float], motion: Excursions, probability: float) -> float:
     """The standard deviation of which a ``motion`` is within the ``rooms`` with this
     probability."""
     room = min(rooms)

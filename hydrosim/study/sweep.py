@@ -87,7 +87,7 @@ def read_study(path: Path) -> StudyFile:
     """The study in a YAML file; InputError says what is not valid, also what is too much."""
 
     def further(data: StudyFile) -> Iterator[Problem]:
-        yield from _problems(data)
+        yield from _find_problems(data)
         if not os.path.isfile(path.parent / data.case):
             place = os.path.normpath(path.parent / data.case)
             text = f"found no such file at {place}; expected a case file; {RELATIVE}"
@@ -112,11 +112,11 @@ def _build_study(path: Path, data: StudyFile) -> ParameterStudy:
     builder = _Builder(path, data)
     data = with_criteria_of(builder.base(), data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
-    _check_once(path, _labels(data, rows))
+    _check_once(path, _parameter_labels(data, rows))
     runs = [(row, scene) for row in rows for scene in row.seas(path, data)]
     return ParameterStudy(
         tuple(scene for _, scene in runs),
-        _labels(data, [row for row, _ in runs]),
+        _parameter_labels(data, [row for row, _ in runs]),
         data.output,
         (*builder.inputs,),
         requested_figures(data),
@@ -195,7 +195,7 @@ def _criterion_record(name: str, criterion: Criterion) -> dict[str, Any]:
         "limit": criterion.limit.value,
         "source": criterion.source,
         "at_least": criterion.is_lower_limit(figure),
-        "never_is_late": figure.late_if_missing,
+        "never_is_late": figure.is_late_if_missing,
     }
 
 
@@ -205,7 +205,7 @@ def scenes_with_seeds(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
     return [replace(scene, environment=water.with_seed(seed)) for seed in seeds]
 
 
-def _problems(data: StudyFile) -> Iterator[Problem]:
+def _find_problems(data: StudyFile) -> Iterator[Problem]:
     count = sum(map(designs.design_size, data.plans().values())) * len(data.seeds or (0,))
     if count > MAX_RUNS:
         yield Problem(
@@ -321,16 +321,18 @@ def _is_same(base: Case, case: Case, row: designs.DesignRow) -> bool:
     return all(value_at_key(base.data, key) == value_at_key(case.data, key) for key in row.settings)
 
 
-def _labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]:
+def _parameter_labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]:
     """Coordinates of all runs: the values of all keys that are varied somewhere; names. A
     coordinate of a key has underscores for its dots, so that it can be an attribute in Python."""
     plans = data.plans()
     labels: dict[str, xr.Variable] = {}
     if data.studies:
-        labels[STUDY_LABEL] = _label([row.plan for row in rows], {"long_name": "plan of the study"})
+        labels[STUDY_LABEL] = _label_variable(
+            [row.plan for row in rows], {"long_name": "plan of the study"}
+        )
     if any(plan.design == "one_at_a_time" for plan in plans.values()):
         attributes = {"long_name": "parameter that is varied, none in the case itself"}
-        labels[VARIED_LABEL] = _label([row.row.varied for row in rows], attributes)
+        labels[VARIED_LABEL] = _label_variable([row.row.varied for row in rows], attributes)
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
             variables = {key: _values_of_key(key, rows) for key in designs.keys_of(name, parameter)}
@@ -338,14 +340,14 @@ def _labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]
                 values, attributes = _values_of_linked(
                     name, parameter, rows, next(iter(variables.values()))
                 )
-                labels[name] = _label(
+                labels[name] = _label_variable(
                     values, {"long_name": f"linked: {', '.join(variables)}", **attributes}
                 )
             for key, (values, attributes) in variables.items():
                 coordinate = key.replace(".", "_")
-                key_there = labels.get(coordinate, _label([])).attrs.get(KEY, key)
+                key_there = labels.get(coordinate, _label_variable([])).attrs.get(KEY, key)
                 is_taken = coordinate in RESERVED_NAMES or key_there != key
-                label = _label(values, {"long_name": key, KEY: key, **attributes})
+                label = _label_variable(values, {"long_name": key, KEY: key, **attributes})
                 labels[key if is_taken else coordinate] = label
     return labels
 
@@ -362,7 +364,7 @@ def _values_of_linked(
     return [row.row.called.get(name, "") for row in rows], {}
 
 
-def _label(values: list[Any], attributes: Mapping[str, Any] | None = None) -> xr.Variable:
+def _label_variable(values: list[Any], attributes: Mapping[str, Any] | None = None) -> xr.Variable:
     """A coordinate of runs. Lists become letters, with a key to them."""
     texts = label_values(values)
     if not any(isinstance(value, list | tuple | dict) for value in values):
@@ -396,12 +398,14 @@ def _values_of_key(key: str, rows: list[_Combination]) -> tuple[list[Any], dict[
     values = [case_values[id(row)] for row in rows]
     if all(value.number is not None for value in values):
         with_units = [value for value in values if value.unit is not None]
-        return [value.number for value in values], _attributes(with_units[0]) if with_units else {}
+        return [value.number for value in values], _attributes_of_parameter(
+            with_units[0]
+        ) if with_units else {}
     given = [row.row.settings.get(key, v.value) for row, v in zip(rows, values, strict=True)]
     return given, {}
 
 
-def _attributes(of: CaseValue) -> dict[str, Any]:
+def _attributes_of_parameter(of: CaseValue) -> dict[str, Any]:
     return {"units": of.unit or "1", **({CYCLIC: 1} if of.cyclic else {})}
 
 

@@ -78,7 +78,7 @@ def read_scatter(source: Source) -> ScatterDiagram:
             "found no peak periods above the columns; expected a first line such as hs, 5, 6, 7"
         )
     require_finite(source, table.rows.ravel())
-    heights = table.rows[:, 0] * _scale(source, table, 0, "hs")
+    heights = table.rows[:, 0] * _unit_scale(source, table, 0, "hs")
     for name, values in (("height", heights), ("peak period", periods)):
         if values.min() < 0.0 or np.unique(values).size < values.size:
             source.wrong(
@@ -126,7 +126,7 @@ def read_hindcast(source: Source) -> Hindcast:
 
 def _read_text(source: Source) -> Hindcast:
     table = parse(source, dates=True)
-    columns = [_column(source, table, what) for what in COLUMN_NAMES]
+    columns = [_find_column(source, table, what) for what in COLUMN_NAMES]
     needed = [column for column in columns[:3] if column is not None]
     if len(needed) < 3:
         names = ", ".join(table.names) or "without names"
@@ -138,7 +138,7 @@ def _read_text(source: Source) -> Hindcast:
     return Hindcast(time - time[0], date, height, period, columns[3])
 
 
-def _column(source: Source, table: TextTable, what: str) -> np.ndarray | None:
+def _find_column(source: Source, table: TextTable, what: str) -> np.ndarray | None:
     """A column in the program's unit, None if the table has none of its names."""
     for k, name in enumerate(table.names):
         bare, unit = name_and_unit(name)
@@ -146,11 +146,11 @@ def _column(source: Source, table: TextTable, what: str) -> np.ndarray | None:
             values = table.rows[:, k]
             if what == "direction" and not (unit or table.units):
                 _refuse_radians(source, name, values)
-            return np.asarray(values * _scale(source, table, k, what))
+            return np.asarray(values * _unit_scale(source, table, k, what))
     return None
 
 
-def _scale(source: Source, table: TextTable, k: int, what: str) -> float:
+def _unit_scale(source: Source, table: TextTable, k: int, what: str) -> float:
     """From the unit of a column, if the file says one, to the program's."""
     name = table.names[k]
     try:
@@ -180,7 +180,7 @@ def _read_netcdf(source: Source) -> Hindcast:
         data = data.rename(valid_time="time")
     if "time" not in data.coords:
         source.wrong(f"found {', '.join(map(str, data.variables))}; expected {REQUIRED_VARIABLES}")
-    states = {what: _variable(data, what) for what in ("hs", "tp", "direction")}
+    states = {what: _find_variable(data, what) for what in ("hs", "tp", "direction")}
     if (states["hs"] is None or states["tp"] is None) and "efth" in data:
         states = _states_from_spectra(source, data["efth"])
     for what in ("hs", "tp"):
@@ -195,10 +195,10 @@ def _read_netcdf(source: Source) -> Hindcast:
     )
     assert height is not None
     assert period is not None
-    return Hindcast(*_times(source, data["time"]), height, period, coming)
+    return Hindcast(*_read_times(source, data["time"]), height, period, coming)
 
 
-def _times(source: Source, time: xr.DataArray) -> tuple[np.ndarray, np.datetime64 | None]:
+def _read_times(source: Source, time: xr.DataArray) -> tuple[np.ndarray, np.datetime64 | None]:
     """Seconds, and the date of zero: none in a calendar that is not ours."""
     values = time.values
     if values.dtype.kind == "M":
@@ -221,7 +221,7 @@ def _convert_values(source: Source, values: xr.DataArray, what: str) -> np.ndarr
     return np.asarray(values.values.astype(float) * scale + (np.pi if going else 0.0))
 
 
-def _variable(data: xr.Dataset, what: str) -> xr.DataArray | None:
+def _find_variable(data: xr.Dataset, what: str) -> xr.DataArray | None:
     for name in data.data_vars:
         if str(name).lower() in COLUMN_NAMES[what]:
             return data[name].squeeze(drop=True)
@@ -312,8 +312,8 @@ def assess_weather(limits: xr.Dataset, weather: Weather) -> xr.Dataset:
         least = limit.min("heading").values
         curve = LimitCurve(limits.peak_period.values, least, is_open.all("heading").values)
         workable, outside = workability(weather.scatter, curve)
-        new["scatter_workable"] = _share(workable, "share of the seas that is workable")
-        new["scatter_outside"] = _share(outside, "share of the seas at other peak periods")
+        new["scatter_workable"] = _share_variable(workable, "share of the seas that is workable")
+        new["scatter_outside"] = _share_variable(outside, "share of the seas at other peak periods")
     operation, alpha = weather.operation, weather.alpha_factors()
     bare = limit
     if operation is not None and alpha is not None:
@@ -413,14 +413,14 @@ def _hindcast_variables(
     values["waiting"] = xr.DataArray(times, coordinates, attrs={**attributes, "window": length})
     spans = hindcast.ends - hindcast.time
     outside, unknown = (float(spans[np.isnan(of)].sum() / spans.sum()) for of in (bare, limit))
-    values["hindcast_outside"] = _share(outside, "share of the time that has no limit")
+    values["hindcast_outside"] = _share_variable(outside, "share of the time that has no limit")
     if unknown > outside:
         text = "share of the time whose limits are below the table of alpha factors"
-        values["hindcast_below_alpha"] = _share(unknown - outside, text)
+        values["hindcast_below_alpha"] = _share_variable(unknown - outside, text)
     return values
 
 
-def _share(value: float, text: str) -> xr.DataArray:
+def _share_variable(value: float, text: str) -> xr.DataArray:
     return xr.DataArray(value, attrs=_attributes(text, "1"))
 
 

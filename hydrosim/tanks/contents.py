@@ -19,16 +19,8 @@ import numpy as np
 from hydrosim.jit.kernels import kernel, piece_of, root
 from hydrosim.modes import MODE
 from hydrosim.scene import Active, Body, LevelReached, Pump, Scene, Tank, When
+from hydrosim.tanks import surface
 from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE
-from hydrosim.tanks.surface import (
-    FIRST_MOMENT,
-    FLUID_LEVEL,
-    PIECE_DTYPE,
-    SECOND_MOMENT,
-    SURFACE_MOMENT,
-    value,
-    values_at,
-)
 
 EQUAL_VOLUME_RTOL = 1e-9  # of a capacity: volumes this close are equal
 TANK = np.dtype(
@@ -71,7 +63,7 @@ class Tanks(NamedTuple):
 
 def no_tanks() -> Tanks:
     """Constants of a scene without such tanks."""
-    tanks, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, PIECE_DTYPE, REST))
+    tanks, pieces, rests = (np.zeros(0, dtype=kind) for kind in (TANK, surface.PIECE_DTYPE, REST))
     flows, rates = (np.zeros(0, dtype=kind) for kind in (FLOW, PUMP_RATE_DTYPE))
     return Tanks(tanks, pieces, rests, flows, rates, 0, 0, 0.0, np.zeros((0, 2)))
 
@@ -113,7 +105,7 @@ def level(k, y, p):
     tank = p.each[k]
     volume = y[p.state + k]
     piece = p.pieces[piece_of(volume, tank.first, tank.last, p.pieces)]
-    return value(piece, FLUID_LEVEL, volume - piece.start)
+    return surface.value(piece, surface.FLUID_LEVEL, volume - piece.start)
 
 
 @root
@@ -129,7 +121,7 @@ def fill(y, p, contents):
                 for j in range(3):
                     contents.inertia[b, i, j] = rest.inertia[i, j]
     for k in range(p.each.size):
-        _fill(y[p.state + k], p.each[k], p, contents)
+        _fill_tank(y[p.state + k], p.each[k], p, contents)
     for rest in p.rests:
         if rest.inertial:
             b = rest.body
@@ -139,7 +131,7 @@ def fill(y, p, contents):
 
 
 @kernel
-def _fill(volume, tank, p, contents):
+def _fill_tank(volume, tank, p, contents):
     """Add the contents of one tank."""
     b = tank.body
     d = tank.density
@@ -147,8 +139,8 @@ def _fill(volume, tank, p, contents):
     x = volume - piece.start
     contents.mass[b] += d * volume
     for i in range(3):
-        contents.moment[b, i] += d * value(piece, FIRST_MOMENT + i, x)
-        contents.surface[b, i] += d * value(piece, SURFACE_MOMENT + i, x)
+        contents.moment[b, i] += d * surface.value(piece, surface.FIRST_MOMENT + i, x)
+        contents.surface[b, i] += d * surface.value(piece, surface.SURFACE_MOMENT + i, x)
     for rest in p.rests:
         if rest.body == b and rest.inertial:
             _add_inertia(d, piece, x, contents.inertia[b])
@@ -157,12 +149,12 @@ def _fill(volume, tank, p, contents):
 @kernel
 def _add_inertia(d, piece, x, inertia):
     """Add d (tr P - P)."""
-    xx = value(piece, SECOND_MOMENT, x)
-    yy = value(piece, SECOND_MOMENT + 1, x)
-    zz = value(piece, SECOND_MOMENT + 2, x)
-    xy = value(piece, SECOND_MOMENT + 3, x)
-    xz = value(piece, SECOND_MOMENT + 4, x)
-    yz = value(piece, SECOND_MOMENT + 5, x)
+    xx = surface.value(piece, surface.SECOND_MOMENT, x)
+    yy = surface.value(piece, surface.SECOND_MOMENT + 1, x)
+    zz = surface.value(piece, surface.SECOND_MOMENT + 2, x)
+    xy = surface.value(piece, surface.SECOND_MOMENT + 3, x)
+    xz = surface.value(piece, surface.SECOND_MOMENT + 4, x)
+    yz = surface.value(piece, surface.SECOND_MOMENT + 5, x)
     inertia[0, 0] += d * (yy + zz)
     inertia[1, 1] += d * (xx + zz)
     inertia[2, 2] += d * (xx + yy)
@@ -176,13 +168,13 @@ def _add_inertia(d, piece, x, inertia):
 
 def level_of(p: Tanks, k: int, volume: np.ndarray) -> np.ndarray:
     """Levels (n,) [m] of tank ``k`` at volumes (n,) [m^3]."""
-    return quantity(p, k, volume, FLUID_LEVEL)
+    return quantity(p, k, volume, surface.FLUID_LEVEL)
 
 
 def quantity(p: Tanks, k: int, volume: np.ndarray, which: int) -> np.ndarray:
     """Values of one quantity of `pieces` of tank ``k`` at volumes (n,)."""
     mine = p.pieces[p.each["first"][k] : p.each["last"][k] + 1]
-    return values_at(mine, volume, which)
+    return surface.values_at(mine, volume, which)
 
 
 def quantities(p: Tanks, volume: np.ndarray, which: int) -> np.ndarray:
@@ -201,7 +193,7 @@ def mass_and_centre(
     for rest in p.rests:
         mass[:, rest["body"]] = rest["mass"]
         moment[:, rest["body"]] = rest["moment"]
-    first = np.stack([quantities(p, volume, FIRST_MOMENT + i) for i in range(3)], axis=2)
+    first = np.stack([quantities(p, volume, surface.FIRST_MOMENT + i) for i in range(3)], axis=2)
     for k, tank in enumerate(p.each):
         mass[:, tank["body"]] += tank["density"] * volume[:, k]
         moment[:, tank["body"]] += tank["density"] * first[:, k]
@@ -246,13 +238,13 @@ def triggered_pumps(scene: Scene) -> Iterator[TriggeredPump]:
     for body in scene.bodies:
         for i, pump in enumerate(body.pumps, first):
             if is_triggered(pump):
-                start, until = (_event(when, body) for when in (pump.start, pump.stop))
+                start, until = (_event_of_moment(when, body) for when in (pump.start, pump.stop))
                 key = f"bodies.{body.name}.pumps.{pump.name}"
                 yield TriggeredPump(i, key, Active(start, until))
         first += len(flows_of(body))
 
 
-def _event(when: float | LevelReached | When | None, body: Body) -> When | None:
+def _event_of_moment(when: float | LevelReached | When | None, body: Body) -> When | None:
     """The condition of a trigger for a time or a level."""
     if isinstance(when, LevelReached):
         side = {"above" if when.above else "below": when.level}

@@ -99,7 +99,7 @@ def add_force(t, y, modes, motion, bodies, p, heights, wrench, rate, dy):
 
 
 @kernel
-def _velocities(b, motion, bodies, current):
+def _body_velocities(b, motion, bodies, current):
     """Velocity of body ``b`` relative to the earth and to the current, and its angular velocity, in
     its own axes; in the axes at rest in linear kinematics."""
     v, w = vector(motion.velocity, 6 * b), vector(motion.velocity, 6 * b + 3)
@@ -114,7 +114,7 @@ def _velocities(b, motion, bodies, current):
 def _add_flow_force(i, q, y, motion, bodies, p, wrench, rate, dy):
     """Force of flow ``i``, and its effect on kinetic energy."""
     flow = p.flows[i]
-    v, u, w = _velocities(flow.body, motion, bodies, p.current)
+    v, u, w = _body_velocities(flow.body, motion, bodies, p.current)
     force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     grown = 0.0
     if flow.source != SEA_INDEX and flow.target != SEA_INDEX:

@@ -27,7 +27,7 @@ def image_indices(body: Body) -> tuple[list[int | None], list[int | None]]:
     """Index of the mirror image of each tank, and of each pump, of a body, in the plane through the
     centre of gravity. The image may be the item itself; None if there is none."""
     y = body.centre_of_gravity[1]
-    tanks = [_index_of_image(_image(t, y), body.tanks) for t in body.tanks]
+    tanks = [_index_of_image(_mirror_image_of(t, y), body.tanks) for t in body.tanks]
     names = {
         t.name: None if k is None else body.tanks[k].name
         for t, k in zip(body.tanks, tanks, strict=True)
@@ -42,7 +42,7 @@ def without_image(body: Body) -> list[str]:
     return [name for name, image in zip(names, [*tanks, *pumps], strict=True) if image is None]
 
 
-def _image(tank: Tank, y: float) -> Tank:
+def _mirror_image_of(tank: Tank, y: float) -> Tank:
     shape = tank.shape
     if isinstance(shape, TankTable):
         centroid = shape.centroid * [1.0, -1.0, 1.0] + [0.0, 2.0 * y, 0.0]
@@ -64,21 +64,21 @@ def _index_of_image(image: Tank, tanks: Sequence[Tank]) -> int | None:
 def _is_equal_tank(a: Tank, b: Tank) -> bool:
     """True if two tanks differ in their names only."""
     same = (a.density, a.surface) == (b.density, b.surface) and _is_close(a.level, b.level)
-    return same and _same_shape(a.shape, b.shape) and _same_plan(a.plan, b.plan)
+    return same and _have_same_shape(a.shape, b.shape) and _have_same_plan(a.plan, b.plan)
 
 
-def _same_shape(a: TankShape, b: TankShape) -> bool:
+def _have_same_shape(a: TankShape, b: TankShape) -> bool:
     if isinstance(a, Box) and isinstance(b, Box):
         return _is_close((*a.low, *a.high, a.permeability), (*b.low, *b.high, b.permeability))
     if isinstance(a, TankTable) and isinstance(b, TankTable):
         names = ("level", "volume", "centroid", "surface")
         return all(_is_close(getattr(a, name), getattr(b, name)) for name in names)
     if isinstance(a, TankMesh) and isinstance(b, TankMesh):
-        return _same_contents(a, b)
+        return _have_same_contents(a, b)
     return False
 
 
-def _same_contents(a: TankMesh, b: TankMesh) -> bool:
+def _have_same_contents(a: TankMesh, b: TankMesh) -> bool:
     """True if two meshes hold the same contents at every level, whatever their triangles."""
     if not _is_close(*(np.ptp(mesh.corners, axis=(0, 1)) for mesh in (a, b))):
         return False
@@ -90,7 +90,7 @@ def _same_contents(a: TankMesh, b: TankMesh) -> bool:
     return bool(np.abs(apart).max() <= SYMMETRY_RTOL)
 
 
-def _same_plan(a: Plan | None, b: Plan | None) -> bool:
+def _have_same_plan(a: Plan | None, b: Plan | None) -> bool:
     if a is None or b is None:
         return a is b
     return _is_close(a.time, b.time) and _is_close(a.level, b.level)

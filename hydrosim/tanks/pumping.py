@@ -89,11 +89,11 @@ def find_margins(t, y, modes, p, out):
             missing = y[p.state + flow.start_tank] - flow.start_volume
             out[m + LEVEL_MARGIN] = -flow.start_sign * missing
         elif mode[MODE] == PUMP_RUNNING:
-            _running(t, y, mode, flow, p, m, out)
+            _running_margins(t, y, mode, flow, p, m, out)
 
 
 @kernel
-def _running(t, y, mode, flow, p, m, out):
+def _running_margins(t, y, mode, flow, p, m, out):
     if mode[SEGMENT] < flow.last:
         out[m + NEXT_MARGIN] = p.rates[mode[SEGMENT]].end - t
     if p.rates[mode[SEGMENT]].rate == 0.0:

@@ -70,13 +70,13 @@ class _End(NamedTuple):
 @lru_cache(maxsize=64)
 def _mesh_pieces(shape: TankMesh, *origin: float) -> np.ndarray:
     corners = shape.corners - np.array(origin)
-    heights = _heights(corners)
+    heights = _corner_heights(corners)
     step = np.diff(heights)
     z = heights[:-1, None] + step[:, None] * GAUSS_POINTS
     moments = shape.permeability * np.array([[section(corners, h) for h in row] for row in z])
     _check_room(moments[..., 0], z - heights[0], shape.source)
     rates = _rates(moments, z)
-    first, last = (_end(e, moments, rates, step) for e in (0, 1))
+    first, last = (_end_of_piece(e, moments, rates, step) for e in (0, 1))
     volume = step * (moments[..., 0] @ GAUSS_WEIGHTS)
     gain = np.zeros((step.size, TANK_QUANTITIES))
     gain[:, :FLUID_LEVEL] = step[:, None] * np.einsum("k,nkq->nq", GAUSS_WEIGHTS, rates)
@@ -85,7 +85,7 @@ def _mesh_pieces(shape: TankMesh, *origin: float) -> np.ndarray:
     start[:, SURFACE_MOMENT:] = first.surface
     pieces = np.zeros(step.size, dtype=PIECE_DTYPE)
     pieces["start"] = np.cumsum(volume) - volume
-    pieces["c"] = hermite(start, gain, *_slopes(first, last, gain / volume[:, None]), volume)
+    pieces["c"] = hermite(start, gain, *_end_slopes(first, last, gain / volume[:, None]), volume)
     return pieces
 
 
@@ -97,7 +97,7 @@ def _check_room(area: np.ndarray, level: np.ndarray, source: str) -> None:
         )
 
 
-def _heights(corners: np.ndarray) -> np.ndarray:
+def _corner_heights(corners: np.ndarray) -> np.ndarray:
     """Heights (n + 1,) at which pieces end: the heights of corners, and more, denser towards
     vanishing sections."""
     z = np.unique(corners[..., 2])
@@ -108,7 +108,7 @@ def _heights(corners: np.ndarray) -> np.ndarray:
     area = [section(corners, h)[0] for h in _heights_beside(z)]
     point = np.array(area) < 1e-3 * max(area)
     even = np.linspace(0.0, 1.0, parts + 1)
-    steps = [_share(even, below, above) for below, above in point.reshape(-1, 2)]
+    steps = [_densify_ends(even, below, above) for below, above in point.reshape(-1, 2)]
     heights = [a + (b - a) * x[:-1] for a, b, x in zip(z, z[1:], steps, strict=False)]
     return np.append(np.concatenate(heights), z[-1])
 
@@ -119,7 +119,7 @@ def _heights_beside(z: np.ndarray) -> np.ndarray:
     return np.column_stack([z[:-1] + inside, z[1:] - inside]).ravel()
 
 
-def _share(x: np.ndarray, below: bool, above: bool) -> np.ndarray:
+def _densify_ends(x: np.ndarray, below: bool, above: bool) -> np.ndarray:
     """Map of 0 <= x <= 1 that makes points dense at one or both ends."""
     if below and above:
         return np.sin(0.5 * np.pi * x) ** 2
@@ -156,7 +156,7 @@ def _rates(moments: np.ndarray, z: np.ndarray) -> np.ndarray:
     return np.stack([x, y, A * z, xx, yy, A * z * z, xy, x * z, y * z], axis=-1)
 
 
-def _end(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _End:
+def _end_of_piece(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _End:
     at, by = (np.einsum("k,nkq->qn", of[e], moments) for of in (END_VALUES, RATES))
     by, solid = by / step, at[0] > VANISHED_SECTION_RTOL * at[0].max()
     A = np.where(solid, at[0], 1.0)
@@ -171,7 +171,7 @@ def _end(e: int, moments: np.ndarray, rates: np.ndarray, step: np.ndarray) -> _E
     return _End(solid, slope / A[:, None], np.where(solid[:, None], surface, 0.0))
 
 
-def _slopes(first: _End, last: _End, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _end_slopes(first: _End, last: _End, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slopes over V at both ends; slopes of a quadratic where the section vanishes."""
     slopes = []
     for end, other in ((first, last), (last, first)):
@@ -200,7 +200,10 @@ def pieces_of_table(shape: TankTable, origin: np.ndarray) -> np.ndarray:
 
     volume = np.asarray(shape.volume, float)
     first = CubicSpline(volume, volume[:, None] * (np.asarray(shape.centroid) - origin))
-    level, surface = level_of_table(shape), _monotone(volume, np.asarray(shape.surface, float))
+    level, surface = (
+        level_of_table(shape),
+        _monotone_spline(volume, np.asarray(shape.surface, float)),
+    )
     starts = np.concatenate([_subdivide_row(a, b) for a, b in pairwise(volume)])
     ends = np.append(starts[1:], volume[-1])
     pieces = np.zeros(starts.size, dtype=PIECE_DTYPE)
@@ -238,10 +241,10 @@ def _subdivide_row(a: float, b: float) -> np.ndarray:
 
 def level_of_table(shape: TankTable) -> Any:
     """The level [m] as a function of the volume [m^3]."""
-    return _monotone(np.asarray(shape.volume, float), np.asarray(shape.level, float))
+    return _monotone_spline(np.asarray(shape.volume, float), np.asarray(shape.level, float))
 
 
-def _monotone(x: np.ndarray, y: np.ndarray) -> Any:
+def _monotone_spline(x: np.ndarray, y: np.ndarray) -> Any:
     from scipy.interpolate import PchipInterpolator
 
     return PchipInterpolator(x, y)
@@ -250,16 +253,16 @@ def _monotone(x: np.ndarray, y: np.ndarray) -> Any:
 def pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
     """The pieces (n,) of `PIECE_DTYPE` of a shape, about ``origin`` (3,) [m] of the body's
     frame."""
-    return with_ends(_pieces(shape, origin), capacity(shape))
+    return with_ends(_fit_pieces(shape, origin), capacity(shape))
 
 
-def _pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
+def _fit_pieces(shape: TankShape, origin: np.ndarray) -> np.ndarray:
     match shape:
         case TankTable():
             return pieces_of_table(shape, origin)
         case TankMesh():
             return pieces_of_mesh(shape, origin)
-    return _of_box(shape, origin)
+    return _pieces_of_box(shape, origin)
 
 
 def capacity(shape: TankShape) -> float:
@@ -276,7 +279,7 @@ def heel_and_trim(shape: TankShape, volume: np.ndarray) -> np.ndarray:
     """The heel and the trim (n, 2) [rad] at which the level surface reaches bottom or top. They are
     computed for a box whose area and second moments equal those of the surface at volumes (n,)
     [m^3]."""
-    tank_pieces = _pieces(shape, np.zeros(3))
+    tank_pieces = _fit_pieces(shape, np.zeros(3))
     level = values_at(tank_pieces, volume, FLUID_LEVEL)
     room = np.maximum(np.minimum(level, height(shape) - level), 0.0)
     spread = np.stack([values_at(tank_pieces, volume, SURFACE_MOMENT + i) for i in (2, 0)], axis=1)
@@ -302,10 +305,10 @@ def volume_at(shape: TankShape, level: float) -> float:
     match shape:
         case TankTable():
             curve = level_of_table(shape)
-            return _root(lambda v: float(curve(v)) - level, capacity(shape))
+            return _find_root(lambda v: float(curve(v)) - level, capacity(shape))
         case TankMesh():
             tank_pieces = pieces_of_mesh(shape, np.zeros(3))
-            return _root(
+            return _find_root(
                 lambda v: float(quantities_at(tank_pieces, v)[FLUID_LEVEL]) - level, capacity(shape)
             )
     return capacity(shape) * level / (shape.high[2] - shape.low[2])
@@ -321,7 +324,7 @@ def height(shape: TankShape) -> float:
     return shape.high[2] - shape.low[2]
 
 
-def _root(f: Any, end: float) -> float:
+def _find_root(f: Any, end: float) -> float:
     from scipy.optimize import brentq  # slow to load, and few scenes have such a tank
 
     if f(0.0) >= 0.0 or f(end) <= 0.0:
@@ -329,7 +332,7 @@ def _root(f: Any, end: float) -> float:
     return float(brentq(f, 0.0, end, xtol=1e-14 * end, rtol=1e-14))
 
 
-def _of_box(shape: Box, origin: np.ndarray) -> np.ndarray:
+def _pieces_of_box(shape: Box, origin: np.ndarray) -> np.ndarray:
     """A box has one piece, which is exact."""
     low, high = np.subtract(shape.low, origin), np.subtract(shape.high, origin)
     size, middle, bottom = high - low, 0.5 * (high + low), low[2]

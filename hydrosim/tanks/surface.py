@@ -52,17 +52,19 @@ def quantities_at(table: np.ndarray, volume: float) -> np.ndarray:
 
 def values_at(table: np.ndarray, volume: np.ndarray, which: int) -> np.ndarray:
     """One quantity (n,) of the pieces of a tank at volumes (n,) [m^3]."""
-    c, x = _cubics(table, volume, which)
+    c, x = _cubic_pieces(table, volume, which)
     return np.asarray(np.einsum("nk,nk->n", c, x[:, None] ** np.arange(4)))
 
 
 def slopes_at(table: np.ndarray, volume: np.ndarray, which: int) -> np.ndarray:
     """Derivatives (n,) of one quantity by the volume."""
-    c, x = _cubics(table, volume, which)
+    c, x = _cubic_pieces(table, volume, which)
     return np.asarray(c[:, 1] + x * (2.0 * c[:, 2] + x * 3.0 * c[:, 3]))
 
 
-def _cubics(table: np.ndarray, volume: np.ndarray, which: int) -> tuple[np.ndarray, np.ndarray]:
+def _cubic_pieces(
+    table: np.ndarray, volume: np.ndarray, which: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients (n, 4) of a quantity at volumes (n,), and the offsets of these from the start of
     their piece."""
     of = np.maximum(np.searchsorted(table["start"], volume, side="right") - 1, 0)
@@ -221,7 +223,7 @@ def surface(volume, guess, n, k, p):
     """Height s of the surface and first moment S (3,) of a ``volume`` in tank ``k``."""
     part = p.each[k].permeability
     rounding = VOLUME_RTOL * p.each[k].capacity
-    lowest, highest = _ends(n, k, p.solids)
+    lowest, highest = _tank_height_range(n, k, p.solids)
     s = min(max(guess, lowest), highest)
     if volume <= rounding:
         s = lowest
@@ -246,7 +248,7 @@ def surface(volume, guess, n, k, p):
 
 
 @kernel
-def _ends(n, k, p):
+def _tank_height_range(n, k, p):
     """Lowest and highest height of all corners of tank ``k``."""
     lowest = np.inf
     highest = -np.inf

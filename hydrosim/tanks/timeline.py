@@ -14,15 +14,8 @@ import numpy as np
 from hydrosim.dofs import DOFS
 from hydrosim.modes import MARGINS, MODE, MODE_COLUMNS, SEGMENT
 from hydrosim.scene import Body, FreeSurface, Tank
+from hydrosim.tanks import pumping
 from hydrosim.tanks.contents import EQUAL_VOLUME_RTOL, Tanks, changing_tanks
-from hydrosim.tanks.pumping import (
-    PUMP_ENDED,
-    PUMP_RUNNING,
-    SEA_INDEX,
-    find_margins,
-    set_initial_modes,
-    switch_flow,
-)
 from hydrosim.tanks.shapes import pieces, volume_at
 from hydrosim.tanks.surface import FIRST_MOMENT, PAIRS, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
 
@@ -56,8 +49,8 @@ def integrate_tanks(p: Tanks, end: float) -> Timeline:
     """Integrate the tanks from 0 to ``end`` [s], or to their first problem."""
     p = p._replace(state=0, mode=0)
     modes = np.zeros((p.flows.size, MODE_COLUMNS), dtype=np.int64)
-    set_initial_modes(0.0, modes, p)
-    modes[p.flows["triggered"], MODE] = PUMP_ENDED
+    pumping.set_initial_modes(0.0, modes, p)
+    modes[p.flows["triggered"], MODE] = pumping.PUMP_ENDED
     t = 0.0
     volume = p.each["first_volume"].astype(float)
     begun = np.zeros(p.flows.size)
@@ -65,7 +58,7 @@ def integrate_tanks(p: Tanks, end: float) -> Timeline:
     volumes = [volume.copy()]
     problem = None
     for _ in range(MAX_FLOW_CHANGES):
-        speed = _speeds(modes, p)
+        speed = _volume_rates(modes, p)
         changes = _times_of_changes(t, volume, speed, modes, p)
         then = min(changes.min(initial=np.inf), end)
         problem = _flow_problem(modes, t, then, volume, speed, p)
@@ -84,10 +77,10 @@ def integrate_tanks(p: Tanks, end: float) -> Timeline:
 
 def _mass_flows(modes: np.ndarray, p: Tanks) -> np.ndarray:
     """Mass per time (nf,) of the flows."""
-    return np.where(modes[:, MODE] == PUMP_RUNNING, p.rates["rate"][modes[:, SEGMENT]], 0.0)
+    return np.where(modes[:, MODE] == pumping.PUMP_RUNNING, p.rates["rate"][modes[:, SEGMENT]], 0.0)
 
 
-def _speeds(modes: np.ndarray, p: Tanks) -> np.ndarray:
+def _volume_rates(modes: np.ndarray, p: Tanks) -> np.ndarray:
     """Rates of the volumes (nt,) [m^3/s]."""
     return (_mass_flows(modes, p) @ _flow_matrix(p)) / p.each["density"]
 
@@ -107,8 +100,8 @@ def _times_of_changes(
     time."""
     now = np.zeros((p.flows.size, MARGINS))
     later = np.zeros_like(now)
-    find_margins(t, volume, modes, p, now.reshape(-1))
-    find_margins(t + 1.0, volume + speed, modes, p, later.reshape(-1))
+    pumping.find_margins(t, volume, modes, p, now.reshape(-1))
+    pumping.find_margins(t + 1.0, volume + speed, modes, p, later.reshape(-1))
     shrinking = np.where(later < now, now - later, np.nan)
     reached = t + np.nan_to_num(now / shrinking, nan=np.inf)
     return np.where(now <= 0.0, t, reached)
@@ -122,19 +115,19 @@ def _switch_flows(
     rates = _mass_flows(modes, p)
     foreseen = triggered_tanks(p)
     for i in np.flatnonzero((changes <= t).any(axis=1)).tolist():
-        switch_flow(i, int(np.argmax(changes[i] <= t)), t, modes, p)
+        pumping.switch_flow(i, int(np.argmax(changes[i] <= t)), t, modes, p)
         ends = {int(p.flows["source"][i]), int(p.flows["target"][i])}
-        over = modes[i, MODE] == PUMP_ENDED and rates[i] != 0.0
+        over = modes[i, MODE] == pumping.PUMP_ENDED and rates[i] != 0.0
         if over and begun[i] == t and ends.isdisjoint(foreseen):
             return FlowProblem(i, None, t, "nothing")
-        begun[i] = begun[i] if modes[i, MODE] == PUMP_ENDED else t
+        begun[i] = begun[i] if modes[i, MODE] == pumping.PUMP_ENDED else t
     return None
 
 
 def triggered_tanks(p: Tanks) -> set[int]:
     """The tanks that flows with triggers fill or empty."""
     by_triggers = p.flows[p.flows["triggered"]]
-    return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {SEA_INDEX}
+    return {*by_triggers["source"].tolist(), *by_triggers["target"].tolist()} - {pumping.SEA_INDEX}
 
 
 def _flow_problem(
@@ -210,7 +203,7 @@ def least_moment(body: Body, inertia: np.ndarray) -> float:
     return float(np.linalg.eigvalsh(inertia[np.ix_(turns, turns)])[0]) if turns else np.inf
 
 
-def at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
+def tanks_at_start(tanks: Iterable[Tank]) -> list[tuple[Tank, float]]:
     """Tanks with their contents at the start."""
     return [(tank, volume_at(tank.shape, tank.level)) for tank in tanks]
 
@@ -223,7 +216,7 @@ def contents_at(
     volumes = iter(moved)
     for b, body in enumerate(bodies):
         every = changing_tanks(body)
-        for tank, volume in at_start(body.tanks):
+        for tank, volume in tanks_at_start(body.tanks):
             yield b, tank, float(next(volumes)) if tank in every else volume
 
 

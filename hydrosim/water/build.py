@@ -13,9 +13,9 @@ import numpy as np
 
 from hydrosim.scene import SecondOrder
 from hydrosim.water.body import WaveBody, turned_bodies
-from hydrosim.water.displaced_loads import waves_follow
+from hydrosim.water.displaced_loads import is_followed_by_waves
 from hydrosim.water.loads import SpectralLines, WaveLoads, add_sum, time_grid
-from hydrosim.water.quadratic_loads import moves_second_order
+from hydrosim.water.quadratic_loads import has_moving_second_order
 from hydrosim.water.second_order import (
     Factors,
     QuadraticFunctions,
@@ -63,9 +63,9 @@ def wave_loads_model(
             [line.restrict_columns(second_dof) for line in second_lines],
         ]
         if waves.spacing > 0.0:
-            tables.append(_table(waves, columns, widths, start, dt, duration))
+            tables.append(_time_table(waves, columns, widths, start, dt, duration))
         else:
-            singles.append(_lines(waves, columns, widths))
+            singles.append(_spectral_lines(waves, columns, widths))
     return WaveLoads(
         start=np.array([at for at, _, _, _ in tables], dtype=float),
         step=np.array([step for _, step, _, _ in tables], dtype=float),
@@ -86,10 +86,14 @@ def first_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> SpectralLi
     locked DOFs, where none are asked for, and where waves follow the body (`FollowingLoads`)."""
     total = np.zeros((waves.omega.size, _size(bodies)), dtype=complex)
     for body in bodies:
-        if body.database is not None and body.wave_forces.first_order and not waves_follow(body):
+        if (
+            body.database is not None
+            and body.wave_forces.first_order
+            and not is_followed_by_waves(body)
+        ):
             transfer = excitation_at(body.database, body.relative_waves(waves).heading, waves.omega)
             elevation = waves.amplitudes_at(*body.location)[:, None]
-            total[:, _dofs(body)] = elevation * body.in_earth_axes(transfer) * body.active
+            total[:, _dofs_of_body(body)] = elevation * body.in_earth_axes(transfer) * body.active
     return SpectralLines(waves.omega, total)
 
 
@@ -98,7 +102,9 @@ def second_order(waves: WaveComponents, bodies: Sequence[WaveBody]) -> list[Spec
     none where none are asked for, and where the waves follow the body (`quadratic_loads`)."""
     lines = []
     for body in bodies:
-        if body.database is not None and not (waves_follow(body) and moves_second_order(body)):
+        if body.database is not None and not (
+            is_followed_by_waves(body) and has_moving_second_order(body)
+        ):
             for body_lines in _second_order(waves, body, body.database):
                 load = np.where(body.active, body.in_earth_axes(body_lines.amplitude), 0.0)
                 lines.append(SpectralLines(body_lines.omega, load, body.offset))
@@ -134,7 +140,7 @@ def _size(bodies: Sequence[WaveBody]) -> int:
     return max((body.offset + body.active.size for body in bodies), default=0)
 
 
-def _dofs(body: WaveBody) -> slice:
+def _dofs_of_body(body: WaveBody) -> slice:
     return slice(body.offset, body.offset + body.active.size)
 
 
@@ -147,7 +153,7 @@ def _loaded_dofs(lines: Sequence[SpectralLines]) -> np.ndarray:
     )
 
 
-def _table(
+def _time_table(
     waves: WaveComponents,
     columns: list[list[SpectralLines]],
     widths: tuple[int, ...],
@@ -174,7 +180,7 @@ def _stack_rows(tables: Sequence[np.ndarray], width: int) -> np.ndarray:
     return np.concatenate([np.zeros((0, width)), *tables])
 
 
-def _lines(
+def _spectral_lines(
     waves: WaveComponents, columns: list[list[SpectralLines]], widths: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequencies, ramps and rows of the lines of all columns; lines of one frequency are

@@ -47,7 +47,7 @@ _PHASES, _AMPLITUDES, _DIRECTIONS = (), (1,), (2,)  # numpy's keys of streams wi
 
 def phases(train: WaveTrain | Gusts, stream: int, count: int) -> np.ndarray:
     """Phases (count,) [rad], uniform in a turn."""
-    return 2.0 * np.pi * _generator(train, stream, _PHASES).random(count)
+    return 2.0 * np.pi * _random_generator(train, stream, _PHASES).random(count)
 
 
 def rayleigh_factors(train: WaveTrain | Gusts, stream: int, count: int) -> np.ndarray:
@@ -56,17 +56,17 @@ def rayleigh_factors(train: WaveTrain | Gusts, stream: int, count: int) -> np.nd
     With a uniform phase the real and imaginary parts of the complex amplitude are then independent
     and Gaussian, and so is the sea.
     """
-    return np.sqrt(_generator(train, stream, _AMPLITUDES).standard_exponential(count))
+    return np.sqrt(_random_generator(train, stream, _AMPLITUDES).standard_exponential(count))
 
 
 def directions(train: WaveTrain, stream: int, omega: np.ndarray) -> np.ndarray:
     """Headings (n,) [rad] of the components at ``omega`` (n,) [rad/s], one draw for each."""
     if isinstance(train.spectrum, DirectionalTable):
-        uniform = _generator(train, stream, _DIRECTIONS).random(omega.size)
-        return _from_table(train.spectrum, omega, uniform)
+        uniform = _random_generator(train, stream, _DIRECTIONS).random(omega.size)
+        return _headings_of_table(train.spectrum, omega, uniform)
     if train.spreading is None:
         return np.full(omega.size, train.heading)
-    uniform = _generator(train, stream, _DIRECTIONS).random(omega.size)
+    uniform = _random_generator(train, stream, _DIRECTIONS).random(omega.size)
     return train.heading + spreading_angles(uniform, train.spreading)
 
 
@@ -82,7 +82,9 @@ def spreading_angles(uniform: np.ndarray, exponent: float) -> np.ndarray:
     return 2.0 * np.sign(side) * np.arcsin(np.sqrt(betaincinv(0.5, exponent + 0.5, np.abs(side))))
 
 
-def _from_table(table: DirectionalTable, omega: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+def _headings_of_table(
+    table: DirectionalTable, omega: np.ndarray, uniform: np.ndarray
+) -> np.ndarray:
     """Headings with the density of a table, constant over the sector around each of its
     headings."""
     after = np.clip(np.searchsorted(table.frequency, omega), 1, table.frequency.size - 1)
@@ -98,7 +100,9 @@ def _from_table(table: DirectionalTable, omega: np.ndarray, uniform: np.ndarray)
     return table.heading[sector] + into * (table.heading[1] - table.heading[0])
 
 
-def _generator(train: WaveTrain | Gusts, stream: int, use: tuple[int, ...]) -> np.random.Generator:
+def _random_generator(
+    train: WaveTrain | Gusts, stream: int, use: tuple[int, ...]
+) -> np.random.Generator:
     sequence = np.random.SeedSequence(train.seed, spawn_key=(stream, *use))
     return np.random.Generator(np.random.PCG64(sequence))
 
@@ -182,15 +186,15 @@ def components(train: WaveTrain, environment: Environment, stream: int = 0) -> W
         case RegularWave(amplitude, period, phase):
             omega = np.array([2.0 * np.pi / period])
             single = np.array([amplitude]), np.array([phase]), np.array([train.heading])
-            return _airy(train, environment, 0.0, omega, *single)
+            return _airy_components(train, environment, 0.0, omega, *single)
         case GivenComponents() as given:
-            spacing, omega = _on_grid(given.omega, 2.0 * np.pi / train.repeat_period)
+            spacing, omega = _multiples_of_spacing(given.omega, 2.0 * np.pi / train.repeat_period)
             lines = given.amplitude, given.phase, given.heading
-            return _airy(train, environment, spacing, omega, *lines)
+            return _airy_components(train, environment, spacing, omega, *lines)
         case RecordedElevation() as record:
             return _recorded_components(record, train, environment)
         case spectrum:
-            return _random(spectrum, train, environment, stream)
+            return _random_components(spectrum, train, environment, stream)
 
 
 def check_span(environment: Environment, start: float, end: float) -> None:
@@ -225,7 +229,7 @@ def energy_outside(waves: WaveComponents, frequency: np.ndarray) -> tuple[float,
     return float(below), float(above)
 
 
-def _airy(
+def _airy_components(
     train: WaveTrain,
     environment: Environment,
     spacing: float,
@@ -238,18 +242,18 @@ def _airy(
     return WaveComponents(omega, amplitude, phase, k, heading, train.ramp, spacing)
 
 
-def _random(
+def _random_components(
     spectrum: Density, train: WaveTrain, environment: Environment, stream: int
 ) -> WaveComponents:
     _check_depth(spectrum, environment)
-    spacing = _spacing(spectrum, train.repeat_period)
+    spacing = _frequency_spacing(spectrum, train.repeat_period)
     omega = spacing * np.arange(1, int(cut_off(spectrum) / spacing) + 1)
     amplitude = np.sqrt(2.0 * density(spectrum, omega) * spacing)
     if train.amplitudes == Amplitudes.RAYLEIGH:
         amplitude *= rayleigh_factors(train, stream, omega.size)
     phase = phases(train, stream, omega.size)
     heading = directions(train, stream, omega)
-    return _airy(train, environment, spacing, omega, amplitude, phase, heading)
+    return _airy_components(train, environment, spacing, omega, amplitude, phase, heading)
 
 
 def _check_depth(spectrum: Density, environment: Environment) -> None:
@@ -260,7 +264,7 @@ def _check_depth(spectrum: Density, environment: Environment) -> None:
         )
 
 
-def _spacing(spectrum: Density, repeat_period: float) -> float:
+def _frequency_spacing(spectrum: Density, repeat_period: float) -> float:
     longest = 2.0 * np.pi / resolution_frequency(spectrum)
     shortest = _PEAK_PERIODS * longest
     if repeat_period < shortest * (1.0 - 1e-9):
@@ -271,7 +275,7 @@ def _spacing(spectrum: Density, repeat_period: float) -> float:
     return 2.0 * np.pi / repeat_period
 
 
-def _on_grid(omega: np.ndarray, spacing: float) -> tuple[float, np.ndarray]:
+def _multiples_of_spacing(omega: np.ndarray, spacing: float) -> tuple[float, np.ndarray]:
     """Spacing and multiples of it, if all frequencies are multiples; else 0 and the frequencies."""
     index = np.rint(omega / spacing)
     if np.all(np.abs(omega - index * spacing) <= _MULTIPLE * omega):
@@ -294,7 +298,7 @@ def _recorded_components(
     lines = lines[is_below_limit]
     heading = np.full(omega.size, train.heading)
     phase = np.angle(lines) - omega * record.time[0]
-    there = _airy(train, environment, spacing, omega, np.abs(lines), phase, heading)
+    there = _airy_components(train, environment, spacing, omega, np.abs(lines), phase, heading)
     x, y = record.position
     along = x * np.cos(train.heading) + y * np.sin(train.heading)
     return replace(there, phase=phase + there.wavenumber * along)
@@ -333,11 +337,11 @@ def sea_state(train: WaveTrain, environment: Environment) -> SeaState:
     """The figures of one wave train; `components` names the errors."""
     spectrum = train.spectrum
     if isinstance(spectrum, get_args(Density)):
-        return _of_density(spectrum, train)
+        return _sea_state_of_density(spectrum, train)
     waves = components(train, environment)
     squares = waves.amplitude**2 / 2.0
     resultant = np.sum(squares * np.exp(1j * waves.heading)) / (squares.sum() or 1.0)
-    return _from_moments(float(squares.sum()), _peak_of_lines(waves), complex(resultant))
+    return _sea_state_of_moments(float(squares.sum()), _peak_of_lines(waves), complex(resultant))
 
 
 def energy_outside_band(
@@ -357,15 +361,15 @@ def energy_outside_band(
     return (below + above) / total
 
 
-def _of_density(spectrum: Density, train: WaveTrain) -> SeaState:
+def _sea_state_of_density(spectrum: Density, train: WaveTrain) -> SeaState:
     omega = np.linspace(0.0, cut_off(spectrum), PEAK_POINTS)[1:]
     peak = omega[np.argmax(density(spectrum, omega))] if omega[-1] > 0.0 else 0.0
     period = nan if isinstance(spectrum, WhiteNoise) or peak == 0.0 else 2.0 * pi / float(peak)
     if isinstance(spectrum, DirectionalTable):
-        return _from_moments(energy(spectrum), period, _resultant_of_table(spectrum))
+        return _sea_state_of_moments(energy(spectrum), period, _resultant_of_table(spectrum))
     # the mean of cos(angle) over cos^2s(angle / 2) is s / (s + 1)
     length = 1.0 if train.spreading is None else train.spreading / (train.spreading + 1.0)
-    return _from_moments(energy(spectrum), period, length * np.exp(1j * train.heading))
+    return _sea_state_of_moments(energy(spectrum), period, length * np.exp(1j * train.heading))
 
 
 def _resultant_of_table(table: DirectionalTable) -> complex:
@@ -376,7 +380,7 @@ def _resultant_of_table(table: DirectionalTable) -> complex:
     return complex(total / (weight.sum() or 1.0))
 
 
-def _from_moments(variance: float, period: float, resultant: complex) -> SeaState:
+def _sea_state_of_moments(variance: float, period: float, resultant: complex) -> SeaState:
     length = min(abs(resultant), 1.0)
     heading = float(np.mod(np.angle(resultant), 2.0 * pi)) if length > MIN_RESULTANT else nan
     return SeaState(4.0 * sqrt(variance), period, heading, sqrt(2.0 * (1.0 - length)))

@@ -55,7 +55,7 @@ def lost_between_headings(
         return None
     X = database.excitation[:, order, :6]
     size, missed = (np.abs(X) ** 2).mean(axis=1), _interpolation_loss(X) ** 2
-    weight = _energies(database.frequency, seas)
+    weight = _energies_of_seas(database.frequency, seas)
     total, error = (np.sqrt((weight @ x).reshape(2, 3).sum(axis=1)) for x in (size, missed))
     if total[1] < ARM * total[0]:
         error[1] = 0.0
@@ -77,7 +77,7 @@ def _interpolation_loss(X: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(2.0) * np.minimum(beyond, most))
 
 
-def _energies(frequency: np.ndarray, seas: Sequence[WaveComponents]) -> np.ndarray:
+def _energies_of_seas(frequency: np.ndarray, seas: Sequence[WaveComponents]) -> np.ndarray:
     """Energy of the seas near each of the frequencies (nw,)."""
     middle = 0.5 * (frequency[1:] + frequency[:-1])
     energies = np.zeros(frequency.size)

@@ -50,15 +50,15 @@ from hydrosim.water.quadratic_loads import (
     fill_load_factors,
     forms_model,
     has_forms,
+    has_moving_second_order,
     join_once,
-    moves_second_order,
     new_filtered,
 )
 from hydrosim.water.transfer import (
     FrequencyNodes,
     NodeSpan,
     TransferFunctions,
-    all_round,
+    has_headings_around,
     nodes_model,
     span_of,
     transfer_table,
@@ -80,8 +80,8 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
     asked = body.wave_forces
     chosen = replace(
         asked,
-        position=_chosen(asked.position, scene, body, HORIZONTAL_DOFS),
-        headings=_chosen(asked.headings, scene, body, YAW),
+        position=_choose_place(asked.position, scene, body, HORIZONTAL_DOFS),
+        headings=_choose_place(asked.headings, scene, body, YAW),
     )
     if {chosen.position, chosen.headings} == {Place.SLOW, Place.INSTANTANEOUS}:
         if Place.AUTOMATIC not in (asked.position, asked.headings):
@@ -99,7 +99,7 @@ def reference_positions(scene: Scene, body: Body, database: TransferFunctions | 
     chosen = chosen_places(scene, body)
     asked = body.wave_forces
     wanted = {asked.headings, asked.position} & {Place.SLOW, Place.INSTANTANEOUS}
-    if wanted or database is None or all_round(database):
+    if wanted or database is None or has_headings_around(database):
         return chosen
     return replace(chosen, headings=Place.MEAN, position=Place.MEAN)
 
@@ -115,15 +115,15 @@ def met_by_waves(scene: Scene, databases: Mapping[str, TransferFunctions]) -> di
 def slow_bodies(scene: Scene, met: Mapping[str, WaveForces]) -> list[str]:
     """Names of the bodies whose slow motion the waves follow. ``met`` has the `reference_positions`
     of all."""
-    return [body.name for body in scene.bodies if _follows_slowly(scene, body, met[body.name])]
+    return [body.name for body in scene.bodies if _is_followed_slowly(scene, body, met[body.name])]
 
 
-def _follows_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
+def _is_followed_slowly(scene: Scene, body: Body, met: WaveForces) -> bool:
     loaded = body.hydrodynamics is not None and met.has_loads and bool(scene.environment.waves)
     return loaded and Place.SLOW in (met.position, met.headings)
 
 
-def _chosen(asked: Place, scene: Scene, body: Body, dofs: tuple[int, ...]) -> Place:
+def _choose_place(asked: Place, scene: Scene, body: Body, dofs: tuple[int, ...]) -> Place:
     if asked != Place.AUTOMATIC:
         return asked
     exact = scene.solver.kinematics == Kinematics.EXACT
@@ -246,7 +246,7 @@ class _Part(NamedTuple):
         return body_bands(body, seas, self.waves, self.forms, self.frequency, nodes, span, missed)
 
 
-def waves_follow(body: WaveBody) -> bool:
+def is_followed_by_waves(body: WaveBody) -> bool:
     """True if the waves follow the body."""
     asked = body.wave_forces
     moving = {Place.SLOW, Place.INSTANTANEOUS} & {asked.position, asked.headings}
@@ -255,7 +255,7 @@ def waves_follow(body: WaveBody) -> bool:
 
 def is_slow(body: WaveBody) -> bool:
     """True if the waves follow the slow motion of the body."""
-    return waves_follow(body) and Place.SLOW in (
+    return is_followed_by_waves(body) and Place.SLOW in (
         body.wave_forces.position,
         body.wave_forces.headings,
     )
@@ -270,13 +270,15 @@ def following_model(
     """The waves of all ``seas`` on the bodies that they follow. A slow path is renewed after each
     ``block`` [s]. Its loads are interpolated with an error of ``missed`` of the sea's standard
     deviation."""
-    chosen = [body for body in bodies if waves_follow(body)] if seas else []
-    parts = [_part(seas, body, body.database) for body in chosen if body.database is not None]
+    chosen = [body for body in bodies if is_followed_by_waves(body)] if seas else []
+    parts = [
+        _part_of_body(seas, body, body.database) for body in chosen if body.database is not None
+    ]
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
     owners = sorted({body.index for body in chosen if is_slow(body)})
     cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
     first, load = join_once([part.table for part in parts], complex)
-    step = row_step([line for part in parts for line in _lines(part)], block, missed)
+    step = row_step([line for part in parts for line in _lines_of_part(part)], block, missed)
     spans = [span_of(part.omega, part.wavenumber, block, step) for part in parts]
     bands = [
         part.bands(body, seas, span, missed)
@@ -324,7 +326,9 @@ def following_model(
     )
 
 
-def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunctions) -> _Part:
+def _part_of_body(
+    seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunctions
+) -> _Part:
     """The waves of the seas that load a body, train by train in the order of frequency, which saves
     work where many waves have one heading. First-order loads have only waves in the frequency range
     of its database."""
@@ -339,9 +343,9 @@ def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunc
     size = np.abs(elevation)
     first = (columns[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
     loaded = (size > NEGLIGIBLE_WAVE_RATIO * size.max(initial=0.0)) & (
-        first | moves_second_order(body)
+        first | has_moving_second_order(body)
     )
-    order = np.lexsort((columns[0], _trains(columns[2]), sea))
+    order = np.lexsort((columns[0], _heading_numbers(columns[2]), sea))
     order = order[loaded[order]]
     omega, wavenumber, heading, ramp = (values[order] for values in columns)
     waves_in_order = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
@@ -360,13 +364,13 @@ def _part(seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunc
     )
 
 
-def _trains(heading: np.ndarray) -> np.ndarray:
+def _heading_numbers(heading: np.ndarray) -> np.ndarray:
     """Numbers (nw,) of the headings of waves, if these are few; else one number for all."""
     headings, number = np.unique(heading, return_inverse=True)
     return number if headings.size <= TRAINS else np.zeros(heading.size, dtype=np.int64)
 
 
-def _lines(part: _Part) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _lines_of_part(part: _Part) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Frequencies and amplitudes that rows have to resolve."""
     first = np.abs(part.elevation)
     yield part.omega, first if first.any() else np.abs(part.forms.wave)

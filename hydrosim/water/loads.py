@@ -250,7 +250,7 @@ _WHOLE = 1e-9  # of a step: distance from a multiple below which a time is that 
 def elevation_at(waves: WaveComponents, x: float, y: float, time: np.ndarray) -> np.ndarray:
     """Elevation (nt,) [m] of one set at a point, at ``time`` (nt,) [s], by direct summation."""
     growth = np.array([rise(t, waves.ramp) for t in time])
-    return growth * _direct(waves, waves.amplitudes_at(x, y)[None], time)[:, 0]
+    return growth * _sum_components_directly(waves, waves.amplitudes_at(x, y)[None], time)[:, 0]
 
 
 def elevations(sets: Sequence[WaveComponents], points: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -265,19 +265,19 @@ def elevations(sets: Sequence[WaveComponents], points: np.ndarray, time: np.ndar
             len(points), -1
         )
         growth = np.array([rise(t, waves.ramp) for t in time])
-        total += growth[:, None] * _steady(waves, amplitude, time)
+        total += growth[:, None] * _sum_components(waves, amplitude, time)
     return total
 
 
-def _steady(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
+def _sum_components(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Re sum of ``amplitude`` (n, nw) e^(i w t), (nt, n)."""
     if waves.spacing == 0.0 or time.size < _ENOUGH:
-        return _direct(waves, amplitude, time)
+        return _sum_components_directly(waves, amplitude, time)
     repeat = 2.0 * np.pi / waves.spacing
     parts = repeat / float(np.median(np.diff(time)))
     period = round(parts)
     if abs(parts - period) > _WHOLE * period:
-        return _direct(waves, amplitude, time)
+        return _sum_components_directly(waves, amplitude, time)
     step = repeat / period
     lines = np.zeros((len(amplitude), period), dtype=complex)
     for row, values in zip(lines, amplitude, strict=True):
@@ -285,11 +285,13 @@ def _steady(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> n
     index = np.rint(time / step).astype(np.int64)
     steady = scipy.fft.ifft(lines).real[:, index % period].T
     off = np.abs(time - index * step) > _WHOLE * step
-    steady[off] = _direct(waves, amplitude, time[off])
+    steady[off] = _sum_components_directly(waves, amplitude, time[off])
     return steady
 
 
-def _direct(waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray) -> np.ndarray:
+def _sum_components_directly(
+    waves: WaveComponents, amplitude: np.ndarray, time: np.ndarray
+) -> np.ndarray:
     sums = np.empty((time.size, len(amplitude)))
     for row, t in zip(sums, time, strict=True):
         row[:] = np.sum(amplitude * np.exp(1j * waves.omega * t), axis=1).real

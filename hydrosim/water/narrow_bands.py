@@ -38,7 +38,7 @@ from hydrosim.water.quadratic_loads import (
     BodyForms,
     Waves,
     cells_of,
-    moves_second_order,
+    has_moving_second_order,
 )
 from hydrosim.water.transfer import (
     MAX_NODES,
@@ -152,7 +152,7 @@ def body_bands(
         if count > MAX_NODES:
             return []
     sets = [
-        _set(body, seas[number].spacing, cells, forms, nodes, count)
+        _fill_set(body, seas[number].spacing, cells, forms, nodes, count)
         for number, cells in zip(numbers, cells_by_sea, strict=True)
     ]
     few = WORTH * sum(band_set.omega.size for band_set in sets) <= waves.omega.size
@@ -165,7 +165,7 @@ def _has_bands(body: WaveBody) -> bool:
     slow = Place.INSTANTANEOUS not in (wanted.position, wanted.headings)
     without_bands = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT)
     second = wanted.second_order in without_bands and not wanted.sum_frequency
-    return slow and not np.any(body.centre[:2]) and (second or not moves_second_order(body))
+    return slow and not np.any(body.centre[:2]) and (second or not has_moving_second_order(body))
 
 
 def _are_regular(waves: Waves, w: np.ndarray) -> bool:
@@ -266,7 +266,7 @@ class _Cells:
         )
 
 
-def _set(
+def _fill_set(
     body: WaveBody, spacing: float, cells: _Cells, forms: BodyForms, nodes: int, count: int
 ) -> Set:
     """The bands of the waves of one sea; ``count`` nodes per cell where the body drifts, else
@@ -280,7 +280,9 @@ def _set(
     drifts = (what != LOW) & bool(forms.forms)
     elevation = forms.wave[cells.at[wave]]
     drift_nodes = forms.drift.table.shape[1]
-    omega, step, values = _envelopes(cells.omega[wave], band, weight * elevation, spacing, count)
+    omega, step, values = _band_envelopes(
+        cells.omega[wave], band, weight * elevation, spacing, count
+    )
     k = cells.wavenumbers_at(omega)
     heading = body.heading + cells.trains[train]
     return Set(
@@ -300,7 +302,7 @@ def _set(
     )
 
 
-def _envelopes(
+def _band_envelopes(
     omega: np.ndarray, band: np.ndarray, amplitude: np.ndarray, spacing: float, nodes: int
 ) -> tuple[np.ndarray, float, np.ndarray]:
     """Frequencies in the middle of bands, and the step and the values (times, 2, bands) of their
@@ -500,7 +502,7 @@ def _add_two(first, near, second, far, out):
 
 
 @root
-def follow_path(k, t, middle, apart, path, p, work):
+def interpolate_path(k, t, middle, apart, path, p, work):
     """Envelopes of a body that drifts, at `STENCIL_POINTS` times ``apart``, from t on. The block is
     about the time ``middle``; ``path`` has the displacement at t and the velocity."""
     bands = p.bands
@@ -546,7 +548,7 @@ def find_phases(k, t, interval, path, bands, work):
 def add_bands(k, t, part, sample, p, work, first, second):
     """Add the loads of both orders at the time t on the k-th body to ``first`` and ``second`` (6,),
     in heading axes; ``part`` is the fraction of the way between the loads at the two yaws. The time
-    is ``sample`` samples behind the first one of `follow_path`."""
+    is ``sample`` samples behind the first one of `interpolate_path`."""
     bands = p.bands
     drifts = has_nodes(k, p.gathered)
     start = bands.span[bands.sets[k]]

@@ -28,9 +28,9 @@ from hydrosim.scene import Place, SecondOrder, WaveForces
 from hydrosim.water.loads import lagrange, rise
 from hydrosim.water.second_order import (
     QuadraticFunctions,
+    has_qtf_around,
     newman,
     newman_square_root,
-    qtf_all_round,
     turned_qtf,
 )
 from hydrosim.water.transfer import drift_above, drift_table
@@ -134,14 +134,14 @@ class Waves(NamedTuple):
     ramp: np.ndarray
 
 
-def moves_second_order(body: WaveBody) -> bool:
+def has_moving_second_order(body: WaveBody) -> bool:
     """True if second-order loads move with a body that the waves follow."""
     wanted = body.wave_forces
     second = wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
     return body.database is not None and second and not _is_fixed(wanted, body.database)
 
 
-def second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bool:
+def uses_second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bool:
     """True if second-order loads on a turning body are those of its heading at rest."""
     second = wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
     return second and (wanted.headings == Place.MEAN or _is_fixed(wanted, database))
@@ -150,13 +150,13 @@ def second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bo
 def _is_fixed(wanted: WaveForces, database: QuadraticFunctions) -> bool:
     """True if the loads are known for a few headings only, as QTFs may be."""
     quadratic = wanted.second_order == SecondOrder.QTF or wanted.sum_frequency
-    return quadratic and not qtf_all_round(database)
+    return quadratic and not has_qtf_around(database)
 
 
 def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms:
     """The forms of a body in these waves of complex ``elevation`` (nw,) at its position at rest."""
     database = body.database
-    if database is None or not moves_second_order(body):
+    if database is None or not has_moving_second_order(body):
         return BodyForms(elevation, [], no_drift(waves.omega.size))
     wanted = body.wave_forces.second_order
     forms: list[QuadraticForm] = []
@@ -164,19 +164,19 @@ def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms
         at = np.flatnonzero(waves.sea == number)
         ends = (int(at[0]), int(at[-1]) + 1, float(waves.ramp[at[0]]))
         if wanted == SecondOrder.QTF:
-            forms.extend(_quadratic(database, waves, at, "qtf_difference"))
-        forms.extend(_of_drift(wanted, *ends))
+            forms.extend(_quadratic_forms(database, waves, at, "qtf_difference"))
+        forms.extend(_drift_forms(wanted, *ends))
         if body.wave_forces.sum_frequency:
-            forms.extend(_quadratic(database, waves, at, "qtf_sum"))
+            forms.extend(_quadratic_forms(database, waves, at, "qtf_sum"))
     drift = no_drift(waves.omega.size)
     if wanted == SecondOrder.QTF and database.mean_drift is not None:
         drift = _drift_beyond(database, waves.omega)
     elif wanted not in (SecondOrder.NONE, SecondOrder.QTF):
-        drift = _drift(database, waves.omega)
+        drift = _drift_of_database(database, waves.omega)
     return BodyForms(elevation, forms, drift)
 
 
-def _of_drift(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterator[QuadraticForm]:
+def _drift_forms(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterator[QuadraticForm]:
     """The forms of mean drift, for the waves with indices ``begin`` <= i < ``end``."""
     unit_filter = Filter(ONE, begin, end, ramp)
     nothing = np.zeros((1, 6))
@@ -195,7 +195,7 @@ def _of_drift(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iterato
             yield QuadraticForm(DIFFERENCE, filters_by_dof, newman_square_root(nothing).core[None])
 
 
-def _quadratic(
+def _quadratic_forms(
     database: QuadraticFunctions, waves: Waves, at: np.ndarray, name: str
 ) -> Iterator[QuadraticForm]:
     """The forms of a quadratic transfer function, for the waves ``at`` (n,) of one sea."""
@@ -221,7 +221,7 @@ def no_drift(waves: int) -> Drift:
     return Drift(nothing.astype(np.int64), nothing, nothing, nothing, np.zeros((0, 0, 2, 6)))
 
 
-def _drift(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
+def _drift_of_database(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
     """D of every wave at its own frequency; the second factor is zero."""
     w, table = drift_table(database, DRIFT_NODES_PER_HEADING)
     factor = np.stack([drift_above(database, omega), np.zeros(omega.size)], axis=1)
@@ -253,10 +253,10 @@ def cells_of(w: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
 def forms_model(bodies: list[BodyForms]) -> Forms:
     """The forms of all bodies as arrays."""
     # forms without the drift that they consist of are zero
-    used = [[form for form in body.forms if _counts(form, body.drift)] for body in bodies]
+    used = [[form for form in body.forms if _may_load_body(form, body.drift)] for body in bodies]
     forms = [form for body_forms in used for form in body_forms]
     filters = [filter_ for form in forms for filter_ in form.filters]
-    spans = [span for body_forms in used for span in _spans(body_forms)]
+    spans = [span for body_forms in used for span in _spans_of_forms(body_forms)]
     tables = [body.drift.table for body in bodies]
     table, drift = join_once(tables, float)
 
@@ -308,13 +308,13 @@ def join_once(tables: Sequence[np.ndarray], kind: type) -> tuple[np.ndarray, np.
     return at, np.concatenate([np.zeros(0, kind), *distinct.values()])
 
 
-def _counts(form: QuadraticForm, drift: Drift) -> bool:
+def _may_load_body(form: QuadraticForm, drift: Drift) -> bool:
     """True if a form may load the body; a form of drift does so only if there is drift."""
     given = all(filter_.kind == WEIGHTED_AS_GIVEN for filter_ in form.filters)
     return given or bool(np.any(drift.factor))
 
 
-def _spans(forms: list[QuadraticForm]) -> list[tuple[int, int]]:
+def _spans_of_forms(forms: list[QuadraticForm]) -> list[tuple[int, int]]:
     ends = np.cumsum([0, *(len(form.filters) for form in forms)])
     return [(int(first), int(last)) for first, last in pairwise(ends)]
 
@@ -380,7 +380,7 @@ def fill_load_factors(k, yaw, end, p, work):
         _find_drift(k, yaw, p, work)
     at = 0
     for f in range(forms.filters[k], forms.filters[k + 1]):
-        _weigh(f, yaw, at, work.weighted[end], forms, work)
+        _weigh_form(f, yaw, at, work.weighted[end], forms, work)
         at += forms.end[f] - forms.begin[f]
     at = 0
     for q in range(forms.forms[k], forms.forms[k + 1]):
@@ -456,7 +456,7 @@ def cell_at(f, to, nodes, first, points, table, cell):
 
 
 @kernel
-def _weigh(f, yaw, at, out, forms, work):
+def _weigh_form(f, yaw, at, out, forms, work):
     """Amplitudes times weights of filter ``f``, from ``at`` on, into ``out`` (2, m)."""
     turn = cos(forms.harmonic[f] * yaw) - 1j * sin(forms.harmonic[f] * yaw)
     kind = forms.kind[f]
@@ -515,7 +515,7 @@ def add_forms(k, t, end, share, waves, forms, work, out):
         last = forms.end[f]
         re = work.weighted[end, 0, at : at + last - begin]
         im = work.weighted[end, 1, at : at + last - begin]
-        z = _sum(waves[0, begin:last], waves[1, begin:last], re, im)
+        z = _complex_product_sum(waves[0, begin:last], waves[1, begin:last], re, im)
         work.z[f - first] = rise(t, forms.ramp[f]) * z
         at += last - begin
     at = 0
@@ -535,7 +535,7 @@ def add_forms(k, t, end, share, waves, forms, work, out):
 
 
 @summing
-def _sum(c, s, re, im):
+def _complex_product_sum(c, s, re, im):
     """sum (c + i s) (re + i im)."""
     real = 0.0
     imag = 0.0

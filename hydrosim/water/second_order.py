@@ -58,7 +58,7 @@ from hydrosim.water.transfer import (
     NOISE,
     TransferFunctions,
     angle_between,
-    evenly_round,
+    are_evenly_spaced,
     heading_weights,
     mean_drift_at,
 )
@@ -126,7 +126,9 @@ def difference_loads(
     if waves.spacing == 0.0:
         pairs = factors.pairs() * np.outer(elevation, elevation.conj())
         i, j = _each_pair(waves)
-        return SpectralLines(np.abs(waves.omega[i] - waves.omega[j]), _falling(waves, pairs, i, j))
+        return SpectralLines(
+            np.abs(waves.omega[i] - waves.omega[j]), _difference_amplitudes(waves, pairs, i, j)
+        )
     z = _filter_elevation(waves, elevation, factors)
     record = [np.sum((z @ core) * z.conj(), axis=1).real for core in factors.core]
     lines = scipy.fft.rfft(np.array(record).T, axis=0) / len(z)
@@ -170,7 +172,9 @@ def _each_pair(waves: WaveComponents) -> tuple[np.ndarray, np.ndarray]:
     return np.tril_indices(waves.omega.size)
 
 
-def _falling(waves: WaveComponents, pairs: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+def _difference_amplitudes(
+    waves: WaveComponents, pairs: np.ndarray, i: np.ndarray, j: np.ndarray
+) -> np.ndarray:
     """Amplitudes (m, n) of the lines of the pairs (i, j), each with (j, i), at |w_i - w_j|."""
     values = pairs[:, i, j].T
     turned = np.where((waves.omega[i] >= waves.omega[j])[:, None], values, values.conj())
@@ -198,10 +202,10 @@ class QuadraticFunctions(TransferFunctions, Protocol):
 def difference_factors(database: QuadraticFunctions, waves: WaveComponents) -> Factors:
     """T- of all loads for the waves. Raises InputError if the database has none, or none for the
     waves' headings."""
-    factors = _factors(database, waves, "qtf_difference")
+    factors = _factors_of_database(database, waves, "qtf_difference")
     if database.mean_drift is None:
         return factors
-    ends = np.clip(waves.omega, *_ends(database))
+    ends = np.clip(waves.omega, *_frequency_ends(database))
     drift = [mean_drift_at(database, waves.heading, omega) for omega in (waves.omega, ends)]
     beyond = drift[0] - drift[1]
     return add_factors(factors, newman(beyond)) if np.any(beyond) else factors
@@ -209,17 +213,17 @@ def difference_factors(database: QuadraticFunctions, waves: WaveComponents) -> F
 
 def sum_factors(database: QuadraticFunctions, waves: WaveComponents) -> Factors:
     """T+ of all loads for the waves; raises as `difference_factors` does."""
-    return _factors(database, waves, "qtf_sum")
+    return _factors_of_database(database, waves, "qtf_sum")
 
 
-def separate_headings(database: QuadraticFunctions, waves: WaveComponents) -> bool:
+def has_separate_headings(database: QuadraticFunctions, waves: WaveComponents) -> bool:
     """True if waves of different headings load a body together at first order only."""
     pairs = pairs_of(database)
     nodes = unique_headings(pairs).size
     return unique_headings(waves.heading).size > 1 and len(pairs) < nodes * (nodes + 1) // 2
 
 
-def qtf_all_round(database: QuadraticFunctions) -> bool:
+def has_qtf_around(database: QuadraticFunctions) -> bool:
     """True if any heading has QTFs around it, or the database has no QTF."""
     if database.qtf_heading is None:
         return True
@@ -243,16 +247,16 @@ def qtf_table(database: QuadraticFunctions, name: str) -> np.ndarray:
     return table
 
 
-def _factors(database: QuadraticFunctions, waves: WaveComponents, name: str) -> Factors:
+def _factors_of_database(database: QuadraticFunctions, waves: WaveComponents, name: str) -> Factors:
     """T of all loads as factors: weights are products of the weights of frequency and heading
     nodes, heading by heading."""
     from scipy.interpolate import make_interp_spline  # slow to load, and few scenes have a QTF
 
     table = qtf_table(database, name)
     w = np.asarray(database.qtf_frequency)
-    clipped = np.clip(waves.omega, *_ends(database))
+    clipped = np.clip(waves.omega, *_frequency_ends(database))
     splines = make_interp_spline(w, np.eye(w.size), k=min(3, w.size - 1))(clipped).T
-    headings, blocks = _blocks(database, waves, name)
+    headings, blocks = _blocks_of_headings(database, waves, name)
     weights = (headings[:, None] * splines).reshape(-1, waves.omega.size)
     nh, nq, n = len(headings), w.size, table.shape[-1]
     core = blocks.transpose(4, 0, 2, 1, 3).reshape(n, nh * nq, nh * nq)
@@ -267,7 +271,7 @@ def is_above_noise(values: np.ndarray, table: np.ndarray) -> np.ndarray:
     return np.asarray(np.abs(values).reshape(-1, n).max(axis=0) > NOISE * np.repeat(largest, 3))
 
 
-def _ends(database: QuadraticFunctions) -> np.ndarray:
+def _frequency_ends(database: QuadraticFunctions) -> np.ndarray:
     return np.asarray(database.qtf_frequency)[[0, -1]]
 
 
@@ -276,7 +280,7 @@ def pairs_of(database: QuadraticFunctions) -> np.ndarray:
     return np.asarray(database.qtf_heading)
 
 
-def _blocks(
+def _blocks_of_headings(
     database: QuadraticFunctions, waves: WaveComponents, name: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Weights of the waves at heading nodes (nh, nw), and T (nh, nh, nq, nq, n) between these
@@ -288,7 +292,7 @@ def _blocks(
         return _each_heading(database, waves, table)
     weights = heading_weights(unique_headings(pairs), waves.heading)
     if weights is None:
-        raise InputError(_no_heading(database, waves.heading))
+        raise InputError(_missing_heading_text(database, waves.heading))
     used = np.any(weights != 0.0, axis=0)
     return weights[:, used].T, blocks[used][:, used]
 
@@ -296,13 +300,14 @@ def _blocks(
 def _each_heading(
     database: QuadraticFunctions, waves: WaveComponents, table: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """`_blocks` with the headings of the sea as nodes; T between different headings is zero."""
+    """`_blocks_of_headings` with the headings of the sea as nodes; T between"
+    " different headings is zero."""
     headings = sea_headings(database, waves.heading)
     pairs = pairs_of(database)
     rows = own_headings(pairs)
     weights = heading_weights(pairs[rows, 0], headings)
     if weights is None:
-        raise InputError(_no_heading(database, headings))
+        raise InputError(_missing_heading_text(database, headings))
     shape = (headings.size, headings.size, *table.shape[1:])
     blocks = np.zeros(shape, dtype=complex)
     for k, row in enumerate(weights):
@@ -349,7 +354,7 @@ def unique_headings(heading: np.ndarray) -> np.ndarray:
     return angle[different] if np.any(different) else angle[:1]
 
 
-def _no_heading(database: QuadraticFunctions, headings: np.ndarray) -> str:
+def _missing_heading_text(database: QuadraticFunctions, headings: np.ndarray) -> str:
     have = ", ".join(f"{h:.4g}" for h in np.degrees(unique_headings(pairs_of(database))))
     wanted = ", ".join(f"{h:.4g}" for h in np.degrees(unique_headings(headings))[:5])
     return (
@@ -387,13 +392,13 @@ def turned_qtf(
     pairs = pairs_of(database)
     blocks = all_pairs(pairs, table, hermitian)
     headings = sea_headings(database, heading) if blocks is None else unique_headings(heading)
-    splines = _splines(np.asarray(database.qtf_frequency), omega)
+    splines = _splines_over_frequency(np.asarray(database.qtf_frequency), omega)
     nodes = unique_headings(pairs)
-    if blocks is not None and _use_harmonics(nodes.size, headings.size):
-        yield _of_harmonics(nodes, blocks, splines, heading, hermitian)
+    if blocks is not None and _are_harmonics_fewer(nodes.size, headings.size):
+        yield _form_of_harmonics(nodes, blocks, splines, heading, hermitian)
         return
     filters = [
-        _filters(
+        _make_filters(
             splines,
             angle_between(heading, to) == angle_between(heading[:, None], headings).min(axis=1),
         )
@@ -401,13 +406,13 @@ def turned_qtf(
     ]
     if blocks is not None:
         core = _pair_core(nodes, blocks, headings)
-        yield _form(
+        yield _make_form(
             [filter_ for heading_filters in filters for filter_ in heading_filters], core, splines
         )
         return
     headings_of_pairs = own_headings(pairs)
     for to, heading_filters in zip(headings, filters, strict=True):
-        yield _form(
+        yield _make_form(
             heading_filters,
             _own_core(pairs[headings_of_pairs, 0], table[headings_of_pairs], to),
             splines,
@@ -422,7 +427,7 @@ class _Splines(NamedTuple):
     cardinal: np.ndarray
 
 
-def _splines(w: np.ndarray, omega: np.ndarray) -> _Splines:
+def _splines_over_frequency(w: np.ndarray, omega: np.ndarray) -> _Splines:
     from scipy.interpolate import BSpline, make_interp_spline  # slow to load
 
     spline = make_interp_spline(w, np.eye(w.size), k=min(3, w.size - 1))
@@ -431,7 +436,7 @@ def _splines(w: np.ndarray, omega: np.ndarray) -> _Splines:
     return _Splines(basis, spline.c)
 
 
-def _filters(
+def _make_filters(
     splines: _Splines, chosen: np.ndarray, phase: np.ndarray | None = None, harmonic: int = 0
 ) -> list[QtfFilter]:
     """One filter for each B-spline, of the ``chosen`` waves (nw,)."""
@@ -445,7 +450,7 @@ def _filters(
     return filters
 
 
-def _form(filters: list[QtfFilter], core: np.ndarray, splines: _Splines) -> TurnedQtf:
+def _make_form(filters: list[QtfFilter], core: np.ndarray, splines: _Splines) -> TurnedQtf:
     """The form of a ``core`` (m, ns, ns, nq, nq, 6) between ns groups of waves and nq cardinal
     splines."""
     c = splines.cardinal
@@ -456,21 +461,21 @@ def _form(filters: list[QtfFilter], core: np.ndarray, splines: _Splines) -> Turn
 
 def _own_core(nodes: np.ndarray, table: np.ndarray, to: float) -> np.ndarray:
     """Harmonics of T (m, 1, 1, nq, nq, 6) of waves ``to`` one heading with each other."""
-    yaw = _samples(nodes, nodes.size // 2)
-    weights = _weights(nodes, to - yaw)
+    yaw = _sample_angles(nodes, nodes.size // 2)
+    weights = _heading_weights(nodes, to - yaw)
     values = np.tensordot(weights, table, 1)
-    return _harmonics(_unless_noise(values, table))[:, None, None]
+    return _harmonics_of_values(_unless_noise(values, table))[:, None, None]
 
 
 def _pair_core(nodes: np.ndarray, blocks: np.ndarray, to: np.ndarray) -> np.ndarray:
     """Harmonics of T (m, ns, ns, nq, nq, 6) between waves ``to`` these headings (ns,)."""
-    yaw = _samples(nodes, nodes.size)
-    weights = _weights(nodes, (to - yaw[:, None]).ravel()).reshape(yaw.size, to.size, -1)
+    yaw = _sample_angles(nodes, nodes.size)
+    weights = _heading_weights(nodes, (to - yaw[:, None]).ravel()).reshape(yaw.size, to.size, -1)
     values = np.einsum("ygp,yhq,pqvwj->yghvwj", weights, weights, blocks, optimize=True)
-    return _harmonics(_unless_noise(values, blocks))
+    return _harmonics_of_values(_unless_noise(values, blocks))
 
 
-def _of_harmonics(
+def _form_of_harmonics(
     nodes: np.ndarray,
     blocks: np.ndarray,
     splines: _Splines,
@@ -478,8 +483,8 @@ def _of_harmonics(
     hermitian: bool,
 ) -> TurnedQtf:
     """The form of all harmonics of the heading, for a sea of many headings."""
-    to = _samples(nodes, nodes.size // 2)
-    weights = _weights(nodes, to)
+    to = _sample_angles(nodes, nodes.size // 2)
+    weights = _heading_weights(nodes, to)
     values = np.einsum("gp,hq,pqvwj->ghvwj", weights, weights, blocks, optimize=True)
     core = np.fft.fft(_unless_noise(values, blocks), axis=0) / to.size
     # the harmonics of a conjugate second wave are conjugate, too
@@ -490,26 +495,26 @@ def _of_harmonics(
     filters = [
         filter_
         for harmonic in order
-        for filter_ in _filters(splines, every, np.exp(1j * harmonic * heading), int(harmonic))
+        for filter_ in _make_filters(splines, every, np.exp(1j * harmonic * heading), int(harmonic))
     ]
-    return _form(filters, core[None], splines)
+    return _make_form(filters, core[None], splines)
 
 
-def _use_harmonics(nodes: int, headings: int) -> bool:
+def _are_harmonics_fewer(nodes: int, headings: int) -> bool:
     """True if harmonics of the heading need fewer filters than the headings of the sea one by
     one."""
     return (2 * nodes + 1) * headings**2 > nodes**2 and headings > 1
 
 
-def _samples(nodes: np.ndarray, degree: int) -> np.ndarray:
+def _sample_angles(nodes: np.ndarray, degree: int) -> np.ndarray:
     """Angles round the circle that determine a trigonometric polynomial of this degree."""
-    count = 2 * degree + 1 if evenly_round(nodes) else 2 * SAMPLES_PER_HEADING * degree + 1
+    count = 2 * degree + 1 if are_evenly_spaced(nodes) else 2 * SAMPLES_PER_HEADING * degree + 1
     return 2.0 * np.pi / count * np.arange(count)
 
 
-def _weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray:
+def _heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray:
     weights = heading_weights(nodes, heading)
-    assert weights is not None  # `qtf_all_round`
+    assert weights is not None  # `has_qtf_around`
     return weights
 
 
@@ -518,7 +523,7 @@ def _unless_noise(values: np.ndarray, table: np.ndarray) -> np.ndarray:
     return np.asarray(values * is_above_noise(values, table))
 
 
-def _harmonics(values: np.ndarray) -> np.ndarray:
+def _harmonics_of_values(values: np.ndarray) -> np.ndarray:
     """Coefficients C_m of sum C_m exp(-i m psi), from the lowest on, for values (M, ...) evenly
     round the circle, M odd. Negligible outer ones are left out."""
     harmonics = np.fft.fftshift(np.fft.ifft(values, axis=0), axes=0)

@@ -33,6 +33,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.jit.kernels import assign, clear, kernel, root
+from hydrosim.water import quadratic_loads
 from hydrosim.water.displaced_loads import (
     STATES_PER_FOLLOWED_BODY,
     FollowingLoads,
@@ -45,19 +46,12 @@ from hydrosim.water.narrow_bands import (
     add_bands,
     add_waves,
     find_phases,
-    follow_path,
     has_bands,
+    interpolate_path,
     new_band_sums,
     rotate_phase,
     turn_phases,
     weigh_bands,
-)
-from hydrosim.water.quadratic_loads import (
-    Filtered,
-    add_forms,
-    fill_load_factors,
-    has_forms,
-    new_filtered,
 )
 from hydrosim.water.transfer import has_nodes
 
@@ -88,7 +82,7 @@ class SlowBlock(NamedTuple):
     waves: np.ndarray
     ends: np.ndarray
     cell: np.ndarray
-    filtered: Filtered
+    filtered: quadratic_loads.Filtered
     bands: BandSums
     path: np.ndarray
     steady: np.ndarray
@@ -108,7 +102,7 @@ def new_block(p: FollowingLoads) -> SlowBlock:
         np.zeros((4, most)),
         np.zeros((24, most)),
         np.zeros((2, 2, 6), complex),
-        new_filtered(p.second, p.offset),
+        quadratic_loads.new_filtered(p.second, p.offset),
         new_band_sums(p.body.size, p.bands, p.gathered),
         np.zeros(4),
         np.zeros((slow, p.rows, 2, 6)),
@@ -162,7 +156,7 @@ def find_yaws(t, y, coordinates, p, met):
     for k in range(p.body.size):
         b = p.body[k]
         if p.slow[k]:
-            met[b] = _yaw(k, t - y[p.state[k] + BLOCK_BEGIN], y, p)
+            met[b] = _yaw_on_path(k, t - y[p.state[k] + BLOCK_BEGIN], y, p)
         elif p.turns[k]:
             met[b] = coordinates[6 * b + 5]
 
@@ -174,7 +168,7 @@ def slow_loads(t, y, p, block, first, second):
     for k in range(p.body.size):
         if p.slow[k]:
             if not _is_known(k, y, p, block):
-                _fill(k, y, p, block)
+                _fill_block(k, y, p, block)
             at, x = 6 * p.loaded[k], t / p.row_step - block.first[k]
             row, points = rows_at(x, p.rows)
             for m in range(points):
@@ -193,7 +187,7 @@ def _is_known(k, y, p, block):
 
 
 @root
-def _fill(k, y, p, block):
+def _fill_block(k, y, p, block):
     """Fill the rows of body k for the block in its states."""
     at, begin = p.state[k], y[p.state[k] + BLOCK_BEGIN]
     assign(block.known[k], y[at + BLOCK_POSITION : at + STATES_PER_FOLLOWED_BODY])
@@ -207,7 +201,7 @@ def _fill(k, y, p, block):
         _sum_waves(k, y, p, block)
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
-        heading = p.rest[k] + _yaw(k, t - begin, y, p)
+        heading = p.rest[k] + _yaw_on_path(k, t - begin, y, p)
         for order in range(2):
             row = block.rows[k, r, order]
             turn_to_earth(heading, row)
@@ -219,13 +213,13 @@ def _fill(k, y, p, block):
 def _sum_bands(k, y, p, block):
     """Fill the rows of body k in heading axes, from its bands."""
     begin = y[p.state[k] + BLOCK_BEGIN]
-    weigh_bands(k, _yaw(k, 0.0, y, p), 0, p, block.bands)
-    weigh_bands(k, _yaw(k, p.block, y, p), 1, p, block.bands)
+    weigh_bands(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.bands)
+    weigh_bands(k, _yaw_on_path(k, p.block, y, p), 1, p, block.bands)
     start = block.first[k] * p.row_step
     samples = (STENCIL_POINTS - 1) / (p.rows - 1)
     if has_nodes(k, p.gathered):
         middle = begin + p.block / 2.0
-        follow_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
+        interpolate_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
     find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
@@ -240,7 +234,7 @@ def _sum_bands(k, y, p, block):
 @kernel
 def _steady_yaw(k, y, p):
     """The multiple of `FollowingLoads.steady` that is next to the yaw of body k in its block."""
-    return p.steady[k] * floor(_yaw(k, p.block / 2.0, y, p) / p.steady[k] + 0.5)
+    return p.steady[k] * floor(_yaw_on_path(k, p.block / 2.0, y, p) / p.steady[k] + 0.5)
 
 
 @kernel
@@ -249,8 +243,8 @@ def _is_steady(k, y, p):
     if p.placed[k]:
         return False
     yaw = _steady_yaw(k, y, p)
-    first = abs(_yaw(k, 0.0, y, p) - yaw)
-    last = abs(_yaw(k, p.block, y, p) - yaw)
+    first = abs(_yaw_on_path(k, 0.0, y, p) - yaw)
+    last = abs(_yaw_on_path(k, p.block, y, p) - yaw)
     return max(first, last) <= p.steady[k]
 
 
@@ -295,12 +289,12 @@ def _sum_waves(k, y, p, block):
     """Fill the rows of body k in heading axes, from all waves."""
     begin, start = y[p.state[k] + BLOCK_BEGIN], p.offset[k]
     waves = block.waves
-    loads_at_heading(k, _yaw(k, 0.0, y, p), p, block.cell, block.ends[:12])
-    loads_at_heading(k, _yaw(k, p.block, y, p), p, block.cell, block.ends[12:])
-    second = has_forms(k, p.second)
+    loads_at_heading(k, _yaw_on_path(k, 0.0, y, p), p, block.cell, block.ends[:12])
+    loads_at_heading(k, _yaw_on_path(k, p.block, y, p), p, block.cell, block.ends[12:])
+    second = quadratic_loads.has_forms(k, p.second)
     if second:
-        fill_load_factors(k, _yaw(k, 0.0, y, p), 0, p, block.filtered)
-        fill_load_factors(k, _yaw(k, p.block, y, p), 1, p, block.filtered)
+        quadratic_loads.fill_load_factors(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.filtered)
+        quadratic_loads.fill_load_factors(k, _yaw_on_path(k, p.block, y, p), 1, p, block.filtered)
     _find_waves(k, block.first[k] * p.row_step, p, block)
     for r in range(p.rows):
         t, row = (block.first[k] + r) * p.row_step, block.rows[k, r, 0]
@@ -316,14 +310,14 @@ def _sum_waves(k, y, p, block):
         other = block.rows[k, r, 1]
         clear(other)
         if second:
-            add_forms(k, t, 0, 1.0 - part, waves, p.second, block.filtered, other)
-            add_forms(k, t, 1, part, waves, p.second, block.filtered, other)
+            quadratic_loads.add_forms(k, t, 0, 1.0 - part, waves, p.second, block.filtered, other)
+            quadratic_loads.add_forms(k, t, 1, part, waves, p.second, block.filtered, other)
         count = p.offset[k + 1] - start
         rotate_phase(waves[2, :count], waves[3, :count], waves[0, :count], waves[1, :count])
 
 
 @kernel
-def _yaw(k, since, y, p):
+def _yaw_on_path(k, since, y, p):
     """Yaw on the slow path of body k at the time ``since`` the start of the block; 0 if it does not
     count."""
     at = p.state[k]

@@ -64,7 +64,7 @@ def density(spectrum: scene.Density, omega: ArrayLike) -> np.ndarray:
     If a significant height is given, the integral over the whole axis is Hs^2 / 16 to rounding: no
     fit is used to scale a shape.
     """
-    return _curve(spectrum).density(np.asarray(omega, dtype=float))
+    return _curve_of_spectrum(spectrum).density(np.asarray(omega, dtype=float))
 
 
 def energy(spectrum: scene.Density) -> float:
@@ -74,13 +74,13 @@ def energy(spectrum: scene.Density) -> float:
 
 def energy_above(spectrum: scene.Density, omega: float) -> float:
     """Variance of the elevation [m^2] by waves above ``omega`` [rad/s]."""
-    return _curve(spectrum).energy_above(omega)
+    return _curve_of_spectrum(spectrum).energy_above(omega)
 
 
 def resolution_frequency(spectrum: scene.Density) -> float:
     """Frequency [rad/s] of the lowest peak, or width of a band. The spacing of components must be a
     small fraction of it."""
-    return _curve(spectrum).resolution_frequency
+    return _curve_of_spectrum(spectrum).resolution_frequency
 
 
 @lru_cache
@@ -90,7 +90,7 @@ def cut_off(spectrum: scene.Density) -> float:
     high = 1.0
     if wanted == 0.0:
         return 0.0
-    above = _curve(spectrum).energy_above
+    above = _curve_of_spectrum(spectrum).energy_above
     while above(high) > wanted:
         high *= 2.0
     while above(0.5 * high) < wanted:
@@ -103,7 +103,7 @@ def cut_off(spectrum: scene.Density) -> float:
 
 
 @lru_cache
-def _curve(spectrum: scene.Density) -> _Curve:
+def _curve_of_spectrum(spectrum: scene.Density) -> _Curve:
     match spectrum:
         case scene.Jonswap(height, period, enhancement):
             return PeakSum((Peak(height, period, enhancement=enhancement),))
@@ -326,13 +326,13 @@ def wind_sea_and_swell(sea: Torsethaugen) -> tuple[Peak, Peak]:
         young = min((developed - period) / (developed - lowest), 1.0)
         main = (0.7 + 0.3 * np.exp(-((2.0 * young) ** 2))) * height
         other = np.sqrt(height**2 - main**2)
-        enhancement = _enhancement(main, period, sea.gravity)
+        enhancement = _peak_enhancement(main, period, sea.gravity)
         second_period = developed + 2.0
     else:
         old = min((period - developed) / (25.0 - developed), 1.0)
         main = (0.6 + 0.4 * np.exp(-((old / 0.3) ** 2))) * height
         other = np.sqrt(height**2 - main**2)
-        enhancement = _enhancement(height, developed, sea.gravity) * (1.0 + 6.0 * old)
+        enhancement = _peak_enhancement(height, developed, sea.gravity) * (1.0 + 6.0 * old)
         second_period = 6.6 * other ** (1.0 / 3.0)
     return (
         Peak(float(main), period, _EXPONENT, max(float(enhancement), 1.0)),
@@ -340,7 +340,7 @@ def wind_sea_and_swell(sea: Torsethaugen) -> tuple[Peak, Peak]:
     )
 
 
-def _enhancement(height: float, period: float, gravity: float) -> float:
+def _peak_enhancement(height: float, period: float, gravity: float) -> float:
     """Peak enhancement from the steepness of a sea."""
     return 35.0 * (2.0 * np.pi * height / (gravity * period**2)) ** 0.857 if period else 1.0
 

@@ -140,7 +140,7 @@ def lagrange_weights(nodes: np.ndarray, omega: np.ndarray) -> np.ndarray:
 def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) -> FrequencyNodes:
     """The nodes of all bodies as arrays; a body that is not summed by nodes has no sets."""
     sets = [node_set for body_sets in bodies for node_set in body_sets]
-    at = [_share_places(body_sets) for body_sets in bodies]
+    at = [_share_layout(body_sets) for body_sets in bodies]
 
     def join_arrays(arrays: Sequence[np.ndarray], kind: type = float) -> np.ndarray:
         return np.concatenate([np.zeros(0, kind), *(array.ravel() for array in arrays)])
@@ -175,7 +175,7 @@ def nodes_model(bodies: Sequence[Sequence[NodeSet]], spans: Sequence[NodeSpan]) 
     )
 
 
-def _share_places(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _share_layout(sets: Sequence[NodeSet]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of all shares of a body: its node, where its first sample is, and the bands of its set."""
     places = [np.zeros((3, 0), np.int64)]
     nodes = 0
@@ -364,7 +364,7 @@ def excitation_at(
     cached, because seas of several seeds and equal bodies ask for the same. Do not write to it.
     """
     to, of = (np.asarray(coordinates, float).tobytes() for coordinates in (heading, omega))
-    return _excitation_at(_content(database, _excitation_of), to, of)
+    return _excitation_at(_content_of(database, _excitation_of), to, of)
 
 
 class _Content:
@@ -384,7 +384,7 @@ class _Content:
         return hash(self._bytes)
 
 
-def _content(
+def _content_of(
     database: TransferFunctions, of: Callable[[TransferFunctions], np.ndarray]
 ) -> _Content:
     return _Content(database, of(database))
@@ -410,13 +410,13 @@ def transfer_table(database: TransferFunctions, between: int) -> tuple[np.ndarra
 
     Raises InputError if its headings are not all round the circle.
     """
-    return _table(_content(database, _excitation_of), between)
+    return _table(_content_of(database, _excitation_of), between)
 
 
 def drift_table(database: TransferFunctions, between: int) -> tuple[np.ndarray, np.ndarray]:
     """`transfer_table` for mean drift of waves that are not below its frequencies, see
     `drift_above`."""
-    return _table(_content(database, _drift_of), between)
+    return _table(_content_of(database, _drift_of), between)
 
 
 @lru_cache(maxsize=_TABLES)
@@ -433,7 +433,7 @@ def _table(content: _Content, between: int) -> tuple[np.ndarray, np.ndarray]:
     w, values = _four_frequencies(database.frequency, content.values)
     table = weights @ values
     slope = weights @ slopes(w, values)  # in this order: a database has far fewer headings
-    loaded = np.abs(table) > NOISE * _largest(content.values)
+    loaded = np.abs(table) > NOISE * _largest_values(content.values)
     table = np.where(loaded, table, 0.0)
     slope = np.where(loaded.any(axis=0), slope, 0.0)
     rows = np.stack([table, slope], axis=2)
@@ -449,12 +449,12 @@ def _four_frequencies(w: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np
     return more, interpolate_spline(w, values, more)
 
 
-def _largest(values: np.ndarray) -> np.ndarray:
+def _largest_values(values: np.ndarray) -> np.ndarray:
     """The largest force or moment among ``values`` (nw, nh, n), for each of the n."""
     return np.repeat(np.abs(values).max(axis=(0, 1)).reshape(-1, 3).max(axis=1), 3)
 
 
-def all_round(database: TransferFunctions) -> bool:
+def has_headings_around(database: TransferFunctions) -> bool:
     """True if any heading has headings of the database around it."""
     every = np.radians(np.arange(0.0, 360.0, 5.0))
     return database.heading.size > 0 and heading_weights(database.heading, every) is not None
@@ -504,11 +504,13 @@ def heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray | None
     None if a heading is between two nodes that are more than 45 degrees apart. The result is
     cached, because runs of one study ask for the same. Do not write to it.
     """
-    return _weights(np.asarray(nodes, float).tobytes(), np.asarray(heading, float).tobytes())
+    return _interpolation_weights(
+        np.asarray(nodes, float).tobytes(), np.asarray(heading, float).tobytes()
+    )
 
 
 @lru_cache(maxsize=_KEPT)
-def _weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
+def _interpolation_weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
     nodes, heading = np.frombuffer(of_nodes), np.frombuffer(of_heading)
     order, angle = _round_the_circle(nodes)
     x = np.mod(heading - nodes[order[0]], _TURN)
@@ -521,7 +523,7 @@ def _weights(of_nodes: bytes, of_heading: bytes) -> np.ndarray | None:
     weights[:, order] = np.where(
         from_node.min(axis=1, keepdims=True) < _NODE,
         np.eye(nodes.size)[from_node.argmin(axis=1)],
-        _between_nodes(x, angle, gap),
+        _weights_between_nodes(x, angle, gap),
     )
     weights.setflags(write=False)
     return weights
@@ -535,7 +537,7 @@ def _interpolate_transfer(
     headings, which = np.unique(heading, return_inverse=True)
     weights = heading_weights(database.heading, headings)
     if weights is None:
-        raise InputError(_not_covered(database, headings))
+        raise InputError(_missing_headings_text(database, headings))
     if headings.size == 1:  # four times faster than the other way round
         values_there = interpolate_spline(
             database.frequency, np.tensordot(weights[0], values, (0, 1)), inside
@@ -543,14 +545,14 @@ def _interpolate_transfer(
     else:
         at_nodes = interpolate_spline(database.frequency, values, inside)
         values_there = np.einsum("ch,chj->cj", weights[which], at_nodes)
-    loaded = np.abs(values_there).max(axis=0, initial=0.0) > NOISE * _largest(values)
+    loaded = np.abs(values_there).max(axis=0, initial=0.0) > NOISE * _largest_values(values)
     return np.where(loaded, values_there, 0.0)
 
 
-def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndarray:
+def _weights_between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndarray:
     """Weights (nc, nh) at x (nc,) of values at ascending ``angle`` (nh,) in one turn."""
     if _is_even(gap):
-        return _trigonometric(x[:, None] - angle)
+        return _trigonometric_weights(x[:, None] - angle)
     if angle.size == 1:
         return np.ones((x.size, 1))
     from scipy.interpolate import CubicSpline  # slow to load, and few databases are uneven
@@ -561,7 +563,7 @@ def _between_nodes(x: np.ndarray, angle: np.ndarray, gap: np.ndarray) -> np.ndar
     return np.asarray(CubicSpline(np.append(angle, _TURN), nodes, bc_type="periodic")(x))
 
 
-def evenly_round(nodes: np.ndarray) -> bool:
+def are_evenly_spaced(nodes: np.ndarray) -> bool:
     """True if headings are evenly spaced round the circle. Values between them then follow from a
     trigonometric polynomial."""
     _, angle = _round_the_circle(nodes)
@@ -572,7 +574,7 @@ def _is_even(gap: np.ndarray) -> bool:
     return bool(gap.size > 2 and np.ptp(gap) < _NODE)
 
 
-def _trigonometric(x: np.ndarray) -> np.ndarray:
+def _trigonometric_weights(x: np.ndarray) -> np.ndarray:
     """The trigonometric polynomial that is one at x = 0 and zero at the other multiples of
     2 pi / n, for x (nc, n)."""
     n = x.shape[1]
@@ -591,7 +593,7 @@ def _round_the_circle(headings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return order, np.mod(headings[order] - headings[order[0]], _TURN)
 
 
-def _not_covered(database: TransferFunctions, headings: np.ndarray) -> str:
+def _missing_headings_text(database: TransferFunctions, headings: np.ndarray) -> str:
     low, high = np.degrees([database.heading.min(), database.heading.max()])
     missed = [h for h in headings if heading_weights(database.heading, np.array([h])) is None]
     return (

@@ -174,14 +174,14 @@ def density(spectrum: GustSpectrum, f: np.ndarray, height: float, wind: MeanWind
     return DENSITIES[spectrum](np.asarray(f, dtype=float), height, wind)
 
 
-def _npd(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
+def _npd_density(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
     U0 = wind.hour_mean
     n = NPD_EXPONENT
     x = 172.0 * f * (z / 10.0) ** (2.0 / 3.0) * (U0 / 10.0) ** -0.75
     return 320.0 * (U0 / 10.0) ** 2 * (z / 10.0) ** 0.45 / (1.0 + x**n) ** (5.0 / (3.0 * n))
 
 
-def _api(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
+def _api_density(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
     U = wind.speed_at(z)
     fp = 0.025 * U / z
     s = 0.15 * U * (z / 20.0) ** (-0.125 if z <= 20.0 else -0.275)
@@ -198,8 +198,8 @@ def _ochi_shin(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
 
 
 DENSITIES: dict[GustSpectrum, Callable[[np.ndarray, float, MeanWind], np.ndarray]] = {
-    GustSpectrum.NPD: _npd,
-    GustSpectrum.API: _api,
+    GustSpectrum.NPD: _npd_density,
+    GustSpectrum.API: _api_density,
     GustSpectrum.OCHI_SHIN: _ochi_shin,
 }
 
@@ -264,7 +264,7 @@ def gust_components(
             f" {number.size} components between {lowest:.3g} and {highest:.3g} Hz; expected"
             f" {MIN_COMPONENTS} or more. Raise it, or widen the band."
         )
-    power = np.array([_power(gusts, number, spacing, z, wind) for z in heights]).T
+    power = np.array([_gust_power(gusts, number, spacing, z, wind) for z in heights]).T
     amplitude = np.sqrt(2.0 * power)
     if gusts.amplitudes == Amplitudes.RAYLEIGH:
         amplitude *= rayleigh_factors(gusts, GUSTS, number.size)[:, None]
@@ -278,7 +278,7 @@ def gust_band(gusts: Gusts) -> tuple[float, float]:
     return gusts.lowest / (2.0 * np.pi), gusts.highest / (2.0 * np.pi)
 
 
-def _power(
+def _gust_power(
     gusts: Gusts, number: np.ndarray, spacing: float, height: float, wind: MeanWind
 ) -> np.ndarray:
     """Variance (n,) of the spectrum in the cell of each component, by Gauss' rule. Cells at the

@@ -747,7 +747,7 @@ class TestStrut:
         )
         pto = load(text).scene().forces["element"]
         assert isinstance(pto, elements.Strut)
-        assert (pto.absorbs, pto.damping, pto.offset.size, pto.supports_weight()) == (
+        assert (pto.absorbs, pto.damping, pto.offset.size, pto.can_carry_weight()) == (
             True,
             2e3,
             0,

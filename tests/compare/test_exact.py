@@ -14,10 +14,12 @@ from recorded_runs import made_run
 from hydrosim.compare.dataset import differences, read_result
 from hydrosim.errors import InputError
 
+RUN = made_run()
+
 
 def with_value(name: str, value: float) -> xr.Dataset:
     """The run with one value of a variable changed, the last."""
-    run = made_run().copy(deep=True)
+    run = RUN.copy(deep=True)
     run[name].values[-1] = value
     return run
 
@@ -28,24 +30,24 @@ def with_attribute(run: xr.Dataset, name: str, value: object) -> xr.Dataset:
 
 PLANTED: dict[str, tuple[xr.Dataset, str]] = {
     "a value by one bit": (
-        with_value("wave_elevation", np.nextafter(made_run().wave_elevation.values[-1], 9.0)),
+        with_value("wave_elevation", np.nextafter(RUN.wave_elevation.values[-1], 9.0)),
         "wave_elevation: 1 of 3001 values differ, first ",
     ),
     "not a number": (with_value("energy_kinetic", np.nan), "energy_kinetic: 1 of 3001 values"),
     "a negative zero": (with_value("energy_residual", -0.0), "first 0.0 and -0.0 at time 3000"),
     "a whole number": (with_value("fender_mode", 2), "fender_mode: "),
-    "a coordinate": (made_run().assign_coords(dof=list("abcdef")), "dof: 6 of 6 values differ"),
+    "a coordinate": (RUN.assign_coords(dof=list("abcdef")), "dof: 6 of 6 values differ"),
     "single precision": (
-        made_run().assign(wave_elevation=made_run().wave_elevation.astype(np.float32)),
+        RUN.assign(wave_elevation=RUN.wave_elevation.astype(np.float32)),
         "wave_elevation: types float64 and float32",
     ),
-    "a shorter run": (made_run().isel(time=slice(3000)), "time: time 3001 and time 3000"),
-    "another order": (made_run().transpose("dof", ...), "position: time 3001, body 1, dof 6 and "),
-    "one variable less": (made_run().drop_vars("force_lift"), "force_lift: only in the first"),
-    "an attribute": (with_attribute(made_run(), "status", "failed"), "status: complete and failed"),
-    "an attribute more": (with_attribute(made_run(), "seeds", [1]), "seeds: only in the second"),
+    "a shorter run": (RUN.isel(time=slice(3000)), "time: time 3001 and time 3000"),
+    "another order": (RUN.transpose("dof", ...), "position: time 3001, body 1, dof 6 and "),
+    "one variable less": (RUN.drop_vars("force_lift"), "force_lift: only in the first"),
+    "an attribute": (with_attribute(RUN, "status", "failed"), "status: complete and failed"),
+    "an attribute more": (with_attribute(RUN, "seeds", [1]), "seeds: only in the second"),
     "a unit": (
-        made_run().assign(wave_elevation=made_run().wave_elevation.assign_attrs(units="mm")),
+        RUN.assign(wave_elevation=RUN.wave_elevation.assign_attrs(units="mm")),
         "wave_elevation: attribute units: m and mm",
     ),
 }
@@ -54,9 +56,7 @@ PLANTED: dict[str, tuple[xr.Dataset, str]] = {
 @pytest.mark.parametrize("what", PLANTED)
 def test_a_planted_difference_is_named(what: str) -> None:
     changed, told = PLANTED[what]
-    assert any(told in line for line in differences(made_run(), changed)), differences(
-        made_run(), changed
-    )
+    assert any(told in line for line in differences(RUN, changed)), differences(RUN, changed)
 
 
 def test_a_result_is_identical_to_itself_in_memory_and_in_a_file(tmp_path: Path) -> None:
@@ -84,8 +84,8 @@ def compared(
 ) -> Callable[..., tuple[int, str]]:
     """Exit code and text of the command on two files; it writes nothing."""
     monkeypatch.chdir(tmp_path)
-    made_run().to_netcdf("one.nc")
-    made_run().assign_attrs(wall_time=2.0).to_netcdf("same.nc")
+    RUN.to_netcdf("one.nc")
+    RUN.assign_attrs(wall_time=2.0).to_netcdf("same.nc")
     made_run(seed=2).to_netcdf("other.nc")
     hydrosim = command(monkeypatch, capsys, "compare", "--exact")
 

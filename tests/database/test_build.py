@@ -296,7 +296,7 @@ def test_interrupted_and_taken_up_again(tmp_path, own_store, monkeypatch):
 
 def test_the_time_is_estimated_before_it_is_taken(tmp_path, own_store):
     """Within a factor of 4, as tests share their machine; nothing once all is stored."""
-    recipe = a_box(tmp_path, panels=1.5)
+    recipe = a_box(tmp_path, panels=2.5)
     told: list[float] = []
     begin = []
 

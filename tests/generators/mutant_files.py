@@ -122,7 +122,9 @@ def mooring_texts() -> dict[str, tuple[str, str]]:
 @cache
 def vessel_text() -> str:
     """A vessel type of OrcaFlex with the hull of the shipped barge."""
-    return str(yaml.safe_dump(contents(load(H851)), sort_keys=False, width=10**6))
+    return str(
+        yaml.dump(contents(load(H851)), Dumper=yaml.CSafeDumper, sort_keys=False, width=10**6)
+    )
 
 
 def copy_results(folder: Path, study: str) -> None:

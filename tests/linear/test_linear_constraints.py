@@ -494,7 +494,7 @@ def test_natural_periods_of_a_held_barge() -> None:
     """Those of the reduced system from the database, each with the added mass of its frequency."""
     by_hand, N = FrequencyDomain(), linalg.null_space(HELD_POINT)
     about = responder(held_barge(), radiation=Radiation.DATABASE, contacts=Contacts.STUCK)
-    modes = about.modes()
+    modes = about.natural_modes()
     assert len(modes) == 4
     for mode in modes:
         w = 2 * pi / mode.natural_period

@@ -238,7 +238,7 @@ def test_gumbels_intervals_are_exact(count: int) -> None:
     for _ in range(600):
         *maxima, other = 3.0 - 2.0 * np.log(-np.log(random.random(count + 1)))
         law = fit_maxima(np.array(maxima))
-        (a, b), (c, d) = law.confidence(20.0), law.prediction(1.0)
+        (a, b), (c, d) = law.confidence_interval(20.0), law.prediction_interval(1.0)
         holds.append((a <= 3.0 + 2.0 * np.log(20.0) <= b, c <= other <= d))
     np.testing.assert_allclose(np.mean(holds, axis=0), 0.9, atol=0.04)
 
@@ -271,7 +271,7 @@ def test_p90_over_seeds(validated: Callable[..., None]) -> None:
     600 studies, within three standard errors."""
     random, true = np.random.default_rng(20), gumbel_r.ppf(0.9)
     laws = [fit_maxima(gumbel_r.rvs(size=20, random_state=random)) for _ in range(600)]
-    low, high = np.array([law.confidence(length_ratio(0.9)) for law in laws]).T
+    low, high = np.array([law.confidence_interval(length_ratio(0.9)) for law in laws]).T
     share = float(np.mean((low <= true) & (true <= high)))
     limit = float(f"{3.0 * np.sqrt(0.9 * 0.1 / 600):.3g}")
     claim = "90 % intervals of P90 over 20 seeds, share of 600 that hold"

@@ -12,7 +12,7 @@ from hydrosim.statistics.gumbel import (
     find_confidence,
     find_prediction,
     fit_maxima,
-    follows_gumbel,
+    fits_gumbel,
     length_ratio,
 )
 
@@ -65,10 +65,10 @@ def test_maxima_of_two_kinds_do_not_follow_gumbels_law() -> None:
     """One in ten that does is doubted; of two kinds nearly all are, by 19 runs."""
     random = np.random.default_rng(8)
     drawn = [random.gumbel(size=VALUES_FOR_INTERVAL) for _ in range(STUDIES)]
-    doubted = np.mean([not follows_gumbel(x, fit_maxima(x)) for x in drawn])
+    doubted = np.mean([not fits_gumbel(x, fit_maxima(x)) for x in drawn])
     assert doubted == pytest.approx(0.1, abs=3.0 * np.sqrt(0.09 / STUDIES))
     drawn = [with_and_without_impact(random, VALUES_FOR_INTERVAL) for _ in range(STUDIES)]
-    assert np.mean([not follows_gumbel(x, fit_maxima(x)) for x in drawn]) > 0.9
+    assert np.mean([not fits_gumbel(x, fit_maxima(x)) for x in drawn]) > 0.9
 
 
 @pytest.mark.slow
@@ -84,9 +84,9 @@ def test_runs_of_an_operation(draw: Draw, count: int) -> None:
         *drawn, other = draw(random, count + 1)
         values = np.array(drawn)
         law = fit_maxima(values)
-        if follows_gumbel(values, law):
-            low, high = law.confidence(length_ratio(np.exp(-1.0)))
-            least, most = law.prediction(1.0)
+        if fits_gumbel(values, law):
+            low, high = law.confidence_interval(length_ratio(np.exp(-1.0)))
+            least, most = law.prediction_interval(1.0)
         else:
             low, high = find_confidence(values, np.exp(-1.0))
             least, most, _ = find_prediction(values)

@@ -143,5 +143,5 @@ def test_impulses_are_needed_to_say_why() -> None:
 
 def test_every_result_has_its_keys() -> None:
     assert {"recontact_force", "time", "duration", "mean_force", "friction"} <= RESULT_KEYS.keys()
-    assert StageResult("a", "time", stage=STAGES[-1]).late_if_missing
+    assert StageResult("a", "time", stage=STAGES[-1]).is_late_if_missing
     assert StageResult("a", "end_clearance").at_least

@@ -318,7 +318,9 @@ def test_runs_by_gumbels_law() -> None:
     p90 = law.location - law.scale * np.log(-np.log(0.9))
     assert number(largest["most probable"], "m") == pytest.approx(law.location, rel=1e-9)
     assert number(rare["P90"], "m") == pytest.approx(p90, rel=1e-9)
-    assert ends(largest["another run"], "m") == pytest.approx(law.prediction(1.0), rel=1e-9)
+    assert ends(largest["another run"], "m") == pytest.approx(
+        law.prediction_interval(1.0), rel=1e-9
+    )
     assert rare["by"] == GUMBEL_METHOD
     assert len(list(nodes_over_seeds(runs.isel(run=[0, 1])))) == 1
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class OffsetTable(SchemaModel):
     """A smooth curve through the offsets at some times, which never overshoots."""
 
-    time: Annotated[of.Times, AfterValidator(of.at_least_two)]
+    time: Annotated[of.Times, AfterValidator(of.require_two_entries)]
     """Times that rise, from the start of the run to its end."""
     offset: Annotated[tuple[of.Length, ...], AfterValidator(of.require_entries)]
     """Offset at each time. Equal neighbours are a rest."""
@@ -37,7 +37,7 @@ class OffsetTable(SchemaModel):
 class AngleTable(SchemaModel):
     """A smooth curve through the angles at some times, which never overshoots."""
 
-    time: Annotated[of.Times, AfterValidator(of.at_least_two)]
+    time: Annotated[of.Times, AfterValidator(of.require_two_entries)]
     """Times that rise, from the start of the run to its end."""
     angle: Annotated[tuple[of.Angle, ...], AfterValidator(of.require_entries)]
     """Angle at each time. Equal neighbours are a rest."""
@@ -54,7 +54,7 @@ def _same_number(times: tuple[float, ...], values: tuple[float, ...], what: str)
         raise problem(found_text, f"{'an' if what[0] in 'ao' else 'a'} {what} for each time")
 
 
-def _form(value: object) -> str:
+def _form_tag(value: object) -> str:
     """Which of the forms a motion has."""
     if isinstance(value, OffsetTable | AngleTable) or (isinstance(value, dict) and "time" in value):
         return "table"
@@ -67,14 +67,14 @@ OffsetOverTime = Annotated[
     Annotated[OffsetTable, Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Length], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
     only_forms("offset", "m", OffsetTable, Recorded, Harmonic),
 ]
 AngleOverTime = Annotated[
     Annotated[AngleTable, Tag("table")]
     | Annotated[Recorded, Tag("recorded")]
     | Annotated[Harmonic[of.Angle], Tag("harmonic")],
-    Discriminator(_form),
+    Discriminator(_form_tag),
     only_forms("angle", "deg", AngleTable, Recorded, Harmonic),
 ]
 

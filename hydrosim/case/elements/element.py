@@ -131,7 +131,7 @@ class Active(SchemaModel):
     def _check_order(self) -> Self:
         if not self.keys_with_value("start", "until"):
             raise problem("an empty mapping", "from, until, or both")
-        begin, end = (_time(moment) for moment in (self.start, self.until))
+        begin, end = (_moment_time(moment) for moment in (self.start, self.until))
         if begin is not None and end is not None and begin >= end:
             raise problem(f"from {begin:g} s until {end:g} s", "an end after the start")
         return self
@@ -141,7 +141,7 @@ class Active(SchemaModel):
         return scene.Active(*map(build_condition, (self.start, self.until)))
 
 
-def _time(moment: Any) -> float | None:
+def _moment_time(moment: Any) -> float | None:
     """The time of a moment, None if it is none or waits for a channel."""
     if moment is None or isinstance(moment, Event):
         return None
@@ -149,7 +149,7 @@ def _time(moment: Any) -> float | None:
 
 
 def build_condition(moment: Any) -> scene.When | None:
-    time = _time(moment)
+    time = _moment_time(moment)
     if time is not None:
         return scene.When(time)
     return None if moment is None else moment.build()
@@ -166,14 +166,14 @@ class BuildContext:
     joints: Mapping[str, scene.Joint] = field(default_factory=dict)
 
 
-def _with_example(schema: dict[str, Any], model: type[Exemplary]) -> None:
+def _add_example(schema: dict[str, Any], model: type[Exemplary]) -> None:
     schema["examples"] = [model.example]
 
 
 class Exemplary(SchemaModel):
     """A mapping with an ``example``, which stands in its JSON schema and is built by a test."""
 
-    model_config = ConfigDict(json_schema_extra=_with_example)
+    model_config = ConfigDict(json_schema_extra=_add_example)
     example: ClassVar[dict[str, Any]] = {}
 
 

@@ -70,13 +70,13 @@ def mooring_lines(system: System, water: Water, source: Source) -> dict[str, Moo
         if point.held is not PointSupport.BODY:
             continue
         for first in at[name]:
-            pieces, end = _follow(system, at, name, first, source)
+            pieces, end = _follow_chain(system, at, name, first, source)
             if len(pieces) > MAX_SEGMENTS:
                 text = f"found {len(pieces)} lines in series from line {first}"
                 text += f"; expected at most {MAX_SEGMENTS}; join those that are alike"
                 source.wrong(text, system.pieces[first].row)
             used.update(pieces)
-            lines_by_name[first] = _line(system, name, end, pieces, water)
+            lines_by_name[first] = _build_line(system, name, end, pieces, water)
     left = [name for name in system.pieces if name not in used]
     if left:
         text = f"found line {left[0]}, which leads to no point of a body; expected lines to bodies"
@@ -119,7 +119,7 @@ def _lines_at(system: System) -> Mapping[str, list[str]]:
     return at
 
 
-def _follow(
+def _follow_chain(
     system: System, at: Mapping[str, list[str]], start: str, first: str, source: Source
 ) -> tuple[list[str], str]:
     """Pieces from the fairlead ``start`` to a point of the earth, and that point."""
@@ -169,10 +169,12 @@ def _refuse_bridle(
     )
 
 
-def _line(system: System, start: str, end: str, pieces: list[str], water: Water) -> MooringLine:
+def _build_line(
+    system: System, start: str, end: str, pieces: list[str], water: Water
+) -> MooringLine:
     density, gravity = water
     segments = []
-    for name, hung in zip(pieces, _hung(system, start, pieces, water), strict=True):
+    for name, hung in zip(pieces, _hung_weights(system, start, pieces, water), strict=True):
         kind = system.types[system.pieces[name].type]
         segments.append(
             LinePiece(
@@ -192,7 +194,7 @@ def weight_in_water(kind: LineType, density: float) -> float:
     return kind.mass - density * pi / 4.0 * kind.diameter**2
 
 
-def _hung(system: System, start: str, pieces: list[str], water: Water) -> Iterator[float]:
+def _hung_weights(system: System, start: str, pieces: list[str], water: Water) -> Iterator[float]:
     """Weight in water at the lower end of each piece [N]; none at the anchor."""
     density, gravity = water
     point = start
@@ -237,7 +239,7 @@ def case_keys(file: Path) -> str:
     lines = mooring_lines(system, water, source)
     keys: dict[str, object] = {}
     if system.depth is not None:
-        keys["environment"] = {"water_depth": _with_unit(system.depth, "m")}
+        keys["environment"] = {"water_depth": _text_with_unit(system.depth, "m")}
     keys["forces"] = {f"line_{name}": _line_keys(line, system) for name, line in lines.items()}
     text = yaml.dump(keys, sort_keys=False, default_flow_style=None, width=100)
     head = HEAD.format(file=file.name, density=water[0], gravity=water[1])
@@ -250,21 +252,24 @@ def _line_keys(line: MooringLine, system: System) -> dict[str, object]:
     keys: dict[str, object] = {
         "type": "catenary",
         "body": "vessel",
-        "point": [_with_unit(x, "m") for x in line.fairlead],
-        "anchor": [_with_unit(x, "m") for x in line.anchor],
+        "point": [_text_with_unit(x, "m") for x in line.fairlead],
+        "anchor": [_text_with_unit(x, "m") for x in line.anchor],
         "segments": [],
     }
     segments = []
     for s in line.segments:
         section_keys: dict[str, object] = {
-            "length": _with_unit(s.length, "m"),
-            "weight": _with_unit(s.weight, "N/m"),
-            "stiffness": _with_unit(s.stiffness, "N"),
+            "length": _text_with_unit(s.length, "m"),
+            "weight": _text_with_unit(s.weight, "N/m"),
+            "stiffness": _text_with_unit(s.stiffness, "N"),
         }
         if s.drag > 0.0:
-            section_keys["drag"] = {"coefficient": s.drag, "diameter": _with_unit(s.diameter, "m")}
+            section_keys["drag"] = {
+                "coefficient": s.drag,
+                "diameter": _text_with_unit(s.diameter, "m"),
+            }
         if s.hung != 0.0:
-            section_keys["clump" if s.hung > 0.0 else "buoy"] = _with_unit(abs(s.hung), "N")
+            section_keys["clump" if s.hung > 0.0 else "buoy"] = _text_with_unit(abs(s.hung), "N")
         segments.append(section_keys)
     keys["segments"] = segments
     if system.depth is not None:
@@ -272,5 +277,5 @@ def _line_keys(line: MooringLine, system: System) -> dict[str, object]:
     return keys
 
 
-def _with_unit(value: float, unit: str) -> str:
+def _text_with_unit(value: float, unit: str) -> str:
     return f"{value:.{SIGNIFICANT_DIGITS}g} {unit}"

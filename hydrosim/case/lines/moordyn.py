@@ -94,9 +94,9 @@ def read_moordyn(source: Source) -> System:
     stiffness = tuple(_find_stiffness_left_out(tables["types"]))
     return System(
         source.file,
-        _types(tables["types"]),
-        _points(tables["points"], options.depth, bodies),
-        _pieces(tables["lines"]),
+        _read_types(tables["types"]),
+        _read_points(tables["points"], options.depth, bodies),
+        _read_pieces(tables["lines"]),
         density=options.density,
         gravity=options.gravity,
         depth=options.depth,
@@ -156,7 +156,7 @@ def _refuse_sections(
             source.wrong(text, line)
 
 
-def _types(rows: SectionTable) -> dict[str, LineType]:
+def _read_types(rows: SectionTable) -> dict[str, LineType]:
     """Types of lines by name."""
     diameter, mass, stiffness = (rows.required_column(w) for w in ("diameter", "mass", "stiffness"))
     types_by_name: dict[str, LineType] = {}
@@ -218,12 +218,12 @@ def _read_bodies(rows: SectionTable) -> Iterator[tuple[str, FileBody]]:
         if np.count_nonzero(angles) > 1:
             text = "found rotations about several axes; expected one of r0, p0, y0"
             rows.source.wrong(f"{text}: MoorDyn and MoorPy differ in their order", line)
-        number = _identity(rows.source, line, words[0])
+        number = _read_identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, seen, number, "body", line)
         fixed = held is PointSupport.EARTH
         support = held if fixed else PointSupport.BODY
         seen[number] = FileBody(
-            support, np.array(place), _rotation(angles), held is PointSupport.LINES, line
+            support, np.array(place), _rotation_matrix(angles), held is PointSupport.LINES, line
         )
         yield number, seen[number]
 
@@ -239,7 +239,7 @@ def _free_bodies(bodies: Bodies) -> Iterator[OmittedEntry]:
             )
 
 
-def _rotation(angles: Sequence[float]) -> np.ndarray:
+def _rotation_matrix(angles: Sequence[float]) -> np.ndarray:
     """Matrix (3, 3) of a rotation about one of the axes by an angle [deg]."""
     axis = int(np.argmax(np.abs(angles)))
     c, s = cos(radians(angles[axis])), sin(radians(angles[axis]))
@@ -249,7 +249,9 @@ def _rotation(angles: Sequence[float]) -> np.ndarray:
     return matrix
 
 
-def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> dict[str, Point]:
+def _read_points(
+    rows: SectionTable, depth: float | None, bodies: Bodies | None
+) -> dict[str, Point]:
     """Points by number."""
     columns = [rows.required_column(name) for name in "xyz"]
     points_by_name: dict[str, Point] = {}
@@ -261,7 +263,7 @@ def _points(rows: SectionTable, depth: float | None, bodies: Bodies | None) -> d
         if words[columns[2]].lower() == "seabed" and depth is not None:
             words[columns[2]] = str(-depth)
         x, y, z = (rows.number(line, words, c, sections.COORDINATE) for c in columns)
-        number = _identity(rows.source, line, words[0])
+        number = _read_identity(rows.source, line, words[0])
         _refuse_repeated(rows.source, points_by_name, number, "point", line)
         held, body, place = _locate_point(rows.source, line, words[1], (x, y, z), bodies)
         mass = rows.optional_number(line, words, "mass", sections.MASS)
@@ -296,12 +298,12 @@ def _support_of(kind: str) -> PointSupport | None:
     return next((held for word, held in POINT_TYPES.items() if kind.startswith(word)), None)
 
 
-def _pieces(rows: SectionTable) -> dict[str, Piece]:
+def _read_pieces(rows: SectionTable) -> dict[str, Piece]:
     """Lines by number."""
     first, second, length = (rows.required_column(what) for what in ("first", "second", "length"))
     pieces_by_name: dict[str, Piece] = {}
     for line, words in rows:
-        ends = tuple(_identity(rows.source, line, words[c]) for c in (first, second))
+        ends = tuple(_read_identity(rows.source, line, words[c]) for c in (first, second))
         _refuse_repeated(rows.source, pieces_by_name, words[0], "line", line)
         size = rows.number(
             line,
@@ -314,7 +316,7 @@ def _pieces(rows: SectionTable) -> dict[str, Piece]:
     return pieces_by_name
 
 
-def _identity(source: Source, line: int, word: str) -> str:
+def _read_identity(source: Source, line: int, word: str) -> str:
     """Number of a point, which may be written P3 or Con3."""
     if word[:1].lower() == "r":
         source.wrong(f"found the end {word} of a rod; expected a point", line)

@@ -145,11 +145,11 @@ def read_moorpy(source: Source) -> System:
         keys = f"{', '.join(REQUIRED_KEYS[:-1])} and {REQUIRED_KEYS[-1]}"
         source.wrong(f"found no keys {keys}; expected a system of MoorPy, or a case of hydrosim")
     if {*REQUIRED_KEYS} <= {*values}:
-        return _system(MappingEntry(source, node, (), values))
-    return _system(MappingEntry(source, node, ("mooring",), values["mooring"]))
+        return _read_system(MappingEntry(source, node, (), values))
+    return _read_system(MappingEntry(source, node, ("mooring",), values["mooring"]))
 
 
-def _system(system: MappingEntry) -> System:
+def _read_system(system: MappingEntry) -> System:
     if system.values.get("bodies"):
         text = "found bodies; expected points of type fairlead; bodies are in the case"
         system.refuse(text, "bodies")
@@ -166,9 +166,9 @@ def _system(system: MappingEntry) -> System:
         system.refuse("found one name of two lines; expected each once", "lines")
     return System(
         system.source.file,
-        {name: _type(entry) for name, entry in _named_entries(parts["line_types"])},
-        {name: _point(entry) for name, entry in _named_entries(parts["points"])},
-        {name: _piece(entry) for name, entry in lines.items()},
+        {name: _read_type(entry) for name, entry in _named_entries(parts["line_types"])},
+        {name: _read_point(entry) for name, entry in _named_entries(parts["points"])},
+        {name: _read_piece(entry) for name, entry in lines.items()},
         density=density,
         depth=system.optional_number("water_depth", sections.DEPTH),
         left_out=tuple(unknown),
@@ -186,7 +186,7 @@ def _named_entries(parts: list[MappingEntry]) -> Iterator[tuple[str, MappingEntr
         yield name, entry
 
 
-def _type(entry: MappingEntry) -> LineType:
+def _read_type(entry: MappingEntry) -> LineType:
     return LineType(
         entry.number("diameter", sections.DIAMETER),
         entry.number("mass_density", sections.MASS_PER_LENGTH),
@@ -195,7 +195,7 @@ def _type(entry: MappingEntry) -> LineType:
     )
 
 
-def _point(entry: MappingEntry) -> Point:
+def _read_point(entry: MappingEntry) -> Point:
     kind = entry.read_name("type").lower()
     held = next((held for word, held in POINT_TYPES if word in kind), None)
     if held is None:
@@ -210,7 +210,7 @@ def _point(entry: MappingEntry) -> Point:
     )
 
 
-def _piece(entry: MappingEntry) -> Piece:
+def _read_piece(entry: MappingEntry) -> Piece:
     ends = (entry.read_name("endA"), entry.read_name("endB"))
     kind = entry.read_name("type", "lineType")
     return Piece(kind, ends, entry.number("length", sections.LINE_LENGTH), entry.row)

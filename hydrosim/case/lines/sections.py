@@ -145,7 +145,7 @@ def read_sections(source: Source) -> dict[str, FileSection]:
     """The sections of a file by their kind, with those that are not known by their titles. What is
     behind the end of the file is left out. Raises InputError for two sections of a kind."""
     sections_by_title: dict[str, FileSection] = {}
-    for section in _sections(source):
+    for section in _split_sections(source):
         if section.kind == "end":
             break
         name = section.kind or section.title
@@ -159,10 +159,10 @@ def read_sections(source: Source) -> dict[str, FileSection]:
     return sections_by_title
 
 
-def _sections(source: Source) -> Iterator[FileSection]:
+def _split_sections(source: Source) -> Iterator[FileSection]:
     """The sections in their order; lines before the first one are remarks."""
     section = None
-    for number, line in enumerate(_lines(source), 1):
+    for number, line in enumerate(_content_lines(source), 1):
         if "---" in line:
             if section is not None:
                 yield section
@@ -175,7 +175,7 @@ def _sections(source: Source) -> Iterator[FileSection]:
         yield section
 
 
-def _lines(source: Source) -> list[str]:
+def _content_lines(source: Source) -> list[str]:
     source.head(1)
     size = source.file.stat().st_size
     if size > MAX_FILE_BYTES:

@@ -60,7 +60,7 @@ QUESTIONS: Mapping[Question, Callable[[SceneContext], Iterator[Query]]] = {
 def query_messages(about: SceneContext) -> list[str]:
     """Messages of all doubts about a scene except accepted ones. Raises InputError for doubts that
     are refusals."""
-    queries = list(_queries(about))
+    queries = list(_all_queries(about))
     refused = [_query_message(doubt, question) for doubt, question in queries if doubt.refused]
     if refused:
         raise InputError("\n".join(refused))
@@ -70,10 +70,10 @@ def query_messages(about: SceneContext) -> list[str]:
 def describe_doubts(about: SceneContext, apart: Collection[Question]) -> list[str]:
     """Messages of all doubts except accepted ones and those of the questions ``apart``. What would
     refuse a run is among them."""
-    return [_query_message(doubt, question) for doubt, question in _queries(about, apart)]
+    return [_query_message(doubt, question) for doubt, question in _all_queries(about, apart)]
 
 
-def _queries(
+def _all_queries(
     about: SceneContext, apart: Collection[Question] = frozenset()
 ) -> Iterator[tuple[Query, Question]]:
     for question, ask in QUESTIONS.items():

@@ -48,9 +48,9 @@ def ask_about_attachments(about: SceneContext) -> Iterator[Query]:
     """Ask about points far off their bodies, and fairleads far under a keel."""
     sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
     bodies = {body.name: body for body in about.scene.bodies}
-    for key, name, point in _points(about):
+    for key, name, point in _attachment_points(about):
         body = bodies[name]
-        limit = _reach(body, sizes.get(name))
+        limit = _reach_of_body(body, sizes.get(name))
         away = float(np.linalg.norm(point))
         if away > limit:
             found_text = (
@@ -60,11 +60,11 @@ def ask_about_attachments(about: SceneContext) -> Iterator[Query]:
     for name, line in about.scene.forces.items():
         size = sizes.get(line.body)
         if isinstance(line, Catenary) and size is not None:
-            yield from _under_keel(name, line, size)
-            yield from _off_hull(name, line, size)
+            yield from _ask_about_depth_under_keel(name, line, size)
+            yield from _ask_about_place_off_hull(name, line, size)
 
 
-def _points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
+def _attachment_points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
     """Keys, bodies and points (3,) of lines, joints and named points, in the frame of the body."""
     centre = {body.name: about.centre(b) for b, body in enumerate(about.scene.bodies)}
     turn = {body.name: about.motion.rotation[b] for b, body in enumerate(about.scene.bodies)}
@@ -84,7 +84,7 @@ def _points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarray]]:
             yield f"bodies.{body.name}.points.{name}", body.name, np.array(named_point, float)
 
 
-def _reach(body: Body, size: Extents | None) -> float:
+def _reach_of_body(body: Body, size: Extents | None) -> float:
     """Largest usual distance of a point of a body from its centre of gravity [m]."""
     radius = float(np.sqrt(np.diag(body.inertia).max() / body.mass))
     dry = max(DRY_REACH * radius, MIN_DRY_REACH)
@@ -93,7 +93,7 @@ def _reach(body: Body, size: Extents | None) -> float:
     return max(HULL_REACH * float(np.linalg.norm(size.half)), MIN_HULL_REACH)
 
 
-def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
+def _ask_about_depth_under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     """Ask about a fairlead metres under the keel."""
     under = size.centre[2] - ELLIPSE_OVER_RECTANGLE * size.draught - line.point[2]
     limit = max(UNDER_KEEL * size.draught, MIN_UNDER_KEEL)
@@ -104,7 +104,7 @@ def _under_keel(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
         yield Query(f"forces.{name}.point", found_text, f"usual is up to {limit:.2g} m", FRAME)
 
 
-def _off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
+def _ask_about_place_off_hull(name: str, line: Catenary, size: Extents) -> Iterator[Query]:
     """Ask about a fairlead of a mooring line far beside a hull, or far above the water."""
     if line.anchor_body is not None or line.anchor[2] >= 0.0:
         return
@@ -172,15 +172,15 @@ def ask_about_line_routes(about: SceneContext) -> Iterator[Query]:
     for line in every:
         of = about.scene.forces[line.name]
         assert isinstance(of, Catenary)
-        yield from _beside_bed(line, of, depth)
-        yield from _softness(about, line, of)
-        yield from _drag(about, line, of)
+        yield from _ask_about_seabed(line, of, depth)
+        yield from _ask_about_softness(about, line, of)
+        yield from _ask_about_drag(about, line, of)
         size = sizes.get(of.body)
         if size is not None and of.anchor_body is None and of.anchor[2] < 0.0:
-            yield from _under_hull(about, line, of, size)
+            yield from _ask_about_crossing_under_hull(about, line, of, size)
 
 
-def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
+def _ask_about_seabed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
     """Ask about a line that runs below the seabed, and about an anchor high above it."""
     key = f"forces.{line.name}"
     lowest = -float(line.places()[0][:, 2].min())
@@ -198,11 +198,11 @@ def _beside_bed(line: LineShape, of: Catenary, depth: float) -> Iterator[Query]:
         yield Query(f"{key}.anchor", found_text, "usual is an anchor on the seabed")
 
 
-def _softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
+def _ask_about_softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
     """Ask about mooring lines whose EA is hardly a thousandth of the weight that they hold."""
     if of.anchor_body is not None or of.body not in about.derived.databases:
         return
-    weight = about.scene.environment.gravity * about.scene.bodies[about.index[of.body]].mass
+    weight = about.scene.environment.gravity * about.scene.bodies[about.body_numbers[of.body]].mass
     stiffness = float(line.line_pieces["stiffness"].min())
     if stiffness < MIN_STIFFNESS_OVER_WEIGHT * weight:
         found_text = f"an EA of {stiffness:.3g} N, for a body whose weight is {weight:.3g} N"
@@ -211,7 +211,7 @@ def _softness(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Qu
         yield Query(f"forces.{line.name}.segments", found_text, usual, advice)
 
 
-def _drag(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
+def _ask_about_drag(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]:
     """Ask about drag of a line that is far wider than its chain, or wider than any line."""
     widest = float(of.drag_width.max())
     bars = list(bar_diameters(of, about.scene.environment))
@@ -222,7 +222,7 @@ def _drag(about: SceneContext, line: LineShape, of: Catenary) -> Iterator[Query]
         yield Query(f"forces.{line.name}.segments", found_text, usual, "Is the diameter in mm?")
 
 
-def _under_hull(
+def _ask_about_crossing_under_hull(
     about: SceneContext, line: LineShape, of: Catenary, size: Extents
 ) -> Iterator[Query]:
     """Ask about a line from a side of a compact hull that crosses under it to the other side."""
@@ -230,7 +230,7 @@ def _under_hull(
     at_keel = of.point[2] < size.centre[2] - KEEL * size.draught
     if size.filled < COMPACT or at_keel or np.abs(aside).max() < SIDE_FRACTION:
         return
-    turn = about.motion.rotation[about.index[of.body]]
+    turn = about.motion.rotation[about.body_numbers[of.body]]
     away = turn.T @ np.array([*line.ends.e, 0.0])
     inside = _length_inside(aside, away[:2] / size.half)
     limit = CROSSING * 2.0 * float(size.half.min())

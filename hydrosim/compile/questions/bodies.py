@@ -25,7 +25,7 @@ from hydrosim.elements.damping import QuadraticDamping
 from hydrosim.elements.signal import Harmonic, Signal
 from hydrosim.scene import Body, Question, Weight
 from hydrosim.scene.body import Box
-from hydrosim.tanks.timeline import at_start, body_without, least_moment
+from hydrosim.tanks.timeline import body_without, least_moment, tanks_at_start
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question
 HOPELESS = 10.0  # ratio of mass to displaced mass, or its inverse, that no mooring can hold
@@ -87,7 +87,7 @@ def ask_about_inertia(about: SceneContext) -> Iterator[Query]:
             found_text = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
             usual = "the largest moment of a rigid body is at most the sum of the others"
             yield Query(f"bodies.{body.name}.inertia, radii_of_gyration", found_text, usual)
-        empty = least_moment(body, body_without(body, at_start(body.tanks)).inertia)
+        empty = least_moment(body, body_without(body, tanks_at_start(body.tanks)).inertia)
         if empty <= 0.0 and not body.constant_inertia:
             yield Query(
                 f"bodies.{body.name}.inertia, radii_of_gyration",
@@ -95,11 +95,11 @@ def ask_about_inertia(about: SceneContext) -> Iterator[Query]:
                 "the moments include the contents of tanks and are larger",
                 "The contents that are pumped out have more inertia than the body.",
             )
-    yield from _radii(about)
-    yield from _densities(about)
+    yield from _ask_about_radii(about)
+    yield from _ask_about_densities(about)
 
 
-def _densities(about: SceneContext) -> Iterator[Query]:
+def _ask_about_densities(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that are lighter than air, by the box of their radii of gyration."""
     for body in about.scene.bodies:
         squares = 3.0 * np.linalg.eigvalsh(body.inertia) / body.mass
@@ -114,7 +114,7 @@ def _densities(about: SceneContext) -> Iterator[Query]:
             yield Query(key, found_text, usual, "Are the radii in mm?")
 
 
-def _radii(about: SceneContext) -> Iterator[Query]:
+def _ask_about_radii(about: SceneContext) -> Iterator[Query]:
     """Ask about radii of gyration that exceed the size of the hull, or that are a small part of
     it."""
     for _, body, db in about.floating_bodies():
@@ -149,7 +149,7 @@ def ask_about_trim(about: SceneContext) -> Iterator[Query]:
         weight = body.mass * about.scene.environment.gravity
         off = np.array(body.centre_of_gravity) - db.centre_of_buoyancy[0]
         moment = weight * np.array([0.0, -off[1], off[0]])
-        tilt = _tilt(body, require_array(db, "hydrostatic_stiffness"), moment)
+        tilt = _static_tilt(body, require_array(db, "hydrostatic_stiffness"), moment)
         if np.abs(tilt).max() > TILT:
             limit = float(np.degrees(TILT))
             roll, pitch = (
@@ -166,7 +166,7 @@ def ask_about_trim(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
+def _static_tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
     """Roll and pitch (2,) [rad] of a hull under a ``moment`` (3,) on heave, roll, pitch; zero for a
     hull that would capsize."""
     free = np.array([k for k in range(3) if DOFS[2 + k] in body.dofs], dtype=int)
@@ -179,7 +179,7 @@ def _tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.ndarray:
 
 def ask_about_stability(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls that capsize, or whose centre of gravity is a draught above the water."""
-    yield from _high_centres(about)
+    yield from _ask_about_high_centres(about)
     gravity = about.scene.environment.gravity
     for _, body, db in about.afloat():
         stiffness = require_array(db, "hydrostatic_stiffness")
@@ -192,7 +192,7 @@ def ask_about_stability(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
 
 
-def _high_centres(about: SceneContext) -> Iterator[Query]:
+def _ask_about_high_centres(about: SceneContext) -> Iterator[Query]:
     """Ask about closed hulls with a centre of gravity more than a draught above the water."""
     for _, body, db in about.afloat():
         size = extents(body, db)
@@ -229,11 +229,11 @@ def ask_about_lift(about: SceneContext) -> Iterator[Query]:
     """Ask about applied forces that lift a hull out of the water, or sink it, or that push it with
     more than its weight."""
     for _, body, db in about.floating_bodies():
-        yield from _sideways(about, body)
+        yield from _ask_about_sideways_forces(about, body)
         if body.hydrostatics is not None or _is_mass_asked(about, body, db):
             continue  # with another mass, the weight is another
         extremes = [
-            _extremes(e.force["heave"], about.scene.duration)
+            _extremes_of_signal(e.force["heave"], about.scene.duration)
             for e in about.scene.forces.values()
             if isinstance(e, AppliedForce) and e.body == body.name and "heave" in e.force
         ]
@@ -251,13 +251,17 @@ def ask_about_lift(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"bodies.{body.name}", found_text, usual, advice, out)
 
 
-def _sideways(about: SceneContext, body: Body) -> Iterator[Query]:
+def _ask_about_sideways_forces(about: SceneContext, body: Body) -> Iterator[Query]:
     """Ask about applied forces along the water that exceed the weight."""
     weight = body.mass * about.scene.environment.gravity
     for name, of in about.scene.forces.items():
         if isinstance(of, AppliedForce) and of.body == body.name:
             for dof in DOFS[:2]:
-                ends = _extremes(of.force[dof], about.scene.duration) if dof in of.force else (0.0,)
+                ends = (
+                    _extremes_of_signal(of.force[dof], about.scene.duration)
+                    if dof in of.force
+                    else (0.0,)
+                )
                 most = max(map(abs, ends))
                 if most > weight:
                     found_text = f"{text_beyond(most, weight)} N, for a weight of {weight:.3g} N"
@@ -265,7 +269,7 @@ def _sideways(about: SceneContext, body: Body) -> Iterator[Query]:
                     yield Query(f"forces.{name}.force.{dof}", found_text, usual, "Check its unit.")
 
 
-def _extremes(signal: Signal, duration: float) -> tuple[float, float]:
+def _extremes_of_signal(signal: Signal, duration: float) -> tuple[float, float]:
     """Smallest and largest force [N] of a signal in a run; zero is included."""
     if isinstance(signal, Harmonic):
         range_ends = np.array([-1.0, 1.0]) * signal.amplitude + signal.mean
@@ -380,7 +384,7 @@ def ask_about_shielding(about: SceneContext) -> Iterator[Query]:
         ):
             continue
         breadth = 2.0 * max(first.half.min(), second.half.min())
-        gap = _gap(about, (body, first), (neighbour, second))
+        gap = _gap_between_bodies(about, (body, first), (neighbour, second))
         if gap < NEIGHBOUR_BREADTHS * breadth:
             length = peak_wavelength(about.sea)
             yield Query(
@@ -405,7 +409,9 @@ def _share_database(body: Body, neighbour: Body) -> bool:
     return first == second and body.database_body != neighbour.database_body
 
 
-def _gap(about: SceneContext, first: tuple[Body, Extents], second: tuple[Body, Extents]) -> float:
+def _gap_between_bodies(
+    about: SceneContext, first: tuple[Body, Extents], second: tuple[Body, Extents]
+) -> float:
     """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
     middles, reaches = zip(
         *(_projected_extents(about, *body_and_size) for body_and_size in (first, second)),
@@ -420,7 +426,7 @@ def _projected_extents(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centre of a hull's rectangle (2,), and its extent from there in all directions
     `DIRECTION_VECTORS`."""
-    b = about.index[body.name]
+    b = about.body_numbers[body.name]
     R = about.motion.rotation[b]
     middle = (about.centre(b) + R @ size.centre)[:2]
     return middle, np.abs(DIRECTION_VECTORS @ R[:2, :2]) @ size.half

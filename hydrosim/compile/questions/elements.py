@@ -51,15 +51,15 @@ SHARED_LOAD_COSINE = 0.7  # cosine of the largest angle between normals of fende
 
 def ask_about_bending(about: SceneContext) -> Iterator[Query]:
     """Ask about the bending stiffness of lines in files of other programs."""
-    yield from _left_out(about, Question.BENDING)
+    yield from _ask_about_omitted_entries(about, Question.BENDING)
 
 
 def ask_about_files(about: SceneContext) -> Iterator[Query]:
     """Tell what else files of other programs say and the scene has not."""
-    yield from _left_out(about, Question.FILES)
+    yield from _ask_about_omitted_entries(about, Question.FILES)
 
 
-def _left_out(about: SceneContext, question: Question) -> Iterator[Query]:
+def _ask_about_omitted_entries(about: SceneContext, question: Question) -> Iterator[Query]:
     for element in about.scene.forces.values():
         for entry in element.left_out if isinstance(element, Catenary) else ():
             if entry.question is question:
@@ -75,23 +75,24 @@ def ask_about_softness(about: SceneContext) -> Iterator[Query]:
         if isinstance(fender, Contact) and not isinstance(fender.normal, PrescribedNormal)
     ]
     for name, fender in fenders:
-        if _stiffness(fender) > STIFFEST:
-            found_text = f"{text_beyond(_stiffness(fender), STIFFEST)} N/m per point"
+        if _fender_stiffness(fender) > STIFFEST:
+            found_text = f"{text_beyond(_fender_stiffness(fender), STIFFEST)} N/m per point"
             usual = f"usual is up to {STIFFEST:g} N/m, a bar of steel of 1 m and 0.05 m^2"
             yield Query(f"forces.{name}.normal", found_text, usual, "Check its unit.")
         others = [other for _, other in fenders if _share_load(fender, other)]
-        stiffness = sum(len(other.points) * _stiffness(other) for other in others)
-        below_weight = list(_under_weight(about, name, fender, stiffness))
+        stiffness = sum(len(other.points) * _fender_stiffness(other) for other in others)
+        below_weight = list(_ask_about_compression_by_weight(about, name, fender, stiffness))
         if below_weight:
             yield from below_weight
             continue
-        mass = _mass(about, fender)
+        mass = _mass_on_fender(about, fender)
         pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
         if mass > 0.0 and pressed > SOFTEST:
             by = text_beyond(pressed, SOFTEST)
             yield Query(
                 f"forces.{name}.normal",
-                f"{_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at {BERTHING:g} m/s would"
+                f"{_fender_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at"
+                f" {BERTHING:g} m/s would"
                 f" compress the {len(others)} fenders of that side by {by} m"
                 if len(others) > 1
                 else f"{stiffness:.3g} N/m in all: {mass:.3g} kg at {BERTHING:g} m/s would"
@@ -101,16 +102,18 @@ def ask_about_softness(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _under_weight(
+def _ask_about_compression_by_weight(
     about: SceneContext, name: str, fender: Contact, stiffness: float
 ) -> Iterator[Query]:
     """Ask about dry bodies whose weight alone compresses the fenders below them by metres."""
-    body = about.scene.bodies[about.index[fender.body]]
+    body = about.scene.bodies[about.body_numbers[fender.body]]
     normal = np.array(fender.planes()[0].normal, float)
     upward = normal[2] / np.linalg.norm(normal)
     dry = body.name not in about.derived.databases
     hangs = any(
-        element.body == body.name and element.supports_weight() and not isinstance(element, Contact)
+        element.body == body.name
+        and element.can_carry_weight()
+        and not isinstance(element, Contact)
         for element in about.scene.forces.values()
     )
     if body.weight != Weight.CARRIED or not dry or hangs or upward < SHARED_LOAD_COSINE:
@@ -134,13 +137,13 @@ def _share_load(fender: Contact, other: Contact) -> bool:
     return same and bool(n @ m > SHARED_LOAD_COSINE)
 
 
-def _stiffness(fender: Contact) -> float:
+def _fender_stiffness(fender: Contact) -> float:
     """Secant stiffness of a point at the end of its curve [N/m]."""
     assert not isinstance(fender.normal, PrescribedNormal)
     return float(fender.normal.force[-1] / fender.normal.compression[-1])
 
 
-def _mass(about: SceneContext, fender: Contact) -> float:
+def _mass_on_fender(about: SceneContext, fender: Contact) -> float:
     """Mass of the lighter of the two bodies of a fender that move [kg]."""
     names = {fender.body, *(name for _, name in fender.connected_bodies())}
     moving = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
@@ -165,18 +168,18 @@ def ask_about_friction(about: SceneContext) -> Iterator[Query]:
             usual = "usual is 0.05 to 0.8: greased steel has 0.1, PTFE 0.04"
             yield Query(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
         if isinstance(fender, Contact) and isinstance(law, StickSlip) and largest <= ROUGHEST:
-            yield from _friction_stiffness(about, name, fender, law)
+            yield from _ask_about_friction_stiffness(about, name, fender, law)
 
 
-def _friction_stiffness(
+def _ask_about_friction_stiffness(
     about: SceneContext, name: str, fender: Contact, law: StickSlip
 ) -> Iterator[Query]:
     """Ask about the tangential stiffness of a fender, at the load of a body at berthing speed."""
     if isinstance(fender.normal, PrescribedNormal):
         return
-    normal = _stiffness(fender)
+    normal = _fender_stiffness(fender)
     key = f"forces.{name}.friction.stiffness"
-    load = BERTHING * np.sqrt(_mass(about, fender) * normal / len(fender.points))
+    load = BERTHING * np.sqrt(_mass_on_fender(about, fender) * normal / len(fender.points))
     stretch = law.static * load / law.stiffness
     if stretch > SOFTEST:
         found_text = (
@@ -194,10 +197,10 @@ def ask_about_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about damping ratios above critical, about decay tests that are not of this body, and
     about drag of another size."""
     yield from ask_about_drag(about)
-    yield from _roll_damping(about)
-    yield from _linear_damping(about)
-    yield from _roll_forms(about)
-    yield from _fender_damping(about)
+    yield from _ask_about_roll_damping(about)
+    yield from _ask_about_linear_damping(about)
+    yield from _ask_about_roll_forms(about)
+    yield from _ask_about_fender_damping(about)
     for name, element in about.scene.forces.items():
         if not isinstance(element, LinearMooring | LinearDamping) or element.damping_ratio is None:
             continue
@@ -212,7 +215,7 @@ def ask_about_damping(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
 
 
-def _linear_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_linear_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about linear damping far below or above critical, where hydrostatics or moorings restore
     a body."""
     wet = {body.name: (i, body, db) for i, body, db in about.afloat()}
@@ -222,7 +225,9 @@ def _linear_damping(about: SceneContext) -> Iterator[Query]:
         i, body, db = wet[of.body]
         restored = list(natural_inertias(about, i, body, db))
         unrestored = {*DOFS[:2]} - {dof for dof, _, _ in restored}
-        yield from _slow_damping(about, name, of.damping, body, extents(body, db), unrestored)
+        yield from _ask_about_slow_damping(
+            about, name, of.damping, body, extents(body, db), unrestored
+        )
         for dof, inertia, period in restored:
             damping = float(of.damping[DOFS.index(dof), DOFS.index(dof)])
             ratio = damping * period / (4.0 * np.pi * inertia)
@@ -233,7 +238,7 @@ def _linear_damping(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Check its unit.")
 
 
-def _roll_forms(about: SceneContext) -> Iterator[Query]:
+def _ask_about_roll_forms(about: SceneContext) -> Iterator[Query]:
     """Ask about dimensions of a barge, for its roll damping, that its hull has not."""
     sizes = {body.name: extents(body, db) for _, body, db in about.afloat()}
     for name, of in about.scene.forces.items():
@@ -253,14 +258,14 @@ def _roll_forms(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.ikeda.{key}", found_text, usual)
 
 
-def _fender_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_fender_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about dampers of contacts that are far above critical."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Contact) or not isinstance(of.normal, NormalCurve):
             continue
-        mass = _mass(about, of) / len(of.points)
+        mass = _mass_on_fender(about, of) / len(of.points)
         law = of.friction
-        coefficients = [("normal.damping", of.normal.damping, _stiffness(of))]
+        coefficients = [("normal.damping", of.normal.damping, _fender_stiffness(of))]
         if isinstance(law, StickSlip):
             coefficients.append(("friction.damping", law.damping, law.stiffness))
             coefficients.append(("friction.slip_damping", law.slip_damping, law.stiffness))
@@ -272,7 +277,7 @@ def _fender_damping(about: SceneContext) -> Iterator[Query]:
                 yield Query(f"forces.{name}.{key}", text, usual, "Check its unit.")
 
 
-def _slow_damping(
+def _ask_about_slow_damping(
     about: SceneContext,
     name: str,
     matrix: np.ndarray,
@@ -295,7 +300,7 @@ def _slow_damping(
             yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Is it in kN s/m?")
 
 
-def _roll_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_roll_damping(about: SceneContext) -> Iterator[Query]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
     rolling = ROLLS.constants_in(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
@@ -352,7 +357,7 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
         size = sizes.get(fender.body) if isinstance(fender, Fender) else None
         if size is None or not isinstance(fender, Fender):
             continue
-        off = np.array([_outside(size, point) for point in fender.points])
+        off = np.array([_distance_outside(size, point) for point in fender.points])
         far = int(np.argmax(off))
         limit = max(STANDING_OFF, float(size.half.min()))
         if off[far] > limit:
@@ -362,9 +367,9 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
-        yield from _plane_inside(name, fender, sizes)
-        normal = _normal(about.motion, about.index, fender)
-        deep = np.array([_inside(size, point, normal) for point in fender.points])
+        yield from _ask_about_plane_inside(name, fender, sizes)
+        normal = _normal_in_motion(about.motion, about.body_numbers, fender)
+        deep = np.array([_distance_inside(size, point, normal) for point in fender.points])
         worst = int(np.argmax(deep))
         if deep[worst] > 0.0:
             where = (
@@ -378,7 +383,7 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
 
 
-def _plane_inside(
+def _ask_about_plane_inside(
     name: str, fender: Fender, sizes: Mapping[str, Extents | None]
 ) -> Iterator[Query]:
     """Ask about a plane at the other side of the hull that it is fixed to."""
@@ -387,7 +392,7 @@ def _plane_inside(
         return
     towards = np.array(fender.plane.normal, float)
     point = np.array(fender.plane.point, float)
-    deep = _inside(size, point, -towards / np.linalg.norm(towards))
+    deep = _distance_inside(size, point, -towards / np.linalg.norm(towards))
     if deep > float(size.half.min()):
         found_text = f"a plane that {fender.plane.body} exceeds by about {deep:.2g} m"
         usual = "usual is a plane at its side, with a normal that points away from it"
@@ -400,7 +405,7 @@ ADVICE = (
 )
 
 
-def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray:
+def _normal_in_motion(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray:
     """Normal of the plane in the frame of the fender's body, at the start."""
     normal = np.array(fender.plane.normal, float)
     if fender.plane.body is not None:
@@ -409,7 +414,7 @@ def _normal(motion: Motion, index: dict[str, int], fender: Fender) -> np.ndarray
     return np.asarray(body_normal / np.linalg.norm(body_normal))
 
 
-def _outside(size: Extents, point: np.ndarray) -> float:
+def _distance_outside(size: Extents, point: np.ndarray) -> float:
     """Distance of a point beside or below a hull [m]."""
     off = point - size.centre
     aside = np.maximum(np.abs(off[:2]) - ELLIPSE_OVER_RECTANGLE * size.half, 0.0)
@@ -417,7 +422,7 @@ def _outside(size: Extents, point: np.ndarray) -> float:
     return float(np.linalg.norm([*aside, below]))
 
 
-def _inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
+def _distance_inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
     """Distance by which a compact hull extends beyond a point inside it or at its other side,
     towards an upright plane with this ``normal`` [m]; 0 for other points."""
     x, y, z = point - size.centre

@@ -40,14 +40,14 @@ NEGLIGIBLE_LOAD_FRACTION = (
 def ask_about_capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
     that are a unit away from the bodies' weights."""
-    yield from _tiny_capacities(about)
-    yield from _doubtful_strengths(about)
-    yield from _stretches_at_capacity(about)
-    yield from _overloaded_lines(about)
-    yield from _bodies_too_heavy_for_lines(about)
+    yield from _ask_about_tiny_capacities(about)
+    yield from _ask_about_strengths(about)
+    yield from _ask_about_stretch_at_capacity(about)
+    yield from _ask_about_overloaded_lines(about)
+    yield from _ask_about_bodies_on_lines(about)
 
 
-def _tiny_capacities(about: SceneContext) -> Iterator[Query]:
+def _ask_about_tiny_capacities(about: SceneContext) -> Iterator[Query]:
     """Ask about allowable loads that the weight of a few litres of water exceeds."""
     limits = [
         (
@@ -73,7 +73,7 @@ def _tiny_capacities(about: SceneContext) -> Iterator[Query]:
             yield Query(key, found_text, usual, "Is it in kN?")
 
 
-def _stretches_at_capacity(about: SceneContext) -> Iterator[Query]:
+def _ask_about_stretch_at_capacity(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities of springs at which they are several times as long."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Spring) or not of.capacity or not isinstance(of.length, float):
@@ -91,7 +91,7 @@ def _stretches_at_capacity(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _doubtful_strengths(about: SceneContext) -> Iterator[Query]:
+def _ask_about_strengths(about: SceneContext) -> Iterator[Query]:
     """Ask about capacities far above or below the breaking load of a line's thinnest chain, and
     about those that stretch a rope by half of its length."""
     for name, of in about.scene.forces.items():
@@ -113,7 +113,7 @@ def _doubtful_strengths(about: SceneContext) -> Iterator[Query]:
             yield Query(key, found_text, usual, "Check capacity, stiffness and their units.")
 
 
-def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
+def _ask_about_overloaded_lines(about: SceneContext) -> Iterator[Query]:
     """Ask about lines whose tension at the start is above their capacity."""
     scene = about.scene
     limits = {
@@ -133,7 +133,7 @@ def _overloaded_lines(about: SceneContext) -> Iterator[Query]:
             yield Query(f"forces.{name}.capacity", f"{found_text} of tension at the start", usual)
 
 
-def _bodies_too_heavy_for_lines(about: SceneContext) -> Iterator[Query]:
+def _ask_about_bodies_on_lines(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that hang from lines whose capacities add up to less than the weight."""
     for body in about.scene.bodies:
         if not _is_dry_and_heavy(about, body):
@@ -142,11 +142,11 @@ def _bodies_too_heavy_for_lines(about: SceneContext) -> Iterator[Query]:
             of
             for of in about.scene.forces.values()
             if body.name in {of.body, *(name for _, name in of.connected_bodies())}
-            and of.supports_weight()
+            and of.can_carry_weight()
         ]
         if not acting or not all(isinstance(of, TwoPointElement) for of in acting):
             continue
-        allowed = sum(_allowable(of) for of in acting if isinstance(of, TwoPointElement))
+        allowed = sum(_allowable_force(of) for of in acting if isinstance(of, TwoPointElement))
         weight = body.mass * about.scene.environment.gravity
         if weight > allowed:
             found_text = (
@@ -166,7 +166,7 @@ def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
     return falls and not (wet or jointed or held)
 
 
-def _allowable(line: TwoPointElement) -> float:
+def _allowable_force(line: TwoPointElement) -> float:
     """Allowable tension [N] of a line; infinite if none is given."""
     if line.capacity is not None:
         return line.capacity
@@ -196,19 +196,19 @@ def ask_about_coefficients(about: SceneContext) -> Iterator[Query]:
     density = about.scene.environment.water_density
     for name, of in about.scene.forces.items():
         if isinstance(of, StreamLoad):
-            yield from _reversed_tables(name, of)
+            yield from _ask_about_reversed_tables(name, of)
         size = sizes.get(of.body)
         if size is not None and isinstance(of, CurrentLoad):
             area = 2.0 * float(size.half.max()) * size.draught
-            yield from _unlikely_size(name, of, 0.5 * density * area, CURRENT_DRAG)
+            yield from _ask_about_load_size(name, of, 0.5 * density * area, CURRENT_DRAG)
         elif size is not None and isinstance(of, WindLoad):
             area = 4.0 * float(np.prod(size.half))
-            yield from _unlikely_size(name, of, 0.5 * AIR * area, WIND_DRAG)
+            yield from _ask_about_load_size(name, of, 0.5 * AIR * area, WIND_DRAG)
     for _, body, _ in about.floating_bodies():
-        yield from _other_draught(body.name, body.draught, sizes[body.name])
+        yield from _ask_about_other_draught(body.name, body.draught, sizes[body.name])
 
 
-def _unlikely_size(
+def _ask_about_load_size(
     name: str, of: StreamLoad, reference: float, limits: tuple[float, float]
 ) -> Iterator[Query]:
     """Ask about coefficients whose largest force is far from a ``reference`` force [N s^2/m^2]."""
@@ -226,7 +226,7 @@ def _unlikely_size(
             yield Query(f"forces.{name}.{key}", found_text, usual, "Is it in kN?")
 
 
-def _reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
+def _ask_about_reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
     """Ask about a table whose forces are against the stream in the sum over its headings."""
     for key, force, component in (
         ("surge", of.surge, np.cos(of.headings)),
@@ -239,7 +239,9 @@ def _reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
             yield Query(f"forces.{name}.{key}", found_text, usual, advice)
 
 
-def _other_draught(body: str, draught: float | None, size: Extents | None) -> Iterator[Query]:
+def _ask_about_other_draught(
+    body: str, draught: float | None, size: Extents | None
+) -> Iterator[Query]:
     if draught is None or size is None:
         return
     ratio = draught / size.draught

@@ -94,7 +94,7 @@ class SceneContext:
         return np.asarray(self.model.bodies.each["origin"][b] + moved)
 
     @property
-    def index(self) -> dict[str, int]:
+    def body_numbers(self) -> dict[str, int]:
         """Indices of the bodies, by name."""
         return {body.name: i for i, body in enumerate(self.scene.bodies)}
 

@@ -35,7 +35,7 @@ MAX_START_STRAIN = 0.05  # strain of a catenary
 def ask_about_angles(about: SceneContext) -> Iterator[Query]:
     """Ask about angles of more than a turn, degrees that were read as radians, and about angles in
     degrees that are round ones in radians."""
-    for key, angle in _angles(about):
+    for key, angle in _start_angles(about):
         round_deg = _round_angle_if_radians(float(np.degrees(angle)))
         if round_deg is not None:
             found_text = f"{np.degrees(angle):.6g} deg"
@@ -65,7 +65,7 @@ def _round_angle_if_radians(angle: float) -> float | None:
     return float(np.copysign(ROUND_DEG[nearest], angle)) if errors[nearest] < ROUND_RTOL else None
 
 
-def _angles(about: SceneContext) -> Iterator[tuple[str, float]]:
+def _start_angles(about: SceneContext) -> Iterator[tuple[str, float]]:
     """All angles of a scene with their keys."""
     environment = about.scene.environment
     for body in about.scene.bodies:
@@ -93,7 +93,7 @@ def ask_about_speed(about: SceneContext) -> Iterator[Query]:
             key, usual = f"bodies.{body.name}.initial.velocity", f"usual is up to {FASTEST:g} m/s"
             yield Query(key, f"{fastest:g} m/s", usual)
     for branch in arrangement(about.scene).branches:
-        b = about.index[branch.child]
+        b = about.body_numbers[branch.child]
         fastest = float(np.linalg.norm(about.motion.velocity[6 * b : 6 * b + 3]))
         if fastest > FASTEST and any(
             resistance.velocity for resistance in branch.joint.resistances
@@ -105,19 +105,20 @@ def ask_about_speed(about: SceneContext) -> Iterator[Query]:
 def ask_about_overlap(about: SceneContext) -> Iterator[Query]:
     """Ask about fender points deep behind their planes, and joints far beyond their stops, at the
     start."""
-    yield from _pressed_stops(about)
-    for name, fender, deep in _fenders(about):
+    yield from _ask_about_pressed_stops(about)
+    for name, fender, deep in _fender_starts(about):
         worst = int(np.argmax(deep))
         if isinstance(fender.normal, NormalCurve) and deep[worst] > MAX_START_COMPRESSION_M:
             found_text = (
-                f"that point {worst + 1} is {_metres(deep[worst])} behind its plane at the start"
+                f"that point {worst + 1} is {_metres_text(deep[worst])} behind its"
+                " plane at the start"
             )
             usual = f"usual is a gap, or a compression of up to {MAX_START_COMPRESSION_M:g} m"
             advice = "Check points (body frame, from the centre of gravity) and plane.point."
             yield Query(f"forces.{name}", found_text, usual, advice)
 
 
-def _pressed_stops(about: SceneContext) -> Iterator[Query]:
+def _ask_about_pressed_stops(about: SceneContext) -> Iterator[Query]:
     bodies = about.model.bodies
     n = bodies.active.size
     places = iter(about.state.y[n - bodies.tree.coordinates : n])
@@ -130,28 +131,29 @@ def _pressed_stops(about: SceneContext) -> Iterator[Query]:
             if stops is None or (about.scene.at_rest and beyond <= limit):
                 continue
             if beyond > min(limit, MAX_STOP_OVERRUN_FRACTION * (stops.highest - stops.lowest)):
-                size = _size(motion.kind)
+                size = _size_text_of_kind(motion.kind)
                 found_text = f"that {name} starts {size(beyond)} beyond a stop, at {size(x)}"
                 yield Query(f"joints.{name}", found_text, "usual is a start between the stops")
 
 
-def _size(kind: MotionKind) -> Callable[[float], str]:
+def _size_text_of_kind(kind: MotionKind) -> Callable[[float], str]:
     """How to tell a motion of this kind."""
-    return _metres if kind == MotionKind.SLIDE else _degrees
+    return _metres_text if kind == MotionKind.SLIDE else _degrees_text
 
 
-def _degrees(angle: float) -> str:
+def _degrees_text(angle: float) -> str:
     return f"{np.degrees(angle):.3g} deg"
 
 
 def ask_about_planes(about: SceneContext) -> Iterator[Query]:
     """Ask about planes with their body on the wrong side."""
-    for name, fender, deep in _fenders(about):
-        here = about.centre(about.index[fender.body])
-        behind = _inside(about, fender.planes()[0], here)
+    for name, fender, deep in _fender_starts(about):
+        here = about.centre(about.body_numbers[fender.body])
+        behind = _depth_inside_plane(about, fender.planes()[0], here)
         if behind > 0.0 and np.all(behind > deep) and np.any(deep != 0.0):
             found_text = (
-                f"{fender.body}'s centre of gravity, which is {_metres(behind)} behind the plane"
+                f"{fender.body}'s centre of gravity, which is {_metres_text(behind)}"
+                " behind the plane"
             )
             usual = f"usual is a normal that points to the side of {fender.body}"
             advice = "Is plane.normal reversed? It points to the free side."
@@ -161,14 +163,16 @@ def ask_about_planes(about: SceneContext) -> Iterator[Query]:
 def ask_about_fall(about: SceneContext) -> Iterator[Query]:
     """Ask about dry bodies that fall by metres before a contact carries them, and about hulls that
     start far above or below their draught."""
-    yield from _off_draught(about)
+    yield from _ask_about_draught_at_start(about)
     acting = about.scene.forces.values()
     held = {
-        element.body for element in acting if element.supports_weight() and not _touches(element)
+        element.body
+        for element in acting
+        if element.can_carry_weight() and not _can_carry_body(element)
     }
     carried = arrangement(about.scene).children
     deepest: dict[str, float] = {}
-    for _, fender, deep in _fenders(about):
+    for _, fender, deep in _fender_starts(about):
         most = max(float(deep.max()), deepest.get(fender.body, -np.inf))
         deepest[fender.body] = most
     for body in about.scene.bodies:
@@ -178,14 +182,15 @@ def ask_about_fall(about: SceneContext) -> Iterator[Query]:
         if falls and body.name not in held | {*about.derived.databases} and gap > DROP:
             yield Query(
                 f"bodies.{body.name}.initial.position",
-                f"a gap of {_metres(gap)} between {body.name} and all contacts that can carry it",
+                f"a gap of {_metres_text(gap)} between {body.name} and all contacts"
+                " that can carry it",
                 f"usual is up to {DROP:g} m",
                 "It falls freely until it touches. Points are in the body frame, from the centre"
                 " of gravity; planes in the earth frame.",
             )
 
 
-def _off_draught(about: SceneContext) -> Iterator[Query]:
+def _ask_about_draught_at_start(about: SceneContext) -> Iterator[Query]:
     """Ask about hulls with linear hydrostatics that start out of the water, or as deep again."""
     for _, body, db in about.afloat():
         size = extents(body, db) if body.hydrostatics is None else None
@@ -196,19 +201,19 @@ def _off_draught(about: SceneContext) -> Iterator[Query]:
             yield Query(f"bodies.{body.name}.initial.position", found_text, usual)
 
 
-def _touches(element: ForceElement) -> bool:
+def _can_carry_body(element: ForceElement) -> bool:
     """Whether an element is a contact that can carry a body."""
     return isinstance(element, Contact) and not isinstance(element.normal, PrescribedNormal)
 
 
 def ask_about_line_starts(about: SceneContext) -> Iterator[Query]:
     """Ask about lines that are far too short, and struts of another length."""
-    yield from _springs(about)
-    yield from _catenaries(about)
-    yield from _struts(about)
+    yield from _ask_about_springs(about)
+    yield from _ask_about_catenaries(about)
+    yield from _ask_about_struts(about)
 
 
-def _springs(about: SceneContext) -> Iterator[Query]:
+def _ask_about_springs(about: SceneContext) -> Iterator[Query]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
     p = about.model.elements.springs
     for (name, line), row in zip(springs.items(), p.lines, strict=True):
@@ -231,7 +236,7 @@ def _springs(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _catenaries(about: SceneContext) -> Iterator[Query]:
+def _ask_about_catenaries(about: SceneContext) -> Iterator[Query]:
     """Ask about strain, a line without horizontal pull, and a body afloat that hangs from its
     anchor. Lines in air, to a crane, a quay or a fixed topside, are usual."""
     afloat = {body.name for body in about.scene.bodies if body.hydrodynamics is not None}
@@ -259,7 +264,7 @@ def _catenaries(about: SceneContext) -> Iterator[Query]:
         if anchor > 0.0 and hangs:
             yield Query(
                 f"{key}.anchor",
-                f"{_metres(anchor)} above the still water, and above the fairlead",
+                f"{_metres_text(anchor)} above the still water, and above the fairlead",
                 "an anchor is usually below both",
                 "z is upward, and weights of segments are in water.",
             )
@@ -275,7 +280,7 @@ def _parted_catenaries(about: SceneContext, acting: set[str]) -> Iterator[str]:
             yield name
 
 
-def _struts(about: SceneContext) -> Iterator[Query]:
+def _ask_about_struts(about: SceneContext) -> Iterator[Query]:
     named = about.model.elements.links.links
     links = [(name, of) for name, of in about.scene.forces.items() if isinstance(of, Link)]
     for (name, strut), row in zip(links, named, strict=True):
@@ -292,31 +297,31 @@ def _struts(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def _fenders(about: SceneContext) -> Iterator[tuple[str, Contact, np.ndarray]]:
+def _fender_starts(about: SceneContext) -> Iterator[tuple[str, Contact, np.ndarray]]:
     """Fenders with the compressions (n,) of their points at the start."""
     for name, fender in about.scene.forces.items():
         if isinstance(fender, Contact):
-            b = about.index[fender.body]
-            places = [_place(about, b, point) for point in np.asarray(fender.points)]
+            b = about.body_numbers[fender.body]
+            places = [_place_at_start(about, b, point) for point in np.asarray(fender.points)]
             pairs = zip(fender.planes(), places, strict=True)
-            deep = [_inside(about, plane, place) for plane, place in pairs]
+            deep = [_depth_inside_plane(about, plane, place) for plane, place in pairs]
             yield name, fender, np.array(deep)
 
 
-def _metres(length: float) -> str:
+def _metres_text(length: float) -> str:
     """A length with its unit. A decimal tells it from a number of something."""
     return f"{length:.1f} m" if 0.1 <= length < 100.0 else f"{length:.3g} m"
 
 
-def _inside(about: SceneContext, plane: Plane, place: np.ndarray) -> float:
+def _depth_inside_plane(about: SceneContext, plane: Plane, place: np.ndarray) -> float:
     """Distance of a ``place`` behind a plane [m]."""
     normal, point = np.array(plane.normal, float), np.array(plane.point, float)
     if plane.body is not None:
-        b = about.index[plane.body]
-        normal, point = about.motion.rotation[b] @ normal, _place(about, b, point)
+        b = about.body_numbers[plane.body]
+        normal, point = about.motion.rotation[b] @ normal, _place_at_start(about, b, point)
     return float(normal @ (point - place) / np.linalg.norm(normal))
 
 
-def _place(about: SceneContext, b: int, point: np.ndarray) -> np.ndarray:
+def _place_at_start(about: SceneContext, b: int, point: np.ndarray) -> np.ndarray:
     """Position of a point of a body at the start."""
     return about.centre(b) + about.motion.rotation[b] @ point

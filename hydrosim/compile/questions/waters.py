@@ -119,7 +119,7 @@ def ask_about_streams(about: SceneContext) -> Iterator[Query]:
 
 def ask_about_waves(about: SceneContext) -> Iterator[Query]:
     """Ask about seas that are higher, shorter, longer or more regular than real seas."""
-    yield from _peaks(about)
+    yield from _ask_about_peaks(about)
     for sea in about.sea:
         height = height_of(sea)
         peak = peak_period(sea)
@@ -132,7 +132,7 @@ def ask_about_waves(about: SceneContext) -> Iterator[Query]:
             yield Query("environment.waves", found_text, usual)
 
 
-def _peaks(about: SceneContext) -> Iterator[Query]:
+def _ask_about_peaks(about: SceneContext) -> Iterator[Query]:
     """Ask about spectra with a peak that no wind sea or swell has."""
     for train in about.scene.environment.waves:
         if (
@@ -268,15 +268,17 @@ class SloshingResonance(NamedTuple):
 def ask_about_sloshing(about: SceneContext) -> Iterator[Query]:
     """Ask about tanks whose fluid would slosh with the waves, or with the roll of their body."""
     for b, body, db in about.floating_bodies():
-        levels = dict(_levels(about, body)) if about.sea else {}
+        levels = dict(_tank_levels(about, body)) if about.sea else {}
         for axis, driven in enumerate(SLOSHING_DOFS if levels else ()):
             if not set(driven) & set(body.dofs):
                 continue
             roll = _roll_period(about, b, body, db) if axis == 1 else np.inf
-            candidates = (_resonance(about, body, *item, axis, roll) for item in levels.items())
+            candidates = (
+                _sloshing_resonance(about, body, *item, axis, roll) for item in levels.items()
+            )
             resonances = [hit for hit in candidates if hit is not None]
-            if sum(map(_fluid, resonances)) > MATTERS * body.mass:
-                yield _query(body, resonances, axis, roll)
+            if sum(map(_fluid_mass, resonances)) > MATTERS * body.mass:
+                yield _resonance_query(body, resonances, axis, roll)
 
 
 def _roll_period(about: SceneContext, i: int, body: Body, db: HydroDatabase) -> float:
@@ -290,19 +292,21 @@ def _roll_period(about: SceneContext, i: int, body: Body, db: HydroDatabase) -> 
     return periods.get(6 * i + DOFS.index("roll"), np.inf)
 
 
-def _fluid(hit: SloshingResonance) -> float:
+def _fluid_mass(hit: SloshingResonance) -> float:
     """Mass of the fluid at the highest level near resonance [kg]."""
     return hit.tank.density * volume_at(hit.tank.shape, float(hit.level.max()))
 
 
-def _query(body: Body, resonances: Sequence[SloshingResonance], axis: int, roll: float) -> Query:
+def _resonance_query(
+    body: Body, resonances: Sequence[SloshingResonance], axis: int, roll: float
+) -> Query:
     worst = max(resonances, key=lambda hit: float(hit.share.max()))
     names = ", ".join(hit.tank.name for hit in resonances)
     rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in resonances) else ""
     return Query(
         f"bodies.{body.name}.tanks ({names})",
-        f"fluid that sloshes along {'xy'[axis]} with a period of {_range(worst.period)} s at"
-        f" levels of {_range(worst.level)} m ({worst.tank.name}), with a fraction of"
+        f"fluid that sloshes along {'xy'[axis]} with a period of {_range_text(worst.period)} s at"
+        f" levels of {_range_text(worst.level)} m ({worst.tank.name}), with a fraction of"
         f" {worst.share.max():.2g} of the wave energy within {WAVE_RESONANCE_RTOL:.0%} of such a"
         f" period{rolls}",
         f"usual is a period {BODY_RESONANCE_RTOL:.0%} away from those of waves and roll",
@@ -311,12 +315,12 @@ def _query(body: Body, resonances: Sequence[SloshingResonance], axis: int, roll:
     )
 
 
-def _range(values: np.ndarray) -> str:
+def _range_text(values: np.ndarray) -> str:
     low, high = f"{values.min():.3g}", f"{values.max():.3g}"
     return low if low == high else f"{low} to {high}"
 
 
-def _resonance(
+def _sloshing_resonance(
     about: SceneContext, body: Body, tank: Tank, level: np.ndarray, axis: int, roll: float
 ) -> SloshingResonance | None:
     """Resonance of a tank; None if it has none at any ``level`` (n,)."""
@@ -327,8 +331,10 @@ def _resonance(
     widths = widths[widths > 0.0]
     period = mode_period(widths, level, about.scene.environment.gravity)
     angle = body.heading + body.position[5] + 0.5 * np.pi * axis
-    share = np.array([_share(about.sea, angle, T, WAVE_RESONANCE_RTOL) for T in period])
-    reached = np.array([_share(about.sea, angle, T, BODY_RESONANCE_RTOL) for T in period])
+    share = np.array([_energy_share_near(about.sea, angle, T, WAVE_RESONANCE_RTOL) for T in period])
+    reached = np.array(
+        [_energy_share_near(about.sea, angle, T, BODY_RESONANCE_RTOL) for T in period]
+    )
     rolls = (np.abs(period / roll - 1.0) < BODY_RESONANCE_RTOL) & (reached > REACHED)
     hit = (share > MIN_RESONANT_ENERGY_SHARE) | rolls
     if not hit.any():
@@ -365,7 +371,9 @@ def _width_of_mesh(corners: np.ndarray, level: float, axis: int) -> float:
     return float(np.ptp(here + part * (ends[cut][:, axis] - here)))
 
 
-def _share(seas: Sequence[WaveComponents], angle: float, period: float, near: float) -> float:
+def _energy_share_near(
+    seas: Sequence[WaveComponents], angle: float, period: float, near: float
+) -> float:
     """Fraction of wave energy within ``near`` of a period, and along a direction at an ``angle``
     [rad]."""
     total = sum(float(np.sum(sea.amplitude**2)) for sea in seas)
@@ -377,7 +385,7 @@ def _share(seas: Sequence[WaveComponents], angle: float, period: float, near: fl
     return within / total
 
 
-def _levels(about: SceneContext, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
+def _tank_levels(about: SceneContext, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
     """Levels (n,) of tanks with a free surface during the run. A tank that is pumped by events may
     become empty or full."""
     names = tank_names(about.scene)

@@ -60,26 +60,26 @@ def check(db: HydroDatabase, use: Use = EVERYTHING) -> list[Finding]:
     return [*order, *(order_check(db, use) for order_check in CHECKS[len(ORDER_CHECKS) :])]
 
 
-def in_order(db: HydroDatabase) -> HydroDatabase:
+def require_ascending(db: HydroDatabase) -> HydroDatabase:
     """Return the database. Raises `InputError` if frequencies or headings are out of order."""
     refuse_database(db, [order_check(db) for order_check in ORDER_CHECKS])
     return db
 
 
 @lru_cache(maxsize=8)
-def _findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
+def _all_findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
     return tuple(check(db, use))
 
 
 def refusing_findings(db: HydroDatabase, use: Use) -> tuple[Finding, ...]:
     """Findings that refuse the database for this ``use``."""
-    return tuple(finding for finding in _findings(db, use) if finding.is_refused)
+    return tuple(finding for finding in _all_findings(db, use) if finding.is_refused)
 
 
 def doubt_warnings(db: HydroDatabase, use: Use) -> tuple[str, ...]:
     """A warning of all doubted findings, if there are any; `hydrosim db check` has their advice.
     Raises `InputError` if the database is refused for this ``use``."""
-    findings = _findings(db, use)
+    findings = _all_findings(db, use)
     refuse_database(db, findings)
     doubted = [finding.summary for finding in findings if finding.is_doubted]
     if not doubted:

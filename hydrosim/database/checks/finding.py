@@ -142,7 +142,7 @@ class LeftOut(Exception):
     """Raised if the figure cannot be computed for this database; the message is the reason."""
 
 
-def proves_always(db: HydroDatabase) -> bool:
+def is_always_proof(db: HydroDatabase) -> bool:
     """Default: the figure is a proof in any database."""
     return True
 
@@ -168,7 +168,7 @@ class Check:
     of: frozenset[CheckSubject]
     refusal: float = np.inf
     needs: tuple[str, ...] = ()
-    proves: Callable[[HydroDatabase], bool] = proves_always
+    proves: Callable[[HydroDatabase], bool] = is_always_proof
     of_all: bool = False
     cause: Callable[[HydroDatabase], str] = no_cause
 
@@ -202,7 +202,7 @@ class Check:
             self.refusal
             if refuses or (proves and largest_error(whole) <= self.refusal)
             else np.inf,
-            place=_place(db, errors, worst) if largest_error(worst) > self.limit else "",
+            place=_place_text(db, errors, worst) if largest_error(worst) > self.limit else "",
             accepted=self.name in accepted_findings(db),
         )
 
@@ -217,7 +217,7 @@ def largest_error(errors: Real) -> float:
     return 0.0 if np.isnan(errors).all() else float(np.nanmax(errors))
 
 
-def _place(db: HydroDatabase, errors: RelativeErrors, worst: Real) -> str:
+def _place_text(db: HydroDatabase, errors: RelativeErrors, worst: Real) -> str:
     """Frequency, heading and pair of the largest error, and its size."""
     at = np.unravel_index(int(np.nanargmax(worst)), worst.shape)
     index = dict(zip(errors.axes, map(int, at), strict=True))
@@ -230,12 +230,12 @@ def _place(db: HydroDatabase, errors: RelativeErrors, worst: Real) -> str:
         words.append(f"body {index['body'] + 1}")
     dofs = [index[name] for name in ("dof", "motion") if name in index]
     if dofs:
-        words.append("in " + " by ".join(_dof(db, dof) for dof in dofs))
+        words.append("in " + " by ".join(_dof_name(db, dof) for dof in dofs))
     size = "" if errors.size is None else _size_text(float(np.abs(errors.size[at])), errors, dofs)
     return ", ".join(words) + size
 
 
-def _dof(db: HydroDatabase, dof: int) -> str:
+def _dof_name(db: HydroDatabase, dof: int) -> str:
     body = f"body {dof // 6 + 1} " if db.bodies > 1 else ""
     return body + DOFS[dof % 6]
 
@@ -302,7 +302,7 @@ def reaches_long_waves(db: HydroDatabase) -> bool:
 def added_mass_scale(db: HydroDatabase) -> Real:
     """Square root of the largest diagonal (n,), or of the noise if that is larger."""
     largest = np.abs(diagonal(db.added_mass)).max(axis=0)
-    return np.sqrt(np.maximum(largest, MASS_NOISE_FRACTION * _inertia(db)))
+    return np.sqrt(np.maximum(largest, MASS_NOISE_FRACTION * _displaced_inertia(db)))
 
 
 def damping_scale(db: HydroDatabase) -> Real:
@@ -314,7 +314,7 @@ def damping_scale(db: HydroDatabase) -> Real:
 def damping_floor(db: HydroDatabase) -> Real:
     """Noise (n,) on the diagonal of the damping."""
     rate = np.sqrt(db.gravity / np.repeat(length(db), 6))
-    return MASS_NOISE_FRACTION * _inertia(db) * rate
+    return MASS_NOISE_FRACTION * _displaced_inertia(db) * rate
 
 
 def load_floor(db: HydroDatabase) -> Real:
@@ -330,6 +330,6 @@ def diagonal(matrices: Real) -> Real:
     return np.diagonal(matrices, axis1=-2, axis2=-1)
 
 
-def _inertia(db: HydroDatabase) -> Real:
+def _displaced_inertia(db: HydroDatabase) -> Real:
     """Displaced mass (n,), times V^(2/3) for rotations."""
     return (displaced_mass(db)[:, None] * length(db)[:, None] ** (2 * LENGTH_POWERS)).ravel()

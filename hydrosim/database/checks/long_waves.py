@@ -29,7 +29,13 @@ from hydrosim.database.checks.finding import (
     reaches_long_waves,
 )
 from hydrosim.database.checks.finding import length as sides
-from hydrosim.database.database import Complex, HydroDatabase, Real, of_frequencies, require_array
+from hydrosim.database.database import (
+    Complex,
+    HydroDatabase,
+    Real,
+    require_array,
+    select_frequencies,
+)
 from hydrosim.water.spectra import wavenumber
 
 _COUPLED_INERTIA_FRACTION = 0.3
@@ -62,7 +68,7 @@ class _Wave(NamedTuple):
     acceleration: Complex  # (nh, nb, 6)
 
 
-def _wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
+def _long_wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
     """Long wave for the depth, or for another depth that makes it ``steeper``."""
     k = steeper * first_wavenumber(db)
     towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
@@ -74,19 +80,22 @@ def _wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
     return _Wave(towards, elevation, slope, acceleration)
 
 
-def _loads(db: HydroDatabase) -> Complex:
+def _loads_in_long_wave(db: HydroDatabase) -> Complex:
     """Hydrostatic load (nh, nb, 6)."""
     return db.excitation[0].reshape(db.heading.size, db.bodies, 6)
 
 
-def _at_bodies(db: HydroDatabase) -> Complex:
+def _loads_at_bodies(db: HydroDatabase) -> Complex:
     """Loads with the phases of the elevation at the centres of buoyancy."""
     places = db.reference_point if db.centre_of_buoyancy is None else db.centre_of_buoyancy
-    towards = _wave(db).towards
-    return _loads(db) * np.exp(1j * first_wavenumber(db) * (towards @ places[:, :2].T))[..., None]
+    towards = _long_wave(db).towards
+    return (
+        _loads_in_long_wave(db)
+        * np.exp(1j * first_wavenumber(db) * (towards @ places[:, :2].T))[..., None]
+    )
 
 
-def _pressure(db: HydroDatabase, wave: _Wave) -> Complex:
+def _pressure_load(db: HydroDatabase, wave: _Wave) -> Complex:
     """Horizontal load (nh, nb, 2) of the undisturbed wave."""
     return displaced_mass(db)[:, None] * wave.acceleration[..., :2]
 
@@ -97,7 +106,7 @@ def _diverted_load(db: HydroDatabase, wave: _Wave) -> Complex:
     return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
 
 
-def _of_dofs(
+def _errors_of_dofs(
     db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None
 ) -> RelativeErrors:
     """Errors (nh, nb) or (nh, nb, len(dofs)) of those degrees of freedom of each body at the first
@@ -113,36 +122,36 @@ def _of_dofs(
 
 
 def _horizontal_phase(db: HydroDatabase) -> RelativeErrors:
-    loads = _at_bodies(db)
-    drive = np.einsum("hbi,hi->hb", loads[..., :2], _wave(db).towards)
+    loads = _loads_at_bodies(db)
+    drive = np.einsum("hbi,hi->hb", loads[..., :2], _long_wave(db).towards)
     clear = np.abs(drive) > _HORIZONTAL_FRACTION * np.abs(loads[..., 2])
-    return _of_dofs(db, np.where(clear, _degrees(drive / 1j), np.nan), 0, 1)
+    return _errors_of_dofs(db, np.where(clear, _phase_degrees(drive / 1j), np.nan), 0, 1)
 
 
 def _heave_ratio(db: HydroDatabase) -> Complex:
     """Ratio X3 / C33 (nh, nb), NaN for bodies that are not at the surface."""
     stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
-    return np.where(floats, _at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
+    return np.where(floats, _loads_at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
 
 
 def _heave_phase(db: HydroDatabase) -> RelativeErrors:
-    return _of_dofs(db, _degrees(_heave_ratio(db)), 2)
+    return _errors_of_dofs(db, _phase_degrees(_heave_ratio(db)), 2)
 
 
 def _heave_size(db: HydroDatabase) -> RelativeErrors:
-    return _of_dofs(db, _decades(_heave_ratio(db)), 2)
+    return _errors_of_dofs(db, _ratio_decades(_heave_ratio(db)), 2)
 
 
 def _horizontal_size(db: HydroDatabase) -> RelativeErrors:
-    return _of_dofs(db, _decades(_horizontal_ratio(db)), 0, 1)
+    return _errors_of_dofs(db, _ratio_decades(_horizontal_ratio(db)), 0, 1)
 
 
 def _horizontal_ratio(db: HydroDatabase) -> Complex:
     """Load along the waves (nh, nb), relative to its limit."""
-    wave = _wave(db)
-    expected = _pressure(db, wave) + _diverted_load(db, wave)[..., :2]
-    load = np.einsum("hbi,hi->hb", _loads(db)[..., :2], wave.towards)
+    wave = _long_wave(db)
+    expected = _pressure_load(db, wave) + _diverted_load(db, wave)[..., :2]
+    load = np.einsum("hbi,hi->hb", _loads_in_long_wave(db)[..., :2], wave.towards)
     along = np.einsum("hbi,hi->hb", expected, wave.towards)
     return load / np.where(along == 0, _TINY, along)
 
@@ -151,24 +160,24 @@ def _wave_of_loads(db: HydroDatabase) -> _Wave:
     """Long wave as steep as the horizontal loads imply; a wrong depth is reported only once, by
     their size."""
     steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_WAVENUMBER_RATIO_RANGE)
-    return _wave(db, float(steeper))
+    return _long_wave(db, float(steeper))
 
 
-def _moments(db: HydroDatabase) -> RelativeErrors:
+def _moment_errors(db: HydroDatabase) -> RelativeErrors:
     """Errors in the longest wave, and in a shorter one with the phases of the heave load."""
     row = _static_row(db)
-    shorter = of_frequencies(db, np.arange(db.frequency.size) == row)
-    longest, other = _moments_in(db), _moments_in(_in_phase(shorter))
+    shorter = select_frequencies(db, np.arange(db.frequency.size) == row)
+    longest, other = _moments_in(db), _moments_in(_with_heave_in_phase(shorter))
     relative, size = (np.full((row + 1, *longest.relative.shape[1:]), np.nan) for _ in range(2))
     for k, errors in ((row, other), (0, longest)):
         relative[k], size[k] = errors.relative[0], np.asarray(errors.size)[0]
     return longest._replace(relative=relative, size=size)
 
 
-def _in_phase(db: HydroDatabase) -> HydroDatabase:
+def _with_heave_in_phase(db: HydroDatabase) -> HydroDatabase:
     """Database with phases for which the heave load is in phase with the elevation at the
     bodies."""
-    heave = _loads(db)[..., 2] * _wave(db).elevation.conj()
+    heave = _loads_in_long_wave(db)[..., 2] * _long_wave(db).elevation.conj()
     turn = np.exp(-1j * np.angle(heave))
     return replace(db, excitation=db.excitation * np.repeat(turn, 6, axis=1))
 
@@ -177,17 +186,17 @@ def _moments_in(db: HydroDatabase) -> RelativeErrors:
     """Error of the roll and pitch moments, relative to the sum of the sizes of their parts, or to
     the heave load times the lever of coarse panels."""
     wave = _wave_of_loads(db)
-    static, diverted = _static(db, wave)[..., 3:5], _diverted_load(db, wave)[..., 3:5]
-    error = np.abs(_loads(db)[..., 3:5] - static - diverted)
+    static, diverted = _static_load(db, wave)[..., 3:5], _diverted_load(db, wave)[..., 3:5]
+    error = np.abs(_loads_in_long_wave(db)[..., 3:5] - static - diverted)
     parts = (np.abs(static) + np.abs(diverted)).max(axis=0)
     slope = np.abs(wave.slope).max(axis=(0, 2))
     least = 0.1 * displaced_mass(db) * db.gravity * slope * sides(db)
-    noise = _LEVER_FRACTION * np.abs(_loads(db)[..., 2]).max(axis=0) * sides(db)
+    noise = _LEVER_FRACTION * np.abs(_loads_in_long_wave(db)[..., 2]).max(axis=0) * sides(db)
     scale = np.maximum(parts, np.maximum(least, noise)[:, None])
-    return _of_dofs(db, error / scale, 3, 4, size=error)
+    return _errors_of_dofs(db, error / scale, 3, 4, size=error)
 
 
-def _static(db: HydroDatabase, wave: _Wave) -> Complex:
+def _static_load(db: HydroDatabase, wave: _Wave) -> Complex:
     """Load (nh, nb, 6) of the tilted water at rest, about the reference points."""
     weight = db.water_density * db.gravity * require_array(db, "volume")
     lever = weight * (require_array(db, "centre_of_gravity") - db.reference_point)[:, 2]
@@ -206,14 +215,14 @@ def _froude_krylov(db: HydroDatabase) -> RelativeErrors:
     """Largest error of the Froude-Krylov loads, horizontal along the waves and vertical."""
     wave = _wave_of_loads(db)
     given = require_array(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
-    horizontal = np.einsum("hbi,hi->hb", given[..., :2] - _pressure(db, wave), wave.towards)
-    expected = np.einsum("hbi,hi->hb", _pressure(db, wave), wave.towards)
+    horizontal = np.einsum("hbi,hi->hb", given[..., :2] - _pressure_load(db, wave), wave.towards)
+    expected = np.einsum("hbi,hi->hb", _pressure_load(db, wave), wave.towards)
     stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     ratio = given[..., 2] / np.where(floats, stiffness, 1.0)
     along, heave = np.abs(horizontal / expected), np.abs(ratio - wave.elevation)
     heave = np.where(floats, heave, np.nan)
-    return _of_dofs(db, np.stack([along, along, heave], axis=-1), 0, 1, 2)
+    return _errors_of_dofs(db, np.stack([along, along, heave], axis=-1), 0, 1, 2)
 
 
 def _heave_is_static(db: HydroDatabase) -> bool:
@@ -222,17 +231,17 @@ def _heave_is_static(db: HydroDatabase) -> bool:
         return False
     mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
     stiffness = np.abs(diagonal(db.hydrostatic_stiffness)[2::6])
-    load = np.maximum(stiffness, np.abs(_loads(db)[..., 2]).max(axis=0))
+    load = np.maximum(stiffness, np.abs(_loads_in_long_wave(db)[..., 2]).max(axis=0))
     return reaches_long_waves(db) and bool(
         (db.frequency[0] ** 2 * mass < _COUPLED_INERTIA_FRACTION * load).all()
     )
 
 
-def _degrees(load: Complex) -> Real:
+def _phase_degrees(load: Complex) -> Real:
     return np.asarray(np.degrees(np.abs(np.angle(load))))
 
 
-def _decades(ratio: Complex) -> Real:
+def _ratio_decades(ratio: Complex) -> Real:
     return np.asarray(np.abs(np.log10(np.maximum(np.abs(ratio), _TINY))))
 
 
@@ -285,7 +294,7 @@ LONG_WAVES = (
     ),
     Check(
         "roll and pitch moments in long waves",
-        _moments,
+        _moment_errors,
         0.1,
         "difference from the load by the stiffness on a sloping surface, relative to the"
         " moments; start at a lower frequency, or look for a stiffness without gravity, a wrong"

@@ -54,7 +54,7 @@ ADDED_MASS_UNITS, DAMPING_UNITS = ("kg", ""), ("kg", "/s")
 _RADIATION_AXES = ("frequency", "dof", "motion")
 
 
-def _of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> RelativeErrors:
+def _errors_of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> RelativeErrors:
     """Errors (nw, n, n) or (n, n) of a matrix, relative to the ``scale`` (n,) of its rows."""
     relative = np.abs(error) / np.outer(scale, scale)
     return RelativeErrors(relative, _RADIATION_AXES[-relative.ndim :], error, unit)
@@ -62,22 +62,22 @@ def _of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> RelativeErrors
 
 def _added_mass_asymmetry(db: HydroDatabase) -> RelativeErrors:
     A = db.added_mass
-    return _of_pairs(A - A.transpose(0, 2, 1), added_mass_scale(db), ADDED_MASS_UNITS)
+    return _errors_of_pairs(A - A.transpose(0, 2, 1), added_mass_scale(db), ADDED_MASS_UNITS)
 
 
 def _damping_asymmetry(db: HydroDatabase) -> RelativeErrors:
     B = db.radiation_damping
-    return _of_pairs(B - B.transpose(0, 2, 1), damping_scale(db), DAMPING_UNITS)
+    return _errors_of_pairs(B - B.transpose(0, 2, 1), damping_scale(db), DAMPING_UNITS)
 
 
-def _mirror(db: HydroDatabase) -> RelativeErrors:
+def _symmetry_errors(db: HydroDatabase) -> RelativeErrors:
     """Errors: coupling of symmetric with antisymmetric motions."""
     if not db.port_starboard_symmetric:
         raise LeftOut("the bodies are not symmetric about y = 0")
     sign = np.tile(MIRROR_SIGN, db.bodies)
     reversed_ = np.outer(sign, sign) < 0
-    mass = _of_pairs(db.added_mass * reversed_, added_mass_scale(db), ADDED_MASS_UNITS)
-    damping = _of_pairs(db.radiation_damping * reversed_, damping_scale(db), DAMPING_UNITS)
+    mass = _errors_of_pairs(db.added_mass * reversed_, added_mass_scale(db), ADDED_MASS_UNITS)
+    damping = _errors_of_pairs(db.radiation_damping * reversed_, damping_scale(db), DAMPING_UNITS)
     return max(mass, damping, key=lambda errors: errors.relative.max())
 
 
@@ -88,35 +88,35 @@ def _negative_damping(db: HydroDatabase) -> RelativeErrors:
     return RelativeErrors(np.maximum(0.0, -lowest), ("frequency",))
 
 
-def _causality(db: HydroDatabase) -> RelativeErrors:
+def _causality_errors(db: HydroDatabase) -> RelativeErrors:
     """Errors at frequencies that are resolved and that the assumed tail of the damping hardly
     affects. In finite depth, heave added mass varies as log w below them."""
     scale = added_mass_scale(db)
-    _, left = _ogilvie(db)
+    _, left = _ogilvie_integrals(db)
     share = db.frequency / db.frequency[-1]
     inner = (share >= _LOWEST_FRACTION) & (share <= OGILVIE_BAND)
     left = np.where(inner[:, None, None], left, np.nan)
-    return _of_pairs(left, scale, ADDED_MASS_UNITS)
+    return _errors_of_pairs(left, scale, ADDED_MASS_UNITS)
 
 
-def _infinite(db: HydroDatabase) -> RelativeErrors:
-    gap = require_array(db, "added_mass_infinite") - _ogilvie(db)[0]
-    return _of_pairs(gap, added_mass_scale(db), ADDED_MASS_UNITS)
+def _infinite_frequency_errors(db: HydroDatabase) -> RelativeErrors:
+    gap = require_array(db, "added_mass_infinite") - _ogilvie_integrals(db)[0]
+    return _errors_of_pairs(gap, added_mass_scale(db), ADDED_MASS_UNITS)
 
 
-def _zero(db: HydroDatabase) -> RelativeErrors:
+def _zero_frequency_errors(db: HydroDatabase) -> RelativeErrors:
     """Errors in finite depth of surge, sway and yaw only, because the others grow as -log w for w
     -> 0."""
     gap = require_array(db, "added_mass_zero") - db.added_mass[0]
     dofs = np.arange(6 * db.bodies) % 6
     level = (dofs < 2) | (dofs == 5) | np.isinf(db.water_depth)
-    return _of_pairs(
+    return _errors_of_pairs(
         np.where(np.outer(level, level), gap, np.nan), added_mass_scale(db), ADDED_MASS_UNITS
     )
 
 
 @lru_cache(maxsize=1)
-def _ogilvie(db: HydroDatabase) -> tuple[Real, Real]:
+def _ogilvie_integrals(db: HydroDatabase) -> tuple[Real, Real]:
     """A_inf (n, n) from the damping, and the remainder of A(w) (nw, n, n), by a retardation
     function as long and as fine as the frequencies allow."""
     w = db.frequency
@@ -149,7 +149,7 @@ RADIATION = (
     ),
     Check(
         "port and starboard",
-        _mirror,
+        _symmetry_errors,
         0.02,
         "largest coupling of surge, heave or pitch with sway, roll or yaw, zero for a hull that"
         " is symmetric about y = 0; look for DOFs in another order or rotated axes",
@@ -169,7 +169,7 @@ RADIATION = (
     ),
     Check(
         "added mass against damping",
-        _causality,
+        _causality_errors,
         0.1,
         "largest difference of A(w) from that by the damping (Ogilvie 1964), relative to the"
         " diagonal; compute higher or denser frequencies, or look for frequencies not in rad/s,"
@@ -178,7 +178,7 @@ RADIATION = (
     ),
     Check(
         "added mass at infinite frequency",
-        _infinite,
+        _infinite_frequency_errors,
         0.1,
         "largest difference from the value that A(w) and the damping give by Ogilvie's (1964)"
         " relation, relative to the diagonal; hydrosim uses the latter",
@@ -187,7 +187,7 @@ RADIATION = (
     ),
     Check(
         "added mass at zero frequency",
-        _zero,
+        _zero_frequency_errors,
         0.1,
         "largest difference from the lowest frequency, relative to the diagonal; start at a lower"
         " frequency, or look for a factor rho",
@@ -202,7 +202,7 @@ _DEEP_WATER_KH = 50.0  # k h from which on the water counts as deep
 _LEVER_FRACTION = 0.03  # of V^(1/3): lever of loads misplaced by coarse panels
 
 
-def _error(db: HydroDatabase) -> RelativeErrors:
+def _haskind_errors(db: HydroDatabase) -> RelativeErrors:
     """Largest difference of B_ij from that by the loads, within each body, relative to the
     diagonal."""
     circle = all_headings(db)
@@ -220,8 +220,8 @@ def _error(db: HydroDatabase) -> RelativeErrors:
     density = 8 * np.pi * db.water_density * db.gravity * _group_speed(db, k)
     gap = np.full(db.radiation_damping.shape, np.nan)
     gap[seen] = (k / density)[seen, None, None] * integral.real - db.radiation_damping[seen]
-    gap[:, _between_bodies(db)] = np.nan
-    scale = _scale(db, seen)
+    gap[:, _pairs_between_bodies(db)] = np.nan
+    scale = _error_scale(db, seen)
     relative = np.abs(gap) / np.outer(scale, scale)
     return RelativeErrors(relative, ("frequency", "dof", "motion"), gap, ("kg", "/s"))
 
@@ -234,7 +234,7 @@ def _is_resolved(k: Real, radius: float, gap: float) -> np.ndarray:
     return seen
 
 
-def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
+def _error_scale(db: HydroDatabase, seen: np.ndarray) -> Real:
     """Scale (n,) from the damping at those frequencies, or the noise if that is larger. The
     remainder of loads that should cancel is a small fraction of the body's largest load."""
     largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
@@ -244,7 +244,7 @@ def _scale(db: HydroDatabase, seen: np.ndarray) -> Real:
     return np.maximum(scales, noise).ravel()
 
 
-def _between_bodies(db: HydroDatabase) -> np.ndarray:
+def _pairs_between_bodies(db: HydroDatabase) -> np.ndarray:
     """Mask (n, n) of pairs of two bodies, for which there is no such relation."""
     body = np.arange(6 * db.bodies) // 6
     return body[:, None] != body
@@ -265,7 +265,7 @@ def _group_speed(db: HydroDatabase, k: Real) -> Real:
 HASKIND = (
     Check(
         "damping against loads",
-        _error,
+        _haskind_errors,
         0.1,
         "difference from the damping that the loads of all headings give (Haskind 1957),"
         " relative to the diagonal; refine the panels, or look for factors of rho, g, w or 2,"

@@ -33,17 +33,17 @@ _OUTLIER_RATIO = 8.0  # a spike exceeds this multiple of the median of its neigh
 _MEMORY_LAGS = 200  # at which the memory is tested
 
 
-def _alteration(db: HydroDatabase) -> RelativeErrors:
+def _alteration_errors(db: HydroDatabase) -> RelativeErrors:
     if netcdf.NUMBERS_ATTRIBUTE not in db.attributes:
         raise LeftOut("the file has no checksum of hydrosim")
     return single_error(float(db.attributes[netcdf.NUMBERS_ATTRIBUTE] == netcdf.ALTERED))
 
 
-def _frequencies(db: HydroDatabase) -> RelativeErrors:
+def _frequency_errors(db: HydroDatabase) -> RelativeErrors:
     return single_error(float(np.count_nonzero(np.diff(db.frequency, prepend=0.0) <= 0)))
 
 
-def _headings(db: HydroDatabase) -> RelativeErrors:
+def _heading_errors(db: HydroDatabase) -> RelativeErrors:
     wrong = np.count_nonzero(np.diff(db.heading) <= 0)
     beyond = np.count_nonzero(np.abs(db.heading) > 2 * np.pi + 1e-9)
     return single_error(float(wrong + beyond))
@@ -63,10 +63,10 @@ def _kernel_truncation(db: HydroDatabase) -> RelativeErrors:
     return RelativeErrors(np.where(live, tail / np.maximum(inside + tail, 1e-300), 0.0), ("dof",))
 
 
-def _memory(db: HydroDatabase) -> RelativeErrors:
+def _memory_errors(db: HydroDatabase) -> RelativeErrors:
     """Frequencies dw apart resolve K(t) up to t = pi/dw. Its values from there to twice that,
     relative to its peak, are neglected memory, or an echo of the spacing."""
-    _at_least(db, 4)
+    _require_count(db, 4)
     resolved = np.pi / np.diff(db.frequency).max()
     time = np.concatenate([[0.0], np.linspace(resolved, 2 * resolved, _MEMORY_LAGS)])
     active = find_radiating(db.radiation_damping)
@@ -79,15 +79,15 @@ def _memory(db: HydroDatabase) -> RelativeErrors:
     return RelativeErrors(relative, ("dof", "motion"))
 
 
-def _spikes(db: HydroDatabase) -> RelativeErrors:
+def _spike_errors(db: HydroDatabase) -> RelativeErrors:
     """Largest outlier of the diagonals of A and B, relative to the largest damping of the DOF."""
-    _at_least(db, 2 * _NEIGHBOURS)
+    _require_count(db, 2 * _NEIGHBOURS)
     w = db.frequency[1:-1, None]
     scale = damping_scale(db) ** 2
     live = diagonal(db.radiation_damping).max(axis=0) > damping_floor(db)
-    damping = _departure(db.frequency, diagonal(db.radiation_damping))
-    added = w * _departure(db.frequency, diagonal(db.added_mass))
-    spikes = [_outliers(np.abs(matrix / scale)) for matrix in (damping, added)]
+    damping = _departure_from_neighbours(db.frequency, diagonal(db.radiation_damping))
+    added = w * _departure_from_neighbours(db.frequency, diagonal(db.added_mass))
+    spikes = [_outlier_sizes(np.abs(matrix / scale)) for matrix in (damping, added)]
     relative = np.full((db.frequency.size, live.size), np.nan)
     relative[1:-1] = np.where(live, np.maximum(*spikes), np.nan)
     return RelativeErrors(relative, ("frequency", "dof"), relative * scale, ("kg", "/s"))
@@ -99,19 +99,21 @@ def _smooth_loads(db: HydroDatabase) -> RelativeErrors:
     through two neighbours on either side, which are twice as far apart. On the shipped hulls
     without every second frequency the errors were 0.06 for estimates of 0.04 to 0.06, and 0.2 to
     0.3 for estimates of 0.1 to 0.14."""
-    _at_least(db, 5)
+    _require_count(db, 5)
     k = wavenumber(db.frequency, db.water_depth, db.gravity)[:, None, None]
     towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
     place = np.repeat(db.reference_point[:, :2], 6, axis=0)
     loads = db.excitation * np.exp(1j * k * (towards @ place.T))
-    departure = np.sqrt((np.abs(_departure(db.frequency, loads, 2)) ** 2).mean(axis=1))
+    departure = np.sqrt(
+        (np.abs(_departure_from_neighbours(db.frequency, loads, 2)) ** 2).mean(axis=1)
+    )
     rough = np.pad(departure / 8.0, ((2, 2), (0, 0)))
     size = np.sqrt((np.abs(loads) ** 2).mean(axis=(0, 1)))
     relative = rough / np.maximum(size, load_floor(db))
     return RelativeErrors(relative, ("frequency", "dof"), rough, ("N", "/m"))
 
 
-def _departure(w: Real, values: Real | Complex, stride: int = 1) -> Real | Complex:
+def _departure_from_neighbours(w: Real, values: Real | Complex, stride: int = 1) -> Real | Complex:
     """Differences (nw - 2 stride, ...) of values from Lagrange's polynomial through ``stride``
     neighbours on either side: a straight line for one, a cubic for two."""
     ends = [k for k in range(2 * stride + 1) if k != stride]
@@ -126,7 +128,7 @@ def _departure(w: Real, values: Real | Complex, stride: int = 1) -> Real | Compl
     return differences
 
 
-def _outliers(departure: Real) -> Real:
+def _outlier_sizes(departure: Real) -> Real:
     """Departures that are far above the median of their neighbours, zero elsewhere.
 
     The departure of a smooth curve changes little from one frequency to the next; a spike at one
@@ -137,7 +139,7 @@ def _outliers(departure: Real) -> Real:
     return np.where(departure > _OUTLIER_RATIO * usual, departure, 0.0)
 
 
-def _at_least(db: HydroDatabase, count: int) -> None:
+def _require_count(db: HydroDatabase, count: int) -> None:
     if db.frequency.size < count:
         raise LeftOut(f"needs {count} frequencies, the database has {db.frequency.size}")
 
@@ -145,7 +147,7 @@ def _at_least(db: HydroDatabase, count: int) -> None:
 ORDER_CHECKS = (
     Check(
         "frequencies",
-        _frequencies,
+        _frequency_errors,
         0.0,
         "number of frequencies that are not above zero and the previous one; sort them, in rad/s",
         refusal=0.0,
@@ -153,7 +155,7 @@ ORDER_CHECKS = (
     ),
     Check(
         "headings",
-        _headings,
+        _heading_errors,
         0.0,
         "number of headings that do not increase or lie beyond a full turn; sort them, in rad",
         refusal=0.0,
@@ -164,7 +166,7 @@ ORDER_CHECKS = (
 RANGES = (
     Check(
         "numbers as written",
-        _alteration,
+        _alteration_errors,
         0.0,
         "1 if the numbers are not those that hydrosim wrote into the file; accept it if you"
         " changed them on purpose, else convert the original again",
@@ -181,7 +183,7 @@ RANGES = (
     ),
     Check(
         "frequency spacing",
-        _memory,
+        _memory_errors,
         0.02,
         "remaining retardation functions, relative to their peak, after the time pi/dw that the"
         " widest step dw between frequencies resolves; compute frequencies in between",
@@ -189,7 +191,7 @@ RANGES = (
     ),
     Check(
         "irregular frequencies",
-        _spikes,
+        _spike_errors,
         0.02,
         "largest spike in added mass or damping relative to the largest damping; remove"
         " irregular frequencies with a lid, or leave those frequencies out; acceptable if bodies"
@@ -211,19 +213,19 @@ RANGES = (
 # Hydrostatics: stiffness, volume and mass against each other.
 
 
-def _of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> RelativeErrors:
+def _errors_of_dofs(db: HydroDatabase, values: Real, *dofs: int) -> RelativeErrors:
     """``values`` (nb, len(dofs)) or (nb, 1) for those degrees of freedom of each body."""
     relative = np.full((db.bodies, 6), np.nan)
     relative[:, list(dofs)] = values
     return RelativeErrors(relative.ravel(), ("dof",))
 
 
-def _heave(db: HydroDatabase) -> RelativeErrors:
+def _heave_errors(db: HydroDatabase) -> RelativeErrors:
     heave_stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
-    return _of_dofs(db, ((1 - np.sign(heave_stiffness)) / 2)[:, None], 2)
+    return _errors_of_dofs(db, ((1 - np.sign(heave_stiffness)) / 2)[:, None], 2)
 
 
-def _asymmetry(db: HydroDatabase) -> RelativeErrors:
+def _asymmetry_errors(db: HydroDatabase) -> RelativeErrors:
     stiffness = require_array(db, "hydrostatic_stiffness")
     scale = np.sqrt(np.maximum(np.abs(np.diag(stiffness)), 1e-300))
     dofs = np.arange(len(stiffness))
@@ -233,23 +235,23 @@ def _asymmetry(db: HydroDatabase) -> RelativeErrors:
     return RelativeErrors(np.abs(gap) / np.outer(scale, scale), ("dof", "motion"), gap, ("N", "/m"))
 
 
-def _metacentre(db: HydroDatabase) -> RelativeErrors:
+def _metacentre_errors(db: HydroDatabase) -> RelativeErrors:
     """1 for each negative metacentric height."""
     stiffness = diagonal(require_array(db, "hydrostatic_stiffness")).reshape(-1, 6)
-    return _of_dofs(db, np.where(stiffness[:, 3:5] < 0, 1.0, 0.0), 3, 4)
+    return _errors_of_dofs(db, np.where(stiffness[:, 3:5] < 0, 1.0, 0.0), 3, 4)
 
 
-def _waterplane(db: HydroDatabase) -> RelativeErrors:
+def _waterplane_errors(db: HydroDatabase) -> RelativeErrors:
     """Heave, roll and pitch stiffness minus the levers of buoyancy and weight are rho g times the
     integrals of (1, x, y)(1, x, y) over the waterplane. The error is their distance from positive
     semi-definite, and below the polar moment A^2/2pi of a disc, the smallest possible."""
     rho_g = db.water_density * db.gravity
     lever = (require_array(db, "centre_of_buoyancy") - require_array(db, "centre_of_gravity"))[:, 2]
-    stiffness = _blocks(require_array(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
+    stiffness = _blocks_per_body(require_array(db, "hydrostatic_stiffness"))[:, 2:5, 2:5].copy()
     for block, less in zip(stiffness, rho_g * require_array(db, "volume") * lever, strict=True):
         block[[1, 2], [1, 2]] -= less
     impossible = [[_impossible_moments(block / rho_g)] for block in stiffness]
-    return _of_dofs(db, np.array(impossible), 3, 4)
+    return _errors_of_dofs(db, np.array(impossible), 3, 4)
 
 
 def _impossible_moments(moments: Real) -> float:
@@ -264,12 +266,12 @@ def _impossible_moments(moments: Real) -> float:
     return max(0.0, 1 - polar / least, -np.linalg.eigvalsh((scaled + scaled.T) / 2)[0])
 
 
-def _weight(db: HydroDatabase) -> RelativeErrors:
+def _weight_errors(db: HydroDatabase) -> RelativeErrors:
     mass = diagonal(require_array(db, "inertia_matrix"))[0::6]
     return RelativeErrors(np.abs(mass / displaced_mass(db) - 1), ("body",))
 
 
-def _blocks(matrix: Real) -> Real:
+def _blocks_per_body(matrix: Real) -> Real:
     """Blocks (nb, 6, 6): each body's own part of (n, n)."""
     bodies = len(matrix) // 6
     return np.array([matrix[6 * b :, 6 * b :][:6, :6] for b in range(bodies)])
@@ -278,7 +280,7 @@ def _blocks(matrix: Real) -> Real:
 HYDROSTATICS = (
     Check(
         "heave stiffness",
-        _heave,
+        _heave_errors,
         0.0,
         "1 if a body has a negative heave stiffness, 1/2 if it has none; acceptable for a"
         " submerged body, else the stiffness is missing or its sign is wrong",
@@ -288,7 +290,7 @@ HYDROSTATICS = (
     ),
     Check(
         "symmetry of the stiffness",
-        _asymmetry,
+        _asymmetry_errors,
         0.02,
         "largest |C_ij - C_ji| / sqrt(C_ii C_jj) in heave, roll and pitch, zero in theory; look"
         " for a wrong sign or an exchanged entry",
@@ -297,7 +299,7 @@ HYDROSTATICS = (
     ),
     Check(
         "metacentric heights",
-        _metacentre,
+        _metacentre_errors,
         0.0,
         "1 if a roll or pitch stiffness is negative; the body capsizes, or its centre of gravity"
         " or the sign is wrong",
@@ -306,7 +308,7 @@ HYDROSTATICS = (
     ),
     Check(
         "moments of the waterplane",
-        _waterplane,
+        _waterplane_errors,
         0.05,
         "distance of stiffness, volume and centres from those of any possible waterplane; look"
         " for wrong units, a stiffness without gravity, or centres in another frame",
@@ -316,7 +318,7 @@ HYDROSTATICS = (
     ),
     Check(
         "weight",
-        _weight,
+        _weight_errors,
         0.01,
         "relative difference of mass and displaced mass; acceptable if moorings carry the"
         " difference, else volume, density or mass is wrong",

@@ -54,7 +54,7 @@ def _drift_size(db: HydroDatabase) -> RelativeErrors:
     )
 
 
-def _hermitian(db: HydroDatabase) -> RelativeErrors:
+def _symmetry_errors(db: HydroDatabase) -> RelativeErrors:
     qtf = require_array(db, "qtf_difference")
     apart = [
         _transfer_errors(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1))
@@ -93,7 +93,7 @@ def _diagonal(db: HydroDatabase) -> RelativeErrors:
 def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
     frequency, drift = require_array(db, "qtf_frequency"), require_array(db, "mean_drift")
     in_range = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
-    for (first, second), qtf in zip(require_array(db, "qtf_heading"), _qtf(db), strict=True):
+    for (first, second), qtf in zip(require_array(db, "qtf_heading"), _qtf_values(db), strict=True):
         at = np.flatnonzero(_is_same_heading(db.heading, first))
         if not _is_same_heading(first, second) or at.size == 0 or not in_range.any():
             continue
@@ -105,22 +105,22 @@ def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
             gap = np.abs(diagonal_values[:, dof] - there)
             of_dofs = np.full((gap.size, drift.shape[-1]), np.nan)
             of_dofs[:, dof] = gap / np.abs(drift[..., dof]).max()
-            yield _at_worst(of_dofs, frequency[in_range], first)
+            yield _largest_errors(of_dofs, frequency[in_range], first)
 
 
-def _qtf(db: HydroDatabase) -> Complex:
+def _qtf_values(db: HydroDatabase) -> Complex:
     return np.asarray(db.qtf_difference)
 
 
 def _transfer_errors(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> RelativeErrors:
     """Errors between two transfer functions (nq, nq, n) of a pair of headings."""
     gap = np.abs(a - b).max(axis=1) / max(np.abs(a).max(), np.finfo(float).tiny)
-    return _at_worst(
+    return _largest_errors(
         gap, require_array(db, "qtf_frequency"), require_array(db, "qtf_heading")[pair][0]
     )
 
 
-def _at_worst(relative: Real, frequency: Real, heading: float) -> RelativeErrors:
+def _largest_errors(relative: Real, frequency: Real, heading: float) -> RelativeErrors:
     """Largest of errors (nq, n) for each degree of freedom, and its position."""
     row = np.nanargmax(np.nanmax(relative, axis=1))
     where = f"at {frequency[row]:.4g} rad/s, heading {np.degrees(heading):.4g} deg"
@@ -162,7 +162,7 @@ SECOND_ORDER = (
     ),
     Check(
         "QTF is Hermitian",
-        _hermitian,
+        _symmetry_errors,
         1e-3,
         f"largest |T-_12 - conj T-_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,

@@ -86,8 +86,8 @@ def second_order(path: Path, centre: Real, depth: float, gravity: float) -> dict
     kinds = []
     for difference, sign in ((True, 1j), (False, -1j)):
         real, imaginary = load[:, :2].swapaxes(0, 1) if difference else load[:, 2:].swapaxes(0, 1)
-        pairs = _pairs(index, real + sign * imaginary, heading, omega)
-        kinds.append(_at_origin(pairs, centre, depth, gravity, difference))
+        pairs = _read_pairs(index, real + sign * imaginary, heading, omega)
+        kinds.append(_move_to_origin(pairs, centre, depth, gravity, difference))
     return quadratic(path, 6 * len(centre), *kinds)
 
 
@@ -157,7 +157,7 @@ def _qtf_loads(text: Text, rows: _Rows, top: tuple[int, ...]) -> tuple[np.ndarra
     return np.array(index), np.array(loads)
 
 
-def _pairs(index: np.ndarray, value: Complex, heading: Real, omega: Real) -> Pairs:
+def _read_pairs(index: np.ndarray, value: Complex, heading: Real, omega: Real) -> Pairs:
     """Rows for each load (m, 6) of all structures."""
     body, towards, first, second = np.repeat(index, 6, axis=0).T
     return Pairs(
@@ -168,7 +168,9 @@ def _pairs(index: np.ndarray, value: Complex, heading: Real, omega: Real) -> Pai
     )
 
 
-def _at_origin(pairs: Pairs, centre: Real, depth: float, gravity: float, difference: bool) -> Pairs:
+def _move_to_origin(
+    pairs: Pairs, centre: Real, depth: float, gravity: float, difference: bool
+) -> Pairs:
     """Transfer functions per elevations at the origin, from those at each structure's centre of
     gravity."""
     value = pairs.value
@@ -203,20 +205,20 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in an .AH1 file, and in the .QTF beside it. Raises `InputError` for data that are
     missing or do not fit."""
-    path, table = _files(path)
+    path, table = _find_files(path)
     text = read_text(path)
-    top, sections = _sections(text)
-    head = _head(text, top)
-    centre = _table(text, sections, "COG", 3)
+    top, sections = _find_sections(text)
+    head = _read_head(text, top)
+    centre = _read_table(text, sections, "COG", 3)
     bodies = len(centre)
-    depth, density, gravity = _general(text, sections)
+    depth, density, gravity = _read_general(text, sections)
     depth = given.water_depth or depth  # AQWA has no infinite depth, and users give a large one
-    loads = _loads(text, sections, head, bodies)
+    loads = _read_loads(text, sections, head, bodies)
     excitation = [
         at_origin(loads[..., body, :], head.omega, head.heading, point, depth, gravity)
         for body, point in enumerate(centre)
     ]
-    volume, buoyancy = _displacement(text, sections, bodies)
+    volume, buoyancy = _read_displacement(text, sections, bodies)
     quadratic = second_order(table, centre, depth, gravity) if table else {}
     drift = mean_drift(quadratic, head.omega, head.heading)
     method = {} if drift is None else {"mean_drift_method": "diagonal of the QTF"}
@@ -226,13 +228,13 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         head.heading,
         given.port_starboard_symmetric,
         used=given.frequencies,
-        added_mass=_by_frequency(text, sections, "ADDEDMASS", head, bodies),
-        radiation_damping=_by_frequency(text, sections, "DAMPING", head, bodies),
-        added_mass_zero=_limit(text, sections, "ADDEDMASS_LF", bodies),
-        added_mass_infinite=_limit(text, sections, "ADDEDMASS_HF", bodies),
+        added_mass=_read_matrices(text, sections, "ADDEDMASS", head, bodies),
+        radiation_damping=_read_matrices(text, sections, "DAMPING", head, bodies),
+        added_mass_zero=_read_limit(text, sections, "ADDEDMASS_LF", bodies),
+        added_mass_infinite=_read_limit(text, sections, "ADDEDMASS_HF", bodies),
         excitation=np.concatenate(excitation, axis=-1),
-        hydrostatic_stiffness=_per_body(text, sections, "HYDSTIFFNESS", bodies),
-        inertia_matrix=_per_body(text, sections, "MASS", bodies),
+        hydrostatic_stiffness=_read_matrix_per_body(text, sections, "HYDSTIFFNESS", bodies),
+        inertia_matrix=_read_matrix_per_body(text, sections, "MASS", bodies),
         reference_point=centre,
         centre_of_gravity=centre,
         centre_of_buoyancy=points(
@@ -248,7 +250,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     )
 
 
-def _files(path: Path) -> tuple[Path, Path | None]:
+def _find_files(path: Path) -> tuple[Path, Path | None]:
     """The .AH1 file and the .QTF beside it, either of which may be named."""
     if path.suffix.lower() != ".qtf":
         return path, _sibling_file(path, ".QTF")
@@ -268,7 +270,7 @@ def _sibling_file(path: Path, suffix: str) -> Path | None:
     return next((name for name in names if name.is_file()), None)
 
 
-def _sections(text: Text) -> tuple[_Rows, dict[str, _Rows]]:
+def _find_sections(text: Text) -> tuple[_Rows, dict[str, _Rows]]:
     """Rows before the first keyword, and those after each."""
     top: _Rows = []
     sections: dict[str, _Rows] = {}
@@ -281,7 +283,7 @@ def _sections(text: Text) -> tuple[_Rows, dict[str, _Rows]]:
     return top, sections
 
 
-def _section(text: Text, sections: dict[str, _Rows], name: str) -> _Rows:
+def _require_section(text: Text, sections: dict[str, _Rows], name: str) -> _Rows:
     if name not in sections:
         raise InputError(
             f"{text.path}: section {name} is missing, expected AQWA's hydrodynamic database in"
@@ -290,7 +292,7 @@ def _section(text: Text, sections: dict[str, _Rows], name: str) -> _Rows:
     return sections[name]
 
 
-def _head(text: Text, top: _Rows) -> _Head:
+def _read_head(text: Text, top: _Rows) -> _Head:
     """Headings and frequencies; several structures must share them."""
     words = [(index, word) for index, line in top for word in line]
     if len(words) < 3:
@@ -317,9 +319,9 @@ def _head(text: Text, top: _Rows) -> _Head:
     )
 
 
-def _general(text: Text, sections: dict[str, _Rows]) -> tuple[float, float, float]:
+def _read_general(text: Text, sections: dict[str, _Rows]) -> tuple[float, float, float]:
     """Depth, density, gravity; a structure number precedes them in newer files."""
-    rows = _section(text, sections, "GENERAL")
+    rows = _require_section(text, sections, "GENERAL")
     if not rows:
         raise InputError(f"{text.path}: section GENERAL is empty, expected depth, density, gravity")
     index, words = rows[0]
@@ -328,15 +330,15 @@ def _general(text: Text, sections: dict[str, _Rows]) -> tuple[float, float, floa
     return depth, density, gravity
 
 
-def _table(text: Text, sections: dict[str, _Rows], name: str, width: int) -> Real:
+def _read_table(text: Text, sections: dict[str, _Rows], name: str, width: int) -> Real:
     """Rows of a structure number and ``width`` values: (nb, width)."""
-    rows = _section(text, sections, name)
+    rows = _require_section(text, sections, name)
     if not rows:
         raise InputError(f"{text.path}: section {name} is empty, expected a row for each structure")
     return np.array([text.numbers(index, words[1:], width) for index, words in rows])
 
 
-def _blocks(
+def _read_blocks(
     text: Text, rows: _Rows, top: tuple[int, ...], lines: int
 ) -> Iterator[tuple[tuple[int, ...], list[list[float]]]]:
     """Tables of ``lines`` rows of six. The first row begins with indices up to ``top``, which are
@@ -356,50 +358,50 @@ def _blocks(
         )
 
 
-def _per_body(text: Text, sections: dict[str, _Rows], name: str, bodies: int) -> Real:
+def _read_matrix_per_body(text: Text, sections: dict[str, _Rows], name: str, bodies: int) -> Real:
     """Block-diagonal matrix (n, n)."""
     blocks = np.full((bodies, 6, 6), np.nan)
-    for (body,), block in _blocks(text, _section(text, sections, name), (bodies,), 6):
+    for (body,), block in _read_blocks(text, _require_section(text, sections, name), (bodies,), 6):
         blocks[body] = block
     return block_diagonal(blocks)
 
 
-def _by_frequency(
+def _read_matrices(
     text: Text, sections: dict[str, _Rows], name: str, head: _Head, bodies: int
 ) -> Real:
     """Matrices (nw, n, n); those between structures are absent if AQWA had no interaction."""
-    rows = _section(text, sections, name)
+    rows = _require_section(text, sections, name)
     count = head.omega.size
-    _enough(text, name, len(rows), 6 * bodies * count)
+    _require_count(text, name, len(rows), 6 * bodies * count)
     out = np.zeros((count, bodies, 6, bodies, 6))
     out[:, np.arange(bodies), :, np.arange(bodies), :] = np.nan
-    for (a, b, w), block in _blocks(text, rows, (bodies, bodies, count), 6):
+    for (a, b, w), block in _read_blocks(text, rows, (bodies, bodies, count), 6):
         out[w, a, :, b, :] = block
     return out.reshape(count, 6 * bodies, 6 * bodies)
 
 
-def _limit(text: Text, sections: dict[str, _Rows], name: str, bodies: int) -> Real | None:
+def _read_limit(text: Text, sections: dict[str, _Rows], name: str, bodies: int) -> Real | None:
     """Matrix (n, n) at 0.001 or 100 rad/s, which AQWA computes on request."""
     if name not in sections:
         return None
     out = np.zeros((bodies, 6, bodies, 6))
-    for (a, b), block in _blocks(text, sections[name], (bodies, bodies), 6):
+    for (a, b), block in _read_blocks(text, sections[name], (bodies, bodies), 6):
         out[a, :, b, :] = block
     return out.reshape(6 * bodies, 6 * bodies)
 
 
-def _loads(text: Text, sections: dict[str, _Rows], head: _Head, bodies: int) -> Complex:
+def _read_loads(text: Text, sections: dict[str, _Rows], head: _Head, bodies: int) -> Complex:
     """Loads (nw, nh, nb, 6) per elevation at the structures' centres of gravity."""
-    rows = _section(text, sections, "FORCERAO")
+    rows = _require_section(text, sections, "FORCERAO")
     count, headings = head.omega.size, head.heading.size
-    _enough(text, "FORCERAO", len(rows), 2 * bodies * count * headings)
+    _require_count(text, "FORCERAO", len(rows), 2 * bodies * count * headings)
     out = np.full((count, headings, bodies, 6), np.nan, dtype=complex)
-    for (body, b, w), (size, lag) in _blocks(text, rows, (bodies, headings, count), 2):
+    for (body, b, w), (size, lag) in _read_blocks(text, rows, (bodies, headings, count), 2):
         out[w, b, body] = polar(size, np.radians(lag))
     return out
 
 
-def _enough(text: Text, name: str, count: int, expected: int) -> None:
+def _require_count(text: Text, name: str, count: int, expected: int) -> None:
     """Check before memory is reserved by the numbers in the head of the file."""
     if count < expected:
         raise InputError(
@@ -409,14 +411,14 @@ def _enough(text: Text, name: str, count: int, expected: int) -> None:
         )
 
 
-def _displacement(
+def _read_displacement(
     text: Text, sections: dict[str, _Rows], bodies: int
 ) -> tuple[Real | None, Real | None]:
     """Volumes and centres of buoyancy, from the file or the listing beside it."""
     if "DISPLACEMENT" in sections and "COB" in sections:
         return (
-            _table(text, sections, "DISPLACEMENT", 1)[:, 0],
-            _table(text, sections, "COB", 3),
+            _read_table(text, sections, "DISPLACEMENT", 1)[:, 0],
+            _read_table(text, sections, "COB", 3),
         )
     listing = _sibling_file(text.path, ".LIS")
     return _listed_values(listing, bodies) if listing else (None, None)

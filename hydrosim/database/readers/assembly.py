@@ -35,7 +35,7 @@ def invertible_quotient(value: Real, factor: Real | float) -> Real:
     return bitwise_inverse(lambda x: x * factor, value / factor, value)
 
 
-def mirror_image(added_mass: Real, heading: Real, excitation: Complex) -> bool:
+def are_bodies_symmetric(added_mass: Real, heading: Real, excitation: Complex) -> bool:
     """Whether each body is symmetric about y = 0, as far as the coefficients show. Then surge,
     heave and pitch do not couple with sway, roll and yaw, and waves along x excite only the
     former."""
@@ -156,7 +156,7 @@ def assemble(
     infinite frequency separated. Frequencies outside those that are ``used``, see `Given`, are left
     out if they have no numbers. If ``symmetric`` is not given, port-starboard symmetry is
     determined from the coefficients. Other fields are passed on unchanged."""
-    omega, fields = without_unused(omega, fields, used)
+    omega, fields = drop_unused_frequencies(omega, fields, used)
     rows, columns = np.argsort(omega, kind="stable"), np.argsort(heading, kind="stable")
     rows = rows[np.isfinite(omega[rows]) & (omega[rows] > 0)]
     if rows.size == 0:
@@ -183,11 +183,11 @@ def assemble(
     if symmetric is not None:
         return db
     with np.errstate(all="ignore"):  # without added mass
-        seen = mirror_image(db.added_mass, db.heading, db.excitation)
+        seen = are_bodies_symmetric(db.added_mass, db.heading, db.excitation)
     return replace(db, port_starboard_symmetric=seen)
 
 
-def without_unused(
+def drop_unused_frequencies(
     omega: Real, fields: Mapping[str, Any], used: tuple[float, float] | None
 ) -> tuple[Real, dict[str, Any]]:
     """Frequencies (nw,) and fields without the rows outside the ``used`` frequencies that have no
@@ -294,8 +294,8 @@ def quadratic(
     return {
         "qtf_frequency": frequency,
         "qtf_heading": heading,
-        "qtf_difference": _fill(path, dofs, frequency, heading, difference, np.conj),
-        "qtf_sum": _fill(path, dofs, frequency, heading, total, np.array),
+        "qtf_difference": _fill_pairs(path, dofs, frequency, heading, difference, np.conj),
+        "qtf_sum": _fill_pairs(path, dofs, frequency, heading, total, np.array),
     }
 
 
@@ -303,7 +303,7 @@ def _is_equal(a: Real, b: Real) -> bool:
     return a.shape == b.shape and bool((a == b).all())
 
 
-def _fill(
+def _fill_pairs(
     path: Path, dofs: int, frequency: Real, heading: Real, pairs: Pairs | None, swapped: Any
 ) -> Complex | None:
     """Array (np, nq, nq, n); ``swapped`` converts a value to that of the waves in reverse order."""
@@ -312,7 +312,7 @@ def _fill(
     kinds, nq = np.unique(pairs.dof), frequency.size
     least = len(heading) * nq * (nq + 1) // 2 * kinds.size
     if len(pairs.value) < least:  # before memory is reserved for them
-        raise _incomplete(path, f"{len(pairs.value)} rows", f"at least {least}")
+        raise _incomplete_error(path, f"{len(pairs.value)} rows", f"at least {least}")
     lookup = {tuple(pair): number for number, pair in enumerate(heading)}
     first = np.array([lookup[tuple(pair)] for pair in pairs.heading])
     second = np.array([lookup.get(tuple(pair[::-1]), -1) for pair in pairs.heading])
@@ -326,11 +326,11 @@ def _fill(
     out[..., np.setdiff1d(np.arange(dofs), kinds)] = 0.0
     missing = np.count_nonzero(np.isnan(out))
     if missing:
-        raise _incomplete(path, f"{out.size - missing} values", f"{out.size}")
+        raise _incomplete_error(path, f"{out.size - missing} values", f"{out.size}")
     return out
 
 
-def _incomplete(path: Path, text: str, expected: str) -> InputError:
+def _incomplete_error(path: Path, text: str, expected: str) -> InputError:
     return InputError(
         f"{path}: found {text} of quadratic transfer functions, expected {expected} for all pairs"
         " of its frequencies, at least those with w_1 >= w_2. Export all pairs, or none."

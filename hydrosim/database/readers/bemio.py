@@ -29,11 +29,11 @@ import numpy as np
 from hydrosim.database.changes import move_reference
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
 from hydrosim.database.readers.assembly import (
+    are_bodies_symmetric,
     bitwise_inverse,
+    drop_unused_frequencies,
     invertible_quotient,
-    mirror_image,
     preferred_drift,
-    without_unused,
 )
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
@@ -181,12 +181,12 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in a BEMIO file. Raises `InputError` for data that are missing, or whose shape does
     not match the numbers of frequencies, headings and bodies."""
-    with _reading(path) as file:
-        return _database(_Source(file, path), given)
+    with _open_file(path) as file:
+        return _read_database(_Source(file, path), given)
 
 
 @contextmanager
-def _reading(path: Path) -> Iterator[h5py.File]:
+def _open_file(path: Path) -> Iterator[h5py.File]:
     """The open file. All exceptions that HDF5 raises for a damaged file become `InputError`."""
     import h5py
 
@@ -268,51 +268,53 @@ class _Layout:
         return self.heading.size, self.frequency.size
 
 
-def _database(source: _Source, given: Given) -> HydroDatabase:
-    layout = _layout(source)
-    excitation = _loads(source, layout, "excitation")
+def _read_database(source: _Source, given: Given) -> HydroDatabase:
+    layout = _read_layout(source)
+    excitation = _read_loads(source, layout, "excitation")
     if excitation is None:
-        lacking = _lacking(source, layout.bodies, "hydro_coeffs/excitation/re")
+        lacking = _missing_bodies_text(source, layout.bodies, "hydro_coeffs/excitation/re")
         raise InputError(
             f"{source.path}: {lacking} has no hydro_coeffs/excitation/re, or no .../im; expected"
             " both for every body. Write the file again with them."
         )
-    added_mass = _matrices(source, layout, "added_mass/all") * layout.density
-    damping = _matrices(source, layout, "radiation_damping/all")
+    added_mass = _read_matrices(source, layout, "added_mass/all") * layout.density
+    damping = _read_matrices(source, layout, "radiation_damping/all")
     damping = damping * (layout.density * layout.rate[:, None, None])
     drift, method = _mean_drift(source, layout)
     symmetric = given.port_starboard_symmetric
     if symmetric is None:
-        symmetric = mirror_image(added_mass, layout.heading, excitation)
-    points, assumed = _points(source, given, layout.bodies), ""
+        symmetric = are_bodies_symmetric(added_mass, layout.heading, excitation)
+    points, assumed = _read_points(source, given, layout.bodies), ""
     if points["reference_point"] is None:
         points["reference_point"] = points["centre_of_gravity"]
         assumed = "reference points at the centres of gravity"
     if points["reference_point"] is None:
         raise InputError(
-            f"{source.path}: {_lacking(source, layout.bodies, 'properties/cg')} has no"
+            f"{source.path}: {_missing_bodies_text(source, layout.bodies, 'properties/cg')} has no"
             " properties/cg; expected one for every body. Write the file again with it, or give"
             " reference_point under `hydrodynamics` in the case."
         )
-    remarks = {"assumed": assumed, "mean_drift_method": method, "program": _code(source)}
+    remarks = {"assumed": assumed, "mean_drift_method": method, "program": _program_name(source)}
     by_frequency: dict[str, Any] = {
         "added_mass": added_mass,
         "radiation_damping": damping,
         "excitation": excitation,
-        "froude_krylov": _loads(source, layout, "excitation/froude-krylov"),
+        "froude_krylov": _read_loads(source, layout, "excitation/froude-krylov"),
         "mean_drift": drift,
     }
-    frequency, by_frequency = without_unused(layout.frequency, by_frequency, given.frequencies)
+    frequency, by_frequency = drop_unused_frequencies(
+        layout.frequency, by_frequency, given.frequencies
+    )
     return HydroDatabase(
         source=str(source.path),
         frequency=frequency,
         heading=layout.heading,
-        added_mass_infinite=_infinite(source, layout),
+        added_mass_infinite=_read_infinite_added_mass(source, layout),
         **by_frequency,
-        **_quadratic(source, layout.bodies),
-        hydrostatic_stiffness=_stiffness(source, layout),
+        **_read_second_order(source, layout.bodies),
+        hydrostatic_stiffness=_read_stiffness(source, layout),
         **points,
-        water_depth=_depth(source),
+        water_depth=_read_depth(source),
         water_density=source.positive("rho"),
         gravity=source.positive("g"),
         port_starboard_symmetric=symmetric,
@@ -320,7 +322,7 @@ def _database(source: _Source, given: Given) -> HydroDatabase:
     )
 
 
-def _layout(source: _Source) -> _Layout:
+def _read_layout(source: _Source) -> _Layout:
     bodies = sum(f"body{i + 1}" in source.file for i in range(_MOST_BODIES))
     w = source.require_variable(f"{_PARAMETERS}/w")
     degrees = source.require_variable(f"{_PARAMETERS}/wave_dir")
@@ -351,24 +353,24 @@ def _layout(source: _Source) -> _Layout:
     )
 
 
-def _rows(source: _Source, bodies: int, name: str, *shape: int) -> Real | None:
+def _read_rows(source: _Source, bodies: int, name: str, *shape: int) -> Real | None:
     """Variables of all bodies (6 nb, ...); None if any body lacks it."""
     parts = [source.optional(f"body{i + 1}/{name}", 6, *shape) for i in range(bodies)]
     given_parts = [part for part in parts if part is not None]
     return np.concatenate(given_parts) if len(given_parts) == bodies else None
 
 
-def _lacking(source: _Source, bodies: int, name: str) -> str:
+def _missing_bodies_text(source: _Source, bodies: int, name: str) -> str:
     """The first body without a variable, such as "body2"; "body1" if all have it."""
     names = [f"body{i + 1}" for i in range(bodies)]
     return next((body for body in names if source.optional(f"{body}/{name}") is None), names[0])
 
 
-def _matrices(source: _Source, layout: _Layout, name: str) -> Real:
+def _read_matrices(source: _Source, layout: _Layout, name: str) -> Real:
     name, n = f"hydro_coeffs/{name}", 6 * layout.bodies
-    value = _rows(source, layout.bodies, name, n, layout.frequency.size)
+    value = _read_rows(source, layout.bodies, name, n, layout.frequency.size)
     if value is None:
-        lacking = _lacking(source, layout.bodies, name)
+        lacking = _missing_bodies_text(source, layout.bodies, name)
         raise InputError(
             f"{source.path}: {lacking} has no {name}; expected one for every body. Write the file"
             " again with it."
@@ -376,45 +378,45 @@ def _matrices(source: _Source, layout: _Layout, name: str) -> Real:
     return np.ascontiguousarray(value.transpose(2, 0, 1)[layout.by_frequency])
 
 
-def _infinite(source: _Source, layout: _Layout) -> Real | None:
+def _read_infinite_added_mass(source: _Source, layout: _Layout) -> Real | None:
     name = "hydro_coeffs/added_mass/inf_freq"
-    value = _rows(source, layout.bodies, name, 6 * layout.bodies)
+    value = _read_rows(source, layout.bodies, name, 6 * layout.bodies)
     return None if value is None else value * layout.density
 
 
-def _ascending(layout: _Layout, value: Real) -> Real:
+def _sort_frequencies(layout: _Layout, value: Real) -> Real:
     """Loads (nw, nh, n) from (n, nh, nw) in the file's order."""
     value = value.transpose(2, 1, 0)[layout.by_frequency][:, layout.by_heading]
     return np.ascontiguousarray(value)
 
 
-def _loads(source: _Source, layout: _Layout, name: str) -> Complex | None:
+def _read_loads(source: _Source, layout: _Layout, name: str) -> Complex | None:
     name = f"hydro_coeffs/{name}"
     real, imaginary = (
-        _rows(source, layout.bodies, f"{name}/{part}", *layout.waves) for part in ("re", "im")
+        _read_rows(source, layout.bodies, f"{name}/{part}", *layout.waves) for part in ("re", "im")
     )
     if real is None or imaginary is None:
         return None
     value = np.empty((*real.shape[::-1],), dtype=complex)
     value.real, value.imag = (
-        _ascending(layout, part) * layout.weight for part in (real, imaginary)
+        _sort_frequencies(layout, part) * layout.weight for part in (real, imaginary)
     )
     return value
 
 
 def _mean_drift(source: _Source, layout: _Layout) -> tuple[Real | None, str]:
     momentum, control_surface, pressure = (
-        None if value is None else _ascending(layout, value) * layout.weight
+        None if value is None else _sort_frequencies(layout, value) * layout.weight
         for value in (
-            _rows(source, layout.bodies, f"hydro_coeffs/mean_drift/{name}/val", *layout.waves)
+            _read_rows(source, layout.bodies, f"hydro_coeffs/mean_drift/{name}/val", *layout.waves)
             for name in _DRIFT
         )
     )
     return preferred_drift(momentum, control_surface, pressure, layout.bodies)
 
 
-def _stiffness(source: _Source, layout: _Layout) -> Real | None:
-    value = _rows(source, layout.bodies, "hydro_coeffs/linear_restoring_stiffness", 6)
+def _read_stiffness(source: _Source, layout: _Layout) -> Real | None:
+    value = _read_rows(source, layout.bodies, "hydro_coeffs/linear_restoring_stiffness", 6)
     if value is None:
         return None
     matrix = np.zeros((6 * layout.bodies, 6 * layout.bodies))
@@ -423,7 +425,7 @@ def _stiffness(source: _Source, layout: _Layout) -> Real | None:
     return matrix
 
 
-def _points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
+def _read_points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
     """Volumes and centres, and reference points if they are given."""
     theirs = {"volume": "disp_vol", "centre_of_buoyancy": "cb", "centre_of_gravity": "cg"}
     points: dict[str, Any] = {}
@@ -447,11 +449,11 @@ def _points(source: _Source, given: Given, bodies: int) -> dict[str, Any]:
     return points
 
 
-def _depth(source: _Source) -> float:
+def _read_depth(source: _Source) -> float:
     """A number, or a word for deep water."""
     item = source.file.get(f"{_PARAMETERS}/water_depth")
     if item is not None and item.dtype.kind in "SO" and item.size == 1:
-        word = _text(item)
+        word = _decode_text(item)
         if word.lower() in ("infinite", "inf"):
             return float(np.inf)
         raise InputError(f"{source.path}: water_depth is {word[:40]!r}, expected 'infinite'.")
@@ -460,17 +462,21 @@ def _depth(source: _Source) -> float:
     return source.positive("water_depth")
 
 
-def _code(source: _Source) -> str:
+def _program_name(source: _Source) -> str:
     item = source.file.get("bem_data/code")
-    return _text(item) if item is not None and item.dtype.kind in "SO" and item.size == 1 else ""
+    return (
+        _decode_text(item)
+        if item is not None and item.dtype.kind in "SO" and item.size == 1
+        else ""
+    )
 
 
-def _text(item: h5py.Dataset) -> str:
+def _decode_text(item: h5py.Dataset) -> str:
     value = np.asarray(item[()]).ravel()[0]
     return value.decode("latin-1") if isinstance(value, bytes) else str(value)
 
 
-def _quadratic(source: _Source, bodies: int) -> dict[str, Any]:
+def _read_second_order(source: _Source, bodies: int) -> dict[str, Any]:
     """The items of the database on quadratic transfer functions."""
     arrays: dict[str, Any] = {}
     for name, kind in (("qtf_difference", "Diff"), ("qtf_sum", "Sum")):

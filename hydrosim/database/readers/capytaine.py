@@ -74,7 +74,7 @@ def sniff(path: Path, head: bytes) -> bool:
     if not head.startswith((text.MAGIC, _CLASSIC)):
         return False
     try:
-        with _open(path) as file:
+        with _open_file(path) as file:
             names = set(file.dimensions)
     except _UNREADABLE:
         return False
@@ -84,7 +84,7 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in a Capytaine file. Raises `InputError` for data that are missing or do not fit."""
     try:
-        with _open(path) as file:
+        with _open_file(path) as file:
             return _File(path, file).database(given)
     except _UNREADABLE as error:
         raise InputError(
@@ -93,7 +93,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         ) from error
 
 
-def _open(path: Path) -> Any:
+def _open_file(path: Path) -> Any:
     """File of netCDF's library. In the classic format, which xarray writes without that library, a
     file of scipy, which allocates no memory for the sizes in a damaged head."""
     import netCDF4  # slow to load, and dry scenes have no databases

@@ -111,7 +111,7 @@ def qtf_table_of(text: Text) -> QtfTable:
             "Diff or Sum, and 1 to 6",
         )
     crossed = "HEADING1" in head
-    frequency, value = _rows(text, heading.size, difference.size, crossed)
+    frequency, value = _read_rows(text, heading.size, difference.size, crossed)
     return QtfTable(
         text,
         water_of(text),
@@ -193,7 +193,7 @@ def rows_of(text: Text, columns: int) -> Real:
     return np.reshape(np.array(rows, dtype=float), (-1, columns))
 
 
-def _rows(text: Text, headings: int, differences: int, crossed: bool) -> tuple[Real, Complex]:
+def _read_rows(text: Text, headings: int, differences: int, crossed: bool) -> tuple[Real, Complex]:
     """Frequencies (nw,) and values (nh, nw, nd). If the waves are ``crossed``, pairs of different
     headings are skipped."""
     rows = rows_of(text, 1 + 2 * differences)
@@ -236,7 +236,7 @@ class LinearEntry:
 def read_linear(paths: Sequence[Path], given: Given) -> HydroDatabase:
     """Database in these files of a folder. Raises `InputError` for data that are missing or do not
     fit."""
-    entries = [entry for path in paths if (entry := _entry(read_text(path))).kind in _EVERY]
+    entries = [entry for path in paths if (entry := _read_entry(read_text(path))).kind in _EVERY]
     first = _check_entries(paths[0], entries)
     particulars = first_given(first.given, given)
     loads = np.stack([_entry_of(entries, _LOAD, k).value for k in _EVERY[_LOAD]], axis=-1)
@@ -252,8 +252,8 @@ def read_linear(paths: Sequence[Path], given: Given) -> HydroDatabase:
         start.heading,
         given.port_starboard_symmetric,
         used=given.frequencies,
-        added_mass=_matrix(entries, _MASS),
-        radiation_damping=_matrix(entries, _DAMPING),
+        added_mass=_fill_matrix(entries, _MASS),
+        radiation_damping=_fill_matrix(entries, _DAMPING),
         excitation=loads * waves[..., None],
         reference_point=points(path, "reference point", given.reference_point, first.point, 1),
         volume=volumes(path, given.volume, None),
@@ -270,7 +270,7 @@ def _entry_of(entries: Sequence[LinearEntry], kind: str, component: int) -> Line
     return next(e for e in entries if (e.kind, e.component) == (kind, component))
 
 
-def _matrix(entries: Sequence[LinearEntry], kind: str) -> Real:
+def _fill_matrix(entries: Sequence[LinearEntry], kind: str) -> Real:
     """(nw, 6, 6), in the order of the components."""
     columns = [_entry_of(entries, kind, component).value[:, 0].real for component in _EVERY[kind]]
     return np.stack(columns, axis=-1).reshape(-1, 6, 6)
@@ -303,7 +303,7 @@ def _check_entries(path: Path, entries: Sequence[LinearEntry]) -> LinearEntry:
     return first
 
 
-def _entry(text: Text) -> LinearEntry:
+def _read_entry(text: Text) -> LinearEntry:
     """Entry of a file. Raises `InputError` for data that are missing or not supported."""
     head = head_of(text)
     check_head(text, head, ("RAOTYPE", "COMPONENT", "HEADING"))
@@ -355,7 +355,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         drift, method = _mean_drift(db, drifts)
         attributes = {**db.attributes, "mean_drift_method": method}
         db = replace(db, mean_drift=drift, attributes=attributes)
-    return _with_transfers(db, transfers) if transfers else db
+    return _add_transfers(db, transfers) if transfers else db
 
 
 def _first_order(path: Path, tables: Sequence[QtfTable], given: Given) -> HydroDatabase:
@@ -393,7 +393,7 @@ def _files_with_mark(path: Path, mark: bytes) -> list[Path]:
     return files
 
 
-def _with_transfers(db: HydroDatabase, tables: Sequence[QtfTable]) -> HydroDatabase:
+def _add_transfers(db: HydroDatabase, tables: Sequence[QtfTable]) -> HydroDatabase:
     """Database with quadratic transfer functions."""
     differences = [table for table in tables if table.is_difference]
     sums = [table for table in tables if not table.is_difference]
@@ -412,8 +412,8 @@ def _with_transfers(db: HydroDatabase, tables: Sequence[QtfTable]) -> HydroDatab
         db,
         qtf_frequency=tables[0].frequency,
         qtf_heading=np.stack([heading, heading], axis=-1),
-        qtf_difference=_transfer(db, differences),
-        qtf_sum=_transfer(db, sums),
+        qtf_difference=_read_transfer(db, differences),
+        qtf_sum=_read_transfer(db, sums),
     )
 
 
@@ -423,25 +423,25 @@ def _mean_drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> tuple[Real | N
     _require_equal(tables, ("heading", "frequency", "point"))
     methods = []
     for field in (*_FIELDS, ""):
-        drift_tables = [table for table in tables if _field(table) == field]
+        drift_tables = [table for table in tables if _field_of_table(table) == field]
         _require_unique_loads(drift_tables)
         methods.append(drift_tables if any(table.value.any() for table in drift_tables) else [])
     far, middle, pressure = methods
     momentum = far or middle
     return preferred_drift(
-        _drift(db, momentum) if momentum else None,
+        _read_drift(db, momentum) if momentum else None,
         None,
-        _drift(db, pressure) if pressure else None,
+        _read_drift(db, pressure) if pressure else None,
         1,
     )
 
 
-def _field(table: QtfTable) -> str:
+def _field_of_table(table: QtfTable) -> str:
     end = table.text.path.stem[-2:].upper()
     return end if end in _FIELDS else ""
 
 
-def _drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> Real:
+def _read_drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> Real:
     """Drift (nw, nh, 6) about the reference point. Raises `InputError` if its waves differ from
     those of the database."""
     first = tables[0]
@@ -460,7 +460,9 @@ def _drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> Real:
     drift = np.zeros((first.frequency.size, first.heading.size, 6))
     for table in tables:
         drift[..., table.dof] = table.value[..., 0].real.T
-    return np.asarray(_loads_at_reference(db, first, drift, len(tables), 3 if _field(first) else 6))
+    return np.asarray(
+        _loads_at_reference(db, first, drift, len(tables), 3 if _field_of_table(first) else 6)
+    )
 
 
 def _require_equal(tables: Sequence[QtfTable], names: Sequence[str]) -> None:
@@ -500,7 +502,7 @@ def _loads_at_reference(
     return loads
 
 
-def _transfer(db: HydroDatabase, tables: Sequence[QtfTable]) -> Complex | None:
+def _read_transfer(db: HydroDatabase, tables: Sequence[QtfTable]) -> Complex | None:
     """Transfer functions (nh, nw, nw, 6) about the database's reference point and per elevations at
     its origin."""
     if not tables:
@@ -515,14 +517,14 @@ def _transfer(db: HydroDatabase, tables: Sequence[QtfTable]) -> Complex | None:
         )
     out = np.zeros((first.heading.size, w.size, w.size, 6), dtype=complex)
     for table in tables:
-        out[..., table.dof] = _square(table)
+        out[..., table.dof] = _square_table(table)
     wave = elevation(w[:, None], first.heading, first.wave_point, db.water_depth, db.gravity).T
     second = wave.conj() if first.is_difference else wave
     out *= (wave[:, :, None] * second[:, None, :])[..., None]
     return np.asarray(_loads_at_reference(db, first, out, len(tables)))
 
 
-def _square(table: QtfTable) -> Complex:
+def _square_table(table: QtfTable) -> Complex:
     """Transfer functions (nh, nw, nw) for both orders of each pair of frequencies."""
     w, last = table.frequency, table.difference[-1]
     out = np.zeros((table.heading.size, w.size, w.size), dtype=complex)

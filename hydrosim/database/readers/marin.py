@@ -132,7 +132,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     depth, draught, waterline, _ = reader.take("REFS", 4)
     line = reader.peek("keyword SPRING").line
     spring = _Spring(*reader.take("SPRING", 6))
-    tables = _tables(reader)
+    tables = _read_tables(reader)
     density = require_number(path, "water density", given.water_density)
     gravity = require_number(path, "gravity", given.gravity)
     centre = points(path, "centre of gravity", given.centre_of_gravity, None, 1)
@@ -140,7 +140,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     if centre is not None:
         _check_flotation(reader.text, line, tables, spring, gravity)
         keel = -(draught if draught > 0 else waterline)
-        stiffness = density * gravity * _stiffness(spring, centre[0, 2] - keel)
+        stiffness = density * gravity * _build_stiffness(spring, centre[0, 2] - keel)
     symmetric = given.port_starboard_symmetric
     return assemble(
         path,
@@ -163,19 +163,19 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     )
 
 
-def _tables(reader: _Reader) -> _Tables:
+def _read_tables(reader: _Reader) -> _Tables:
     line = reader.peek("keyword PARA").line
     count, headings, symmetry = reader.take("PARA", 3)
     if symmetry not in _SYMMETRIES or min(count, headings) < 1:
         raise reader.text.wrong(line, f"{count:g}, {headings:g} and {symmetry:g}", _PARA)
     blocks: list[_Block] = []
     while len(blocks) < count:
-        blocks.append(_block(reader, headings))
+        blocks.append(_read_block(reader, headings))
         if (blocks[-1].heading != blocks[0].heading).any():
             raise reader.text.wrong(
                 reader.records[reader.next - 1].line, "other headings", "the same as before"
             )
-    _end(reader)
+    _require_end(reader)
     heading: Real = np.radians(blocks[0].heading)
     loads: Complex = np.array([block.loads for block in blocks])
     if symmetry == 2:
@@ -188,7 +188,7 @@ def _tables(reader: _Reader) -> _Tables:
     return _Tables(omega, heading, added_mass, damping, loads, int(symmetry))
 
 
-def _block(reader: _Reader, headings: float) -> _Block:
+def _read_block(reader: _Reader, headings: float) -> _Block:
     (omega,) = reader.take("OMEGA", 1)
     added_mass, damping = reader.matrix("ADMAS"), reader.matrix("BDAMP")
     directions: list[float] = []
@@ -200,7 +200,7 @@ def _block(reader: _Reader, headings: float) -> _Block:
     return _Block(omega, np.array(directions), added_mass, damping, np.array(loads))
 
 
-def _end(reader: _Reader) -> None:
+def _require_end(reader: _Reader) -> None:
     record = reader.peek("keyword PARA2 or END")
     if record.keyword not in ("PARA2", "END"):
         raise reader.text.wrong(
@@ -211,7 +211,7 @@ def _end(reader: _Reader) -> None:
         )
 
 
-def _stiffness(spring: _Spring, height: float) -> Real:
+def _build_stiffness(spring: _Spring, height: float) -> Real:
     """Stiffness over rho g, about the origin, for a centre of gravity at ``height`` above the
     keel."""
     C = np.zeros((6, 6))

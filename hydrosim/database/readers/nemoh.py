@@ -82,13 +82,13 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database of the project that ``path`` belongs to. Raises `InputError` for data that are
     missing or do not fit."""
     folder = path.parent if path.name.lower() == "nemoh.cal" else path.parent.parent
-    project = _project(read_text(_existing(folder, "Nemoh.cal")))
+    project = _read_project(read_text(_require_file(folder, "Nemoh.cal")))
     bodies = len(project.rotation_points)
-    results = _existing(folder, "Results")
-    tec = _existing(results, "RadiationCoefficients.tec")
-    omega, matrices = _zones(tec, 6 * bodies, 6 * bodies)
+    results = _require_file(folder, "Results")
+    tec = _require_file(results, "RadiationCoefficients.tec")
+    omega, matrices = _read_zones(tec, 6 * bodies, 6 * bodies)
     loads = _first_order(results, project, omega)  # confirms the number of headings
-    hydrostatics = _hydrostatics(folder, bodies, project.rotation_points)
+    hydrostatics = _read_hydrostatics(folder, bodies, project.rotation_points)
     return assemble(
         project.text.path,
         omega,
@@ -122,7 +122,7 @@ def _find_any_case(folder: Path, name: str) -> Path | None:
     return next((entry for entry in folder.iterdir() if entry.name.lower() == name.lower()), None)
 
 
-def _existing(folder: Path, name: str) -> Path:
+def _require_file(folder: Path, name: str) -> Path:
     path = _find_any_case(folder, name)
     if path is None:
         raise InputError(
@@ -132,18 +132,18 @@ def _existing(folder: Path, name: str) -> Path:
     return path
 
 
-def _project(text: Text) -> _Project:
-    density, gravity, depth = (_values(text, line, 1, "a number")[0] for line in (1, 2, 3))
-    wave_point = np.array(_values(text, 4, 2, "the wave measurement point"))
-    bodies = text.count(6, _words(text, 6, "the number of bodies")[0])
+def _read_project(text: Text) -> _Project:
+    density, gravity, depth = (_read_values(text, line, 1, "a number")[0] for line in (1, 2, 3))
+    wave_point = np.array(_read_values(text, 4, 2, "the wave measurement point"))
+    bodies = text.count(6, _split_words(text, 6, "the number of bodies")[0])
     line = 7
     rotation_points: list[Real] = []
     while len(rotation_points) < bodies:
-        line, point = _body(text, line)
+        line, point = _read_body(text, line)
         rotation_points.append(point)
     if not rotation_points:
         raise text.wrong(6, "no bodies", "at least one")
-    words = _words(text, line + 2, "the number of headings, the first and the last")
+    words = _split_words(text, line + 2, "the number of headings, the first and the last")
     count = text.count(line + 2, words[0])
     if count == 0:
         raise text.wrong(line + 2, "no headings", "at least one")
@@ -159,7 +159,7 @@ def _project(text: Text) -> _Project:
     )
 
 
-def _words(text: Text, line: int, expected: str) -> list[str]:
+def _split_words(text: Text, line: int, expected: str) -> list[str]:
     """Words before the comment, at least one."""
     words = text.line(line, expected).split("!")[0].split()
     if not words:
@@ -167,27 +167,27 @@ def _words(text: Text, line: int, expected: str) -> list[str]:
     return words
 
 
-def _values(text: Text, line: int, count: int, expected: str) -> list[float]:
-    return text.numbers(line, _words(text, line, expected)[:count], count)
+def _read_values(text: Text, line: int, count: int, expected: str) -> list[float]:
+    return text.numbers(line, _split_words(text, line, expected)[:count], count)
 
 
-def _body(text: Text, line: int) -> tuple[int, Real]:
+def _read_body(text: Text, line: int) -> tuple[int, Real]:
     """The line after a body's description, and the point of rotation."""
     line += _BODY_HEAD
-    motions = _six(text, line, "degrees of freedom")
-    forces = _six(text, line + 7, "generalised forces")
+    motions = _read_motion(text, line, "degrees of freedom")
+    forces = _read_motion(text, line + 7, "generalised forces")
     if (motions != forces).any():
         raise text.wrong(line + 7, "forces unlike the motions", "moments about the same point")
     line += 14
-    extra = text.count(line, _words(text, line, "the number of additional lines")[0])
+    extra = text.count(line, _split_words(text, line, "the number of additional lines")[0])
     return line + 1 + extra, motions
 
 
-def _six(text: Text, line: int, what: str) -> Real:
+def _read_motion(text: Text, line: int, what: str) -> Real:
     """Point of rotation of six rigid DOFs or forces."""
-    if text.count(line, _words(text, line, f"the number of {what}")[0]) != 6:
+    if text.count(line, _split_words(text, line, f"the number of {what}")[0]) != 6:
         raise text.wrong(line, "another number", f"6 {what}: {_SIX}", "Compute all six.")
-    rows = np.array([_values(text, line + 1 + dof, 7, what) for dof in range(6)])
+    rows = np.array([_read_values(text, line + 1 + dof, 7, what) for dof in range(6)])
     kinds, directions, centres = rows[:, 0], rows[:, 1:4], rows[3:, 4:]
     if (kinds != [1, 1, 1, 2, 2, 2]).any() or (directions != _RIGID).any():
         raise text.wrong(line + 1, f"other {what}", _SIX)
@@ -196,7 +196,7 @@ def _six(text: Text, line: int, what: str) -> Real:
     return np.asarray(centres[0])
 
 
-def _zones(path: Path, zones: int, pairs: int) -> tuple[Real, Real]:
+def _read_zones(path: Path, zones: int, pairs: int) -> tuple[Real, Real]:
     """Frequencies (nw,) and tables (zones, nw, pairs, 2): rows of numbers between titles."""
     text = read_text(path)
     rows, starts = [], [0]
@@ -220,11 +220,11 @@ def _zones(path: Path, zones: int, pairs: int) -> tuple[Real, Real]:
         raise InputError(
             f"{path}: found zones with different frequencies, expected the same in all."
         )
-    omega = frequencies(path, table[0, :, 0], _abscissa(text.lines[0]))
+    omega = frequencies(path, table[0, :, 0], _read_abscissa(text.lines[0]))
     return omega, table[..., 1:].reshape(zones, -1, pairs, 2)
 
 
-def _abscissa(head: str) -> Abscissa:
+def _read_abscissa(head: str) -> Abscissa:
     """Kind of the first column, from the head of a table."""
     if "rad" in head:
         return Abscissa.RADIANS_PER_SECOND
@@ -235,15 +235,15 @@ def _abscissa(head: str) -> Abscissa:
 
 def _first_order(results: Path, project: _Project, omega: Real) -> dict[str, Complex]:
     """Excitation and, if it was written, its Froude-Krylov part."""
-    paths = {"excitation": _existing(results, "ExcitationForce.tec")}
+    paths = {"excitation": _require_file(results, "ExcitationForce.tec")}
     if froude_krylov := _find_any_case(results, "FKForce.tec"):
         paths["froude_krylov"] = froude_krylov
-    return {field: _loads(path, project, omega) for field, path in paths.items()}
+    return {field: _read_loads(path, project, omega) for field, path in paths.items()}
 
 
-def _loads(path: Path, project: _Project, omega: Real) -> Complex:
+def _read_loads(path: Path, project: _Project, omega: Real) -> Complex:
     """Loads (nw, nh, n); a phase for exp(-i w t) is a lag for exp(+i w t)."""
-    headings, table = _zones(path, project.heading[2], 6 * len(project.rotation_points))
+    headings, table = _read_zones(path, project.heading[2], 6 * len(project.rotation_points))
     if headings.shape != omega.shape or not np.allclose(headings, omega, rtol=_ROUNDING):
         raise InputError(
             f"{path}: has other frequencies than RadiationCoefficients.tec, expected the same."
@@ -261,11 +261,11 @@ def _second_order(results: Path, project: _Project) -> dict[str, Any]:
     if folder is None:
         return {}
     bodies = len(project.rotation_points)
-    difference, total = (_pairs(folder, project, kind) for kind in ("M", "P"))
+    difference, total = (_read_pairs(folder, project, kind) for kind in ("M", "P"))
     return quadratic(folder, 6 * bodies, difference, total)
 
 
-def _pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
+def _read_pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
     """Rows of all bodies of one kind."""
     bodies = len(project.rotation_points)
     whole = _find_any_case(folder, f"OUT_QTF{kind}_N.dat")
@@ -274,7 +274,7 @@ def _pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
         if whole
         else [_find_any_case(folder, f"OUT_QTF{kind}_N_{k}.dat") for k in range(bodies)]
     )
-    rows = [_rows(path, 6 * body) for body, path in enumerate(paths) if path]
+    rows = [_read_rows(path, 6 * body) for body, path in enumerate(paths) if path]
     if not rows:
         return None
     omega, heading, dof, size, phase = (
@@ -290,7 +290,7 @@ def _pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
     return pairs.at_origin(project.wave_point, project.depth, project.gravity, kind == "M")
 
 
-def _rows(path: Path, first_dof: int) -> tuple[Real, ...]:
+def _read_rows(path: Path, first_dof: int) -> tuple[Real, ...]:
     """Frequencies and headings (m, 2), DOFs, sizes and phases (m,) of one file."""
     text = read_text(path)
     words = [(line, content.split()) for line, content in enumerate(text.lines) if line > 0]
@@ -298,7 +298,7 @@ def _rows(path: Path, first_dof: int) -> tuple[Real, ...]:
     if rows.size == 0:
         raise text.wrong(0, "no rows", "a head and rows of nine numbers")
     return (
-        frequencies(path, rows[:, :2], _abscissa(text.lines[0])),
+        frequencies(path, rows[:, :2], _read_abscissa(text.lines[0])),
         np.radians(rows[:, 2:4]),
         rows[:, 4] - 1 + first_dof,
         rows[:, 5],
@@ -315,7 +315,7 @@ class _Hydrostatics(NamedTuple):
     gravity: Real | None = None
 
 
-def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrostatics:
+def _read_hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrostatics:
     """Hydrostatics from Mesh/Hydrostatics.dat and Mesh/KH.dat; the stiffness is moved from the
     centres of gravity to the points of rotation."""
     mesh = _find_any_case(folder, "Mesh")
@@ -333,7 +333,7 @@ def _hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hydrosta
     matrices = [mesh and _numbered_mesh(mesh, "KH", k, bodies) for k in range(bodies)]
     if not all(matrices):
         return hydrostatics
-    stiffness = block_diagonal([_matrix(path) for path in matrices if path])
+    stiffness = block_diagonal([_read_matrix(path) for path in matrices if path])
     move = velocity_transfer(np.array(gravity) - rotation_points)
     return hydrostatics._replace(stiffness=move.T @ stiffness @ move)
 
@@ -364,7 +364,7 @@ def _hydrostatics_of(path: Path) -> tuple[float, list[float], list[float]]:
     return volume[0], [row[0] for row in centres], [row[1] for row in centres]
 
 
-def _matrix(path: Path) -> Real:
+def _read_matrix(path: Path) -> Real:
     text = read_text(path)
     rows = [(line, content.split()) for line, content in enumerate(text.lines) if content.strip()]
     if len(rows) < 6:

@@ -147,7 +147,7 @@ class _Node:
     def numbers(self, key: str, shape: tuple[int, ...]) -> Real:
         """Finite numbers in nested lists; -1 in ``shape`` allows any number of rows."""
         rows = self.get(key)
-        flat = list(_flat(rows, len(shape)))
+        flat = list(_flatten(rows, len(shape)))
         values = [parse_number(word) if isinstance(word, str) else None for word in flat]
         if None in values:
             raise self.wrong(key, value_text(flat[values.index(None)]), "a number")
@@ -230,14 +230,14 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in an OrcaFlex file with one vessel type and draught. Raises `InputError` for data
     that are missing or do not fit."""
-    model = _Node(path, "", _content(path))
-    vessel = _vessel(model, given)
+    model = _Node(path, "", _load_content(path))
+    vessel = _find_vessel(model, given)
     draught = vessel.draught
     units = vessel.units
     lift = np.array([0.0, 0.0, vessel.waterline])
-    omega, added_mass, damping = _matrices(vessel)
+    omega, added_mass, damping = _read_matrices(vessel)
     waves, heading, excitation = _first_order(vessel)
-    rows = _matching(draught, omega, waves)
+    rows = _matching_rows(draught, omega, waves)
     centre = units.length * draught.numbers(_centre_key(draught), (3,)) - lift
     buoyancy = units.length * draught.numbers("CentreOfBuoyancy", (3,)) - lift
     volume = units.length**3 * draught.numbers("DisplacedVolume", ())
@@ -246,27 +246,27 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         path,
         omega,
         heading,
-        _symmetric(vessel, given),
+        _read_symmetry(vessel, given),
         used=given.frequencies,
         added_mass=added_mass,
         radiation_damping=damping,
         excitation=excitation[rows],
         mean_drift=_mean_drift(vessel, waves, heading, rows),
         **_second_order(vessel),
-        hydrostatic_stiffness=_stiffness(vessel),
-        inertia_matrix=_inertia(draught, centre - reference, units),
+        hydrostatic_stiffness=_read_stiffness(vessel),
+        inertia_matrix=_read_inertia(draught, centre - reference, units),
         volume=volumes(path, given.volume, volume),
         centre_of_gravity=points(path, "CentreOfMass", given.centre_of_gravity, centre, 1),
         centre_of_buoyancy=points(path, "CentreOfBuoyancy", given.centre_of_buoyancy, buoyancy, 1),
         reference_point=reference[None],
         water_depth=vessel.depth,
-        water_density=_density(model, given, units),
+        water_density=_read_density(model, given, units),
         gravity=vessel.gravity,
         attributes={"solver": "OrcaFlex vessel type"},
     )
 
 
-def _content(path: Path) -> Any:
+def _load_content(path: Path) -> Any:
     """Document with all scalars as texts, because YAML does not recognise 12e3 as a number."""
     text = "\n".join(read_text(path).lines)
     loader = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
@@ -302,16 +302,16 @@ def _require_shallow(path: Path, events: Iterable[yaml.Event]) -> None:
             )
 
 
-def _flat(item: Any, depth: int) -> Iterator[Any]:
+def _flatten(item: Any, depth: int) -> Iterator[Any]:
     """Scalars in nested lists, not deeper than ``depth``; a scalar may replace a list of one."""
     if isinstance(item, list) and depth > 0:
         for part in item:
-            yield from _flat(part, depth - 1)
+            yield from _flatten(part, depth - 1)
     else:
         yield item
 
 
-def _vessel(model: _Node, given: Given) -> _Vessel:
+def _find_vessel(model: _Node, given: Given) -> _Vessel:
     """The requested draught, or the only one, among those with wave loads."""
     candidates = [
         (kind, draught)
@@ -319,7 +319,7 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
         for draught in kind.nodes("Draughts")
         if _tables_of(draught)
     ]
-    names = [_label(kind, draught) for kind, draught in candidates]
+    names = [_draught_label(kind, draught) for kind, draught in candidates]
     if given.draught is not None:
         chosen = [k for k, name in enumerate(names) if name == given.draught]
         candidates = [candidates[k] for k in chosen]
@@ -332,7 +332,7 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
         )
     kind, draught = candidates[0]
     draught.choice("AMDMethod", ["Frequency dependent"])
-    units, gravity = _units(model.node("General"))
+    units, gravity = _read_units(model.node("General"))
     reference = units.length * draught.numbers("ReferenceOrigin", (3,))
     height, heel, trim = draught.numbers("ReferenceOriginDatumPosition", (3,))
     if heel or trim:
@@ -341,7 +341,7 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
     return _Vessel(
         draught,
         units,
-        _conventions(kind),
+        _read_conventions(kind),
         kind.choice("Symmetry", _SYMMETRY),
         reference,
         reference[2] - units.length * height,
@@ -350,7 +350,7 @@ def _vessel(model: _Node, given: Given) -> _Vessel:
     )
 
 
-def _units(general: _Node) -> tuple[_Units, float]:
+def _read_units(general: _Node) -> tuple[_Units, float]:
     """Units of the file, and gravity [m/s^2]."""
     system = general.choice("UnitsSystem", ["SI", "US", "User"])
     if system in _NAMED_UNITS:
@@ -374,7 +374,7 @@ def _centre_key(draught: _Node) -> str:
     return given_keys[0]
 
 
-def _label(kind: _Node, draught: _Node) -> str:
+def _draught_label(kind: _Node, draught: _Node) -> str:
     """Name of a draught: type and draught."""
     return ", ".join(
         value_text(node.content.get("Name", "unnamed")).strip('"') for node in (kind, draught)
@@ -386,7 +386,7 @@ def _tables_of(draught: _Node) -> list[_Node]:
     return draught.node("LoadRAOs").nodes("RAOs") if "LoadRAOs" in draught.content else []
 
 
-def _conventions(kind: _Node) -> _Conventions:
+def _read_conventions(kind: _Node) -> _Conventions:
     kind.choice("RAOWaveUnit", ["amplitude"])
     units = {"degrees": np.pi / 180, "radians": 1.0}
     return _Conventions(
@@ -398,7 +398,7 @@ def _conventions(kind: _Node) -> _Conventions:
     )
 
 
-def _density(model: _Node, given: Given, units: _Units) -> float:
+def _read_density(model: _Node, given: Given, units: _Units) -> float:
     environment = model.node("Environment")
     density = None
     if "Density" in environment.content:
@@ -406,14 +406,14 @@ def _density(model: _Node, given: Given, units: _Units) -> float:
     return require_number(model.path, "water density", given.water_density, density)
 
 
-def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
+def _read_matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
     """Frequencies, among them zero and infinity, added mass and damping (nw, 6, 6)."""
     items = vessel.draught.nodes("FrequencyDependentAddedMassAndDamping")
     if not items:
         raise vessel.draught.wrong("FrequencyDependentAddedMassAndDamping", "nothing", "matrices")
     value = [item.number("AMDPeriodOrFrequency") for item in items]
     added_mass, damping = (
-        np.array([item.numbers(_key(item, first), (6, 6)) for item in items])
+        np.array([item.numbers(_find_key(item, first), (6, 6)) for item in items])
         for first in ("AddedMassMatrixX", "DampingX")
     )
     sign = np.outer(vessel.conventions.sign, vessel.conventions.sign)
@@ -422,7 +422,7 @@ def _matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
     return omega, added_mass * sign * units.inertia, damping * sign * units.stiffness
 
 
-def _key(node: _Node, first: str) -> str:
+def _find_key(node: _Node, first: str) -> str:
     """Key of a matrix, which names its columns."""
     key = next((key for key in node.content if key.split(",")[0].strip() == first), None)
     if key is None:
@@ -433,18 +433,18 @@ def _key(node: _Node, first: str) -> str:
 def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
     """Frequencies (nw,), headings (nh,) and loads (nw, nh, 6) about the origin of the matrices."""
     node = vessel.draught.node("LoadRAOs")
-    waves, heading, table = _by_direction(vessel, node)
+    waves, heading, table = _read_by_direction(vessel, node)
     size, phase = _sizes_and_phases(*table)
     scale = vessel.units.loads(1) * vessel.conventions.sign
     loads = polar(size, vessel.conventions.lag(phase, 1)) * scale
-    origin, phase_origin = _origins(node, vessel.units)
+    origin, phase_origin = _read_origins(node, vessel.units)
     loads = _loads_at(vessel, loads, waves, heading, phase_origin - origin)
     heading, loads = _mirror_headings(vessel, heading, loads)
     loads = _loads_at(vessel, loads, waves, heading, origin)
     return waves, heading, loads @ velocity_transfer((origin - vessel.reference)[None])
 
 
-def _symmetric(vessel: _Vessel, given: Given) -> bool | None:
+def _read_symmetry(vessel: _Vessel, given: Given) -> bool | None:
     """Symmetry that the user or the file gives; if neither does, it is determined from the data."""
     is_symmetric = "xz" in vessel.symmetry or vessel.symmetry == "circular"
     return (
@@ -465,7 +465,7 @@ def _loads_at(vessel: _Vessel, loads: Complex, omega: Real, heading: Real, point
     return at_origin(loads, omega, heading, point, vessel.depth, vessel.gravity)
 
 
-def _by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[str], Real]]:
+def _read_by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[str], Real]]:
     """Frequencies, headings, and columns with rows (nw, nh, columns)."""
     items = node.nodes("RAOs")
     tables = [item.table("RAOPeriodOrFrequency") for item in items]
@@ -502,7 +502,7 @@ def _sizes_and_phases(columns: list[str], rows: Real) -> tuple[Real, Real]:
     return size, phase
 
 
-def _origins(node: _Node, units: _Units) -> tuple[Real, Real]:
+def _read_origins(node: _Node, units: _Units) -> tuple[Real, Real]:
     """References of loads and of phases [m], in vessel axes; ~ means the former."""
     origin = units.length * node.numbers("RAOOrigin", (3,))
     words = node.content.get("PhaseOrigin", ["~"] * 3)
@@ -511,7 +511,7 @@ def _origins(node: _Node, units: _Units) -> tuple[Real, Real]:
     return origin, units.length * node.numbers("PhaseOrigin", (3,))
 
 
-def _matching(draught: _Node, omega: Real, waves: Real) -> list[int]:
+def _matching_rows(draught: _Node, omega: Real, waves: Real) -> list[int]:
     """Row of loads for each matrix; any row for the limits."""
     finite = np.isfinite(omega) & (omega > 0)
     near = np.abs(waves - np.where(finite, omega, 0.0)[:, None])
@@ -533,25 +533,25 @@ def _mean_drift(vessel: _Vessel, waves: Real, heading: Real, rows: list[int]) ->
     node = vessel.draught.node("WaveDrift")
     if not node.content.get("RAOs"):
         return None
-    own_waves, directions, table = _by_direction(vessel, node)
+    own_waves, directions, table = _read_by_direction(vessel, node)
     size, phase = _sizes_and_phases(*table)
     scale = vessel.units.loads(2) * vessel.conventions.sign
     drift = size * np.cos(phase * vessel.conventions.phase_unit) * scale
     own_heading, drift = _mirror_headings(vessel, directions, drift)
     if not np.array_equal(own_waves, waves) or not np.array_equal(own_heading, heading):
         raise node.wrong("RAOs", "other waves", "the frequencies and directions of the load RAOs")
-    origin, _ = _origins(node, vessel.units)
+    origin, _ = _read_origins(node, vessel.units)
     return np.asarray(drift @ velocity_transfer((origin - vessel.reference)[None]))[rows]
 
 
 def _second_order(vessel: _Vessel) -> dict[str, Any]:
     """Full transfer functions, if there are rows."""
-    difference = _pairs(vessel, "WaveDrift", difference=True)
-    total = _pairs(vessel, "SumFrequencyQTFs", difference=False)
+    difference = _read_pairs(vessel, "WaveDrift", difference=True)
+    total = _read_pairs(vessel, "SumFrequencyQTFs", difference=False)
     return quadratic(vessel.draught.path, 6, difference, total)
 
 
-def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
+def _read_pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
     """Rows of one table about the origin of the matrices."""
     node = vessel.draught.node(key) if key in vessel.draught.content else None
     if node is None or not any("," in line for line in node.content):
@@ -564,7 +564,7 @@ def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
         return None
     size, phase = _sizes_and_phases(columns, rows)
     lag = vessel.conventions.lag(phase, 0 if difference else 2)
-    origin, phase_origin = _origins(node, vessel.units)
+    origin, phase_origin = _read_origins(node, vessel.units)
     loads = polar(size, lag) * vessel.units.loads(2) * vessel.conventions.sign
     loads = loads @ velocity_transfer((origin - vessel.reference)[None])
     pairs = Pairs(
@@ -576,9 +576,9 @@ def _pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
     return pairs.at_origin(phase_origin, vessel.depth, vessel.gravity, difference)
 
 
-def _stiffness(vessel: _Vessel) -> Real:
+def _read_stiffness(vessel: _Vessel) -> Real:
     """Stiffness (6, 6) from heave, roll and pitch."""
-    key = _key(vessel.draught, "HydrostaticStiffnessz")
+    key = _find_key(vessel.draught, "HydrostaticStiffnessz")
     sign = vessel.conventions.sign[_HEAVE_ROLL_PITCH]
     stiffness = np.zeros((6, 6))
     part = vessel.draught.numbers(key, (3, 3)) * np.outer(sign, sign)
@@ -586,10 +586,10 @@ def _stiffness(vessel: _Vessel) -> Real:
     return np.asarray(stiffness * vessel.units.stiffness)
 
 
-def _inertia(draught: _Node, offset: Real, units: _Units) -> Real:
+def _read_inertia(draught: _Node, offset: Real, units: _Units) -> Real:
     """Inertia (6, 6) about a point from which the centre of gravity is at ``offset``."""
     mass = draught.number("Mass")
     mass_matrix = np.diag([mass, mass, mass, 0.0, 0.0, 0.0])
-    mass_matrix[3:, 3:] = draught.numbers(_key(draught, "MomentOfInertiaTensorX"), (3, 3))
+    mass_matrix[3:, 3:] = draught.numbers(_find_key(draught, "MomentOfInertiaTensorX"), (3, 3))
     move = velocity_transfer(offset[None])
     return np.asarray(move.T @ (mass_matrix * units.inertia) @ move)

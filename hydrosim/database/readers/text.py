@@ -84,11 +84,11 @@ def read_table(path: Path, columns: tuple[int, ...]) -> NumberTable:
     other lines."""
     width = max(columns)
     values, numbers = array("d"), array("q")
-    for number, line in enumerate(_lines(path), 1):
-        tokens = _tokens(line)
-        if not tokens or (not numbers and _heading(tokens)):
+    for number, line in enumerate(_read_lines(path), 1):
+        tokens = _split_tokens(line)
+        if not tokens or (not numbers and _is_header_line(tokens)):
             continue
-        row = _row(path, number, tokens, columns)
+        row = _read_row(path, number, tokens, columns)
         values.extend(row + [math.nan] * (width - len(row)))
         numbers.append(number)
     if not numbers:
@@ -101,10 +101,10 @@ def read_table(path: Path, columns: tuple[int, ...]) -> NumberTable:
 
 def read_lines(path: Path) -> list[str]:
     """Lines of a text file in any 8-bit coding. Raises `InputError` if it cannot be read."""
-    return list(_lines(path))
+    return list(_read_lines(path))
 
 
-def _lines(path: Path) -> Iterator[str]:
+def _read_lines(path: Path) -> Iterator[str]:
     """Lines one by one; a very long line, as in binary files, comes in pieces."""
     try:
         if path.stat().st_size > _LARGEST_FILE:
@@ -125,18 +125,18 @@ def number_in(token: str) -> float:
     return float(f"{match[1]}e{match[2]}") if match and match[1].strip("+-.") else math.nan
 
 
-def _tokens(line: str) -> list[str]:
+def _split_tokens(line: str) -> list[str]:
     """Words of a line without its comment; a comma counts between numbers."""
     if any(mark in line for mark in _COMMENT_MARKS):
         line = _COMMENT.sub("", line)
     return line.replace(", ", " ").split()
 
 
-def _heading(tokens: list[str]) -> bool:
+def _is_header_line(tokens: list[str]) -> bool:
     return 2 * sum(math.isnan(number_in(token)) for token in tokens) > len(tokens)
 
 
-def _row(path: Path, number: int, tokens: list[str], columns: tuple[int, ...]) -> list[float]:
+def _read_row(path: Path, number: int, tokens: list[str], columns: tuple[int, ...]) -> list[float]:
     if len(tokens) not in columns:
         raise InputError(
             f"{path}, line {number}: found {len(tokens)} columns, expected"

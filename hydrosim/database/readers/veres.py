@@ -105,7 +105,7 @@ def counts_of(lines: NumberLines) -> tuple[int, int, int]:
     return counts[0], counts[1], counts[2]
 
 
-def at_rest(lines: NumberLines, speeds: int, size: int) -> tuple[float, float]:
+def skip_to_zero_speed(lines: NumberLines, speeds: int, size: int) -> tuple[float, float]:
     """Skip to the speed of zero, with ``size`` lines for each speed. Returns the position of its
     motion coordinate system, aft of amidships and above the keel."""
     values = []
@@ -162,14 +162,14 @@ def sniff(path: Path, head: bytes) -> bool:
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database in a .re7 file and those beside it. Raises `InputError` for data that are missing or
     do not fit."""
-    path = _existing(path)
-    coefficients = _coefficients(NumberLines(path))
-    _warn(path, coefficients)
+    path = _require_file(path)
+    coefficients = _read_coefficients(NumberLines(path))
+    _warn_of_omissions(path, coefficients)
     loads = _sibling_file(path, ".re8")
     none = np.empty(0), np.empty((coefficients.frequency.size, 0, 6), dtype=complex)
-    heading, excitation = _loads(NumberLines(loads), coefficients) if loads else none
+    heading, excitation = _read_loads(NumberLines(loads), coefficients) if loads else none
     drift = _sibling_file(path, ".re2") if loads else None
-    mean = {"mean_drift": _drift(NumberLines(drift), coefficients, heading)} if drift else {}
+    mean = {"mean_drift": _read_drift(NumberLines(drift), coefficients, heading)} if drift else {}
     method = {"mean_drift_method": "surge, sway, yaw by VERES; heave, roll, pitch zero"}
     ship, (ahead, above) = coefficients.ship, coefficients.centre
     depth = {} if given.water_depth else {"assumed": "water depth inf"}
@@ -196,7 +196,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     )
 
 
-def _existing(path: Path) -> Path:
+def _require_file(path: Path) -> Path:
     """The .re7 of the set that ``path`` belongs to."""
     existing_path = (
         path if path.suffix.lower() not in _SET - {".re7"} else _sibling_file(path, ".re7")
@@ -214,7 +214,7 @@ def _sibling_file(path: Path, suffix: str) -> Path | None:
     return next((name for name in names if name.is_file()), None)
 
 
-def _coefficients(lines: NumberLines) -> _Coefficients:
+def _read_coefficients(lines: NumberLines) -> _Coefficients:
     ship, (aft, keel) = ship_of(lines), lines.row("the centre of gravity, LCG and VCG", 2)
     version = lines.row("the version, -1 and 2", 2, 4)
     if version != [-1.0, 2.0]:
@@ -225,9 +225,9 @@ def _coefficients(lines: NumberLines) -> _Coefficients:
         )
     speeds, headings, count = counts_of(lines)
     inertia = lines.matrix("the mass matrix")
-    place = at_rest(lines, speeds, headings * (1 + _BLOCK * count))
+    place = skip_to_zero_speed(lines, speeds, headings * (1 + _BLOCK * count))
     lines.row("a heading", 1)
-    blocks = [_block(lines) for _ in range(count)]
+    blocks = [_read_block(lines) for _ in range(count)]
     frequency, matrices, roll = (np.array(column) for column in zip(*blocks, strict=True))
     added, other_added, damping, other_damping, stiffness, other = matrices.swapaxes(0, 1)
     return _Coefficients(
@@ -244,7 +244,7 @@ def _coefficients(lines: NumberLines) -> _Coefficients:
     )
 
 
-def _block(lines: NumberLines) -> tuple[float, Real, list[float]]:
+def _read_block(lines: NumberLines) -> tuple[float, Real, list[float]]:
     """Frequency, six matrices (6, 6, 6) and roll damping."""
     omega = lines.row("a frequency", 1)[0]
     kinds = ("added mass", "damping", "stiffness")
@@ -252,12 +252,12 @@ def _block(lines: NumberLines) -> tuple[float, Real, list[float]]:
     return omega, np.array(matrices), lines.row("viscous roll damping", 3)
 
 
-def _loads(lines: NumberLines, coefficients: _Coefficients) -> tuple[Real, Complex]:
+def _read_loads(lines: NumberLines, coefficients: _Coefficients) -> tuple[Real, Complex]:
     """Headings (nh,) and loads (nw, nh, 6) of .re8; columns with parts of the loads are skipped."""
     ship_of(lines)
     lines.row("the centre of gravity, LCG and VCG", 2)
     speeds, headings, count = counts_of(lines)
-    at_rest(lines, speeds, headings * (1 + 7 * count))
+    skip_to_zero_speed(lines, speeds, headings * (1 + 7 * count))
     degrees, loads = [], []
     for _ in range(headings):
         degrees += lines.row("a heading", 1)
@@ -276,10 +276,10 @@ def _loads(lines: NumberLines, coefficients: _Coefficients) -> tuple[Real, Compl
     if len(set(degrees)) < headings:
         raise lines.wrong("a heading twice", "each of them once")
     array = np.array(loads).reshape(headings, count, 6).swapaxes(0, 1) * HALF_TURN_SIGNS
-    return _heading(degrees), array
+    return _wave_heading(degrees), array
 
 
-def _drift(lines: NumberLines, coefficients: _Coefficients, heading: Real) -> Real:
+def _read_drift(lines: NumberLines, coefficients: _Coefficients, heading: Real) -> Real:
     """Drift (nw, nh, 6) of .re2, at the frequencies and headings of the loads."""
     ship = ship_of(lines)
     speeds, headings, count = lines.counts("numbers of speeds, headings and frequencies", 3)
@@ -292,7 +292,7 @@ def _drift(lines: NumberLines, coefficients: _Coefficients, heading: Real) -> Re
             _require_frequencies(lines, omega, coefficients.frequency, w, _ROUNDING)
             rows.append(three)
         if abs(speed) < NO_SPEED:
-            drifts[float(_heading([degrees])[0])] = rows
+            drifts[float(_wave_heading([degrees])[0])] = rows
     if set(drifts) != set(heading.tolist()):
         raise lines.wrong(
             f"{len(drifts)} headings at a speed of zero",
@@ -317,12 +317,12 @@ def _require_frequencies(
         )
 
 
-def _heading(degrees: list[float]) -> Real:
+def _wave_heading(degrees: list[float]) -> Real:
     """Headings that waves go to in our axes, [rad]."""
     return np.radians(np.mod(np.array(degrees) + 180.0, 360.0))
 
 
-def _warn(path: Path, coefficients: _Coefficients) -> None:
+def _warn_of_omissions(path: Path, coefficients: _Coefficients) -> None:
     """Warn of data that are left out and are not zero."""
     kinds = ("added mass", "damping", "stiffness")
     parts = [

@@ -26,7 +26,7 @@ import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
 from hydrosim.database.readers import wamit_header
-from hydrosim.database.readers.assembly import mirror_image, preferred_drift
+from hydrosim.database.readers.assembly import are_bodies_symmetric, preferred_drift
 from hydrosim.database.readers.text import Index, NumberTable, read_table
 from hydrosim.database.readers.wamit_writer import write as write
 from hydrosim.errors import InputError
@@ -109,24 +109,24 @@ def angular(column: FrequencyColumn, value: Real, units: WamitUnits) -> Real:
 def sniff(path: Path, head: bytes) -> bool:
     """Whether the suffix fits; the main output and the geometry count only beside a .1 file."""
     suffix = path.suffix.lower()
-    return suffix in _NUMERIC or (suffix in _TEXT and ".1" in _files(path))
+    return suffix in _NUMERIC or (suffix in _TEXT and ".1" in _find_files(path))
 
 
 def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     """Database of the set that the file ``path`` belongs to. A name without suffix is the name of
     the set. Raises `InputError` if files are missing, malformed or inconsistent."""
-    files = _files(path)
+    files = _find_files(path)
     if ".1" not in files:
         raise InputError(f"{path.with_suffix('.1')}: no such file; expected WAMIT's added mass.")
     radiation = read_table(files[".1"], (4, 5))
-    bodies = -(-int(_dofs(radiation, 1, _HIGHEST_INDEX).max() + 1) // 6)
+    bodies = -(-int(_read_dofs(radiation, 1, _HIGHEST_INDEX).max() + 1) // 6)
     excitation = _excitation_tables(path, files)
-    facts, assumed = _facts(path, files, given, bodies)
-    units, remark = _units(facts, bodies, radiation, excitation)
-    return _database(path, files, facts, units, radiation, excitation, [*assumed, *remark])
+    facts, assumed = _read_header(path, files, given, bodies)
+    units, remark = _choose_units(facts, bodies, radiation, excitation)
+    return _build_database(path, files, facts, units, radiation, excitation, [*assumed, *remark])
 
 
-def _database(
+def _build_database(
     path: Path,
     files: dict[str, Path],
     facts: Given,
@@ -135,16 +135,16 @@ def _database(
     excitation: list[NumberTable],
     assumed: list[str],
 ) -> HydroDatabase:
-    frequency, added_mass, damping, limits = _radiation(radiation, units)
+    frequency, added_mass, damping, limits = _read_radiation(radiation, units)
     heading = np.unique(excitation[0].values[:, 1]) if excitation else np.zeros(0)
     total = np.zeros((frequency.size, heading.size, 6 * units.bodies), dtype=complex)
     for table in excitation:
-        total += _loads(table, units, frequency, heading)
+        total += _read_loads(table, units, frequency, heading)
     part = read_table(files[".3fk"], (7,)) if ".3fk" in files else None
     drift, method = _mean_drift(files, units, frequency, heading) if excitation else (None, "")
     symmetric = facts.port_starboard_symmetric
     if symmetric is None:
-        symmetric = mirror_image(added_mass, np.radians(heading), total)
+        symmetric = are_bodies_symmetric(added_mass, np.radians(heading), total)
     remarks = {"assumed": ", ".join(assumed), "mean_drift_method": method}
     return HydroDatabase(
         source=str(path),
@@ -155,12 +155,12 @@ def _database(
         added_mass_zero=limits.get(0.0),
         added_mass_infinite=limits.get(np.inf),
         excitation=total,
-        froude_krylov=None if part is None else _loads(part, units, frequency, heading),
+        froude_krylov=None if part is None else _read_loads(part, units, frequency, heading),
         mean_drift=drift,
-        **(_quadratic(files, units) if excitation else {}),
-        hydrostatic_stiffness=_stiffness(files, units),
-        inertia_matrix=_inertia(files, units),
-        **_points(path, facts, units.bodies),
+        **(_read_second_order(files, units) if excitation else {}),
+        hydrostatic_stiffness=_read_stiffness(files, units),
+        inertia_matrix=_read_inertia(files, units),
+        **_read_points(path, facts, units.bodies),
         water_depth=units.depth,
         water_density=units.density,
         gravity=units.gravity,
@@ -169,7 +169,7 @@ def _database(
     )
 
 
-def _files(path: Path) -> dict[str, Path]:
+def _find_files(path: Path) -> dict[str, Path]:
     """The files of the set by their suffixes in lower case. Names may differ in case, as they may
     under Windows; the file with the same case is preferred."""
     suffixes = _NUMERIC | _TEXT
@@ -194,7 +194,7 @@ def _excitation_tables(path: Path, files: dict[str, Path]) -> list[NumberTable]:
     return []
 
 
-def _facts(
+def _read_header(
     path: Path, files: dict[str, Path], given: Given, bodies: int
 ) -> tuple[Given, list[str]]:
     """Header data of all files, and the names of data that were assumed."""
@@ -263,7 +263,7 @@ def _shift_points(points: tuple[float, ...] | None, by: tuple[float, ...] | None
     return tuple(p + b for p, b in zip(points, by, strict=True))
 
 
-def _points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
+def _read_points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
     """Fields of the database about bodies, not waves."""
     arrays = {}
     for name in ("volume", "centre_of_buoyancy", "centre_of_gravity", "reference_point"):
@@ -277,7 +277,7 @@ def _points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
     return arrays
 
 
-def _units(
+def _choose_units(
     facts: Given, bodies: int, radiation: NumberTable, excitation: list[NumberTable]
 ) -> tuple[WamitUnits, list[str]]:
     """Units, and a remark if the kind of the first column is a guess."""
@@ -316,18 +316,20 @@ def _deep_number(column: FrequencyColumn, value: Real, units: WamitUnits) -> Rea
     return angular(column, value, units) ** 2 * units.length / units.gravity
 
 
-def _dofs(table: NumberTable, column: int, highest: int) -> Index:
+def _read_dofs(table: NumberTable, column: int, highest: int) -> Index:
     """Indices from zero of DOFs in one column, or in two for .1 and .hst."""
     both = [table.whole_numbers(c, 1, highest) for c in (column, column + 1)]
     return np.stack(both) - 1
 
 
-def _radiation(table: NumberTable, units: WamitUnits) -> tuple[Real, Real, Real, dict[float, Real]]:
+def _read_radiation(
+    table: NumberTable, units: WamitUnits
+) -> tuple[Real, Real, Real, dict[float, Real]]:
     """Frequencies, A, B, and A at the frequencies zero and infinity."""
     n = 6 * units.bodies
     every, row = np.unique(units.frequency(table, 0), return_inverse=True)
-    index, shape = (row, *_dofs(table, 1, n)), (every.size, n, n)
-    mass = _complete(table, table.fill_array(index, shape, table.values[:, 3]), every)
+    index, shape = (row, *_read_dofs(table, 1, n)), (every.size, n, n)
+    mass = _require_complete(table, table.fill_array(index, shape, table.values[:, 3]), every)
     damping = table.fill_array(index, shape, table.values[:, 4])
     waves = np.isfinite(every) & (every > 0)
     lacking = np.isnan(table.values[:, 4]) & waves[row]
@@ -341,7 +343,7 @@ def _radiation(table: NumberTable, units: WamitUnits) -> tuple[Real, Real, Real,
     return every[waves], mass[waves], np.nan_to_num(damping[waves]) * factor, limits
 
 
-def _complete(table: NumberTable, array: Any, frequency: Real) -> Any:
+def _require_complete(table: NumberTable, array: Any, frequency: Real) -> Any:
     """Array (nw, ...) with zero for entries that no frequency has. Raises `InputError` for an entry
     that only some frequencies have."""
     absent = np.isnan(array)
@@ -357,7 +359,7 @@ def _complete(table: NumberTable, array: Any, frequency: Real) -> Any:
     return np.where(absent, 0.0, array)
 
 
-def _nearest(
+def _nearest_grid_index(
     table: NumberTable, column: int, values: Real, grid: Real, same: Real | float
 ) -> Index:
     """Position of each row's value in the grid. Raises `InputError` for a value that is not in the
@@ -373,7 +375,7 @@ def _nearest(
     return place
 
 
-def _on_grid(
+def _fill_grid(
     table: NumberTable, units: WamitUnits, frequency: Real, heading: Real, dof_column: int
 ) -> Real:
     """Real and imaginary parts (2, nw, nh, n) of a table of loads, NaN for missing ones."""
@@ -382,25 +384,25 @@ def _on_grid(
     table, w = table.select_rows(waves), w[waves]
     n = 6 * units.bodies
     index = (
-        _nearest(table, 0, w, frequency, _FREQUENCY_RTOL * w),
-        _nearest(table, 1, table.values[:, 1], heading, _SAME_DEGREES),
+        _nearest_grid_index(table, 0, w, frequency, _FREQUENCY_RTOL * w),
+        _nearest_grid_index(table, 1, table.values[:, 1], heading, _SAME_DEGREES),
         table.whole_numbers(dof_column, 1, n) - 1,
     )
     shape = (frequency.size, heading.size, n)
     return np.stack([table.fill_array(index, shape, table.values[:, -part]) for part in (2, 1)])
 
 
-def _covering(table: NumberTable, loads: Real, frequency: Real, heading: Real) -> Real:
+def _fill_missing_dofs(table: NumberTable, loads: Real, frequency: Real, heading: Real) -> Real:
     """Loads (nw, nh, n) with zero for DOFs that the table never has. Raises `InputError` for a DOF
     that it has for some waves only."""
     nw, nh, n = loads.shape
     waves = np.repeat(frequency, nh)
-    return _complete(table, loads.reshape(nw * nh, n), waves).reshape(loads.shape)
+    return _require_complete(table, loads.reshape(nw * nh, n), waves).reshape(loads.shape)
 
 
-def _loads(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real) -> Complex:
-    parts = _on_grid(table, units, frequency, heading, 2)
-    real, imaginary = (_covering(table, part, frequency, heading) for part in parts)
+def _read_loads(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real) -> Complex:
+    parts = _fill_grid(table, units, frequency, heading, 2)
+    real, imaginary = (_fill_missing_dofs(table, part, frequency, heading) for part in parts)
     return np.asarray((real + 1j * imaginary) * units.load(2))
 
 
@@ -408,7 +410,7 @@ def _mean_drift(
     files: dict[str, Path], units: WamitUnits, frequency: Real, heading: Real
 ) -> tuple[Real | None, str]:
     momentum, control_surface, pressure = (
-        _drift(read_table(files[suffix], (8,)), units, frequency, heading)
+        _read_drift(read_table(files[suffix], (8,)), units, frequency, heading)
         if suffix in files
         else None
         for suffix in _DRIFT
@@ -416,18 +418,18 @@ def _mean_drift(
     return preferred_drift(momentum, control_surface, pressure, units.bodies)
 
 
-def _drift(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real) -> Real:
+def _read_drift(table: NumberTable, units: WamitUnits, frequency: Real, heading: Real) -> Real:
     """Drift from the rows with equal headings; other rows belong to a transfer function."""
     table.whole_numbers(3, -6 * units.bodies, 6 * units.bodies)
     is_same_heading = np.abs(table.values[:, 1] - table.values[:, 2]) < _SAME_DEGREES
     table = table.select_rows(is_same_heading & (table.values[:, 3] > 0))
     if not table.line.size:
         raise InputError(f"{table.path}: no row has equal headings and I > 0, expected some.")
-    real = _on_grid(table, units, frequency, heading, 3)[0]
-    return _covering(table, real, frequency, heading) * units.load(1)
+    real = _fill_grid(table, units, frequency, heading, 3)[0]
+    return _fill_missing_dofs(table, real, frequency, heading) * units.load(1)
 
 
-def _quadratic(files: dict[str, Path], units: WamitUnits) -> dict[str, Any]:
+def _read_second_order(files: dict[str, Path], units: WamitUnits) -> dict[str, Any]:
     """Fields of the database on quadratic transfer functions."""
     tables = {
         name: read_table(files[suffixes_there[0]], (9,))
@@ -445,20 +447,20 @@ def _quadratic(files: dict[str, Path], units: WamitUnits) -> dict[str, Any]:
         "qtf_frequency": frequency,
         "qtf_heading": np.radians(pairs),
         **{
-            name: _transfer(table, units, frequency, pairs, name == "qtf_difference")
+            name: _read_transfer(table, units, frequency, pairs, name == "qtf_difference")
             for name, table in tables.items()
         },
     }
 
 
-def _transfer(
+def _read_transfer(
     table: NumberTable, units: WamitUnits, frequency: Real, pairs: Real, difference: bool
 ) -> Complex:
     """Array (np, nq, nq, n); the missing triangle is the other with waves swapped."""
     n, nq = 6 * units.bodies, frequency.size
     w_1, w_2 = (units.frequency(table, column) for column in (0, 1))
-    first = _nearest(table, 0, w_1, frequency, _FREQUENCY_RTOL * w_1)
-    second = _nearest(table, 1, w_2, frequency, _FREQUENCY_RTOL * w_2)
+    first = _nearest_grid_index(table, 0, w_1, frequency, _FREQUENCY_RTOL * w_1)
+    second = _nearest_grid_index(table, 1, w_2, frequency, _FREQUENCY_RTOL * w_2)
     apart = np.abs(table.values[:, None, 2:4] - pairs).max(axis=2)
     if (apart.min(axis=1) > _SAME_DEGREES).any():
         row = int(np.argmax(apart.min(axis=1)))
@@ -468,7 +470,9 @@ def _transfer(
     transfer = table.fill_array(index, (len(pairs), nq, nq, n), value)
     swapped = _swap_waves(transfer, pairs)
     full = np.where(np.isnan(transfer), swapped.conj() if difference else swapped, transfer)
-    flat = _complete(table, full.reshape(-1, n), np.tile(np.repeat(frequency, nq), len(pairs)))
+    flat = _require_complete(
+        table, full.reshape(-1, n), np.tile(np.repeat(frequency, nq), len(pairs))
+    )
     return flat.reshape(full.shape) * units.load(1)
 
 
@@ -481,16 +485,16 @@ def _swap_waves(transfer: Complex, pairs: Real) -> Complex:
     return result
 
 
-def _stiffness(files: dict[str, Path], units: WamitUnits) -> Real | None:
+def _read_stiffness(files: dict[str, Path], units: WamitUnits) -> Real | None:
     if ".hst" not in files:
         return None
     table, n = read_table(files[".hst"], (3,)), 6 * units.bodies
-    row, column = _dofs(table, 0, n)
+    row, column = _read_dofs(table, 0, n)
     stiffness = table.fill_array((row, column), (n, n), table.values[:, 2])
     return np.nan_to_num(stiffness) * (units.density * units.gravity * units.matrix(2))
 
 
-def _inertia(files: dict[str, Path], units: WamitUnits) -> Real | None:
+def _read_inertia(files: dict[str, Path], units: WamitUnits) -> Real | None:
     if ".mmx" not in files:
         return None
     return wamit_header.inertia(files[".mmx"], units.bodies, units.density)

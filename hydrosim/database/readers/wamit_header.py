@@ -22,8 +22,8 @@ _PLACE = "HBOT, XBODY(1-4), IRAD, IDIFF and six MODE, or bodies with the names o
 def main_output(path: Path) -> Given:
     """Data from the top of the main output, .out; centres are relative to the reference points."""
     lines = read_lines(path)
-    points = [_items(path, lines, f"{axis}BODY =", 1) for axis in "XYZ"]
-    turned = _items(path, lines, "PHIBODY =", 1)
+    points = [_read_items(path, lines, f"{axis}BODY =", 1) for axis in "XYZ"]
+    turned = _read_items(path, lines, "PHIBODY =", 1)
     _check_unturned(path, [angle for (angle,) in turned])
     if len({len(axis) for axis in points}) > 1:
         raise InputError(
@@ -31,11 +31,11 @@ def main_output(path: Path) -> Given:
         )
     flat = tuple(x for point in zip(*points, strict=True) for (x,) in point)
     water = Given(
-        water_depth=_single(_items(path, lines, "Water depth:", 1)),
-        water_density=_single(_items(path, lines, "Water density:", 1)),
+        water_depth=_single_value(_read_items(path, lines, "Water depth:", 1)),
+        water_density=_single_value(_read_items(path, lines, "Water density:", 1)),
         reference_point=flat or None,
     )
-    return _bodies(path, lines, water)
+    return _read_bodies(path, lines, water)
 
 
 def control_file(path: Path) -> Given:
@@ -43,7 +43,7 @@ def control_file(path: Path) -> Given:
     Either HBOT and XBODY of one body come first; or NBODY comes first, with an XBODY after the name
     of each geometry file.
     """
-    rows = [_leading(line) for line in read_lines(path)[1:] if line.strip()]
+    rows = [_leading_numbers(line) for line in read_lines(path)[1:] if line.strip()]
     stream = [x for row in rows for x in row]
     after_names = [
         [x for row in rows[k + 1 :] for x in row] for k, row in enumerate(rows) if not row
@@ -79,7 +79,7 @@ def _check_unturned(path: Path, degrees: list[float]) -> None:
         )
 
 
-def _leading(line: str) -> list[float]:
+def _leading_numbers(line: str) -> list[float]:
     """Numbers before the first word, as Fortran reads a line."""
     numbers = [number_in(token) for token in line.replace(",", " ").split()]
     words = [k for k, number in enumerate(numbers) if not abs(number) < _MAX_NUMBER]
@@ -88,19 +88,19 @@ def _leading(line: str) -> list[float]:
 
 def matrix_file(path: Path) -> Given:
     """Data from the top of the .mmx file."""
-    return _bodies(path, read_lines(path), NOTHING_GIVEN)
+    return _read_bodies(path, read_lines(path), NOTHING_GIVEN)
 
 
-def _bodies(path: Path, lines: list[str], particulars: Given) -> Given:
-    volumes = _items(path, lines, "(VOLX,VOLY,VOLZ):", 3)
+def _read_bodies(path: Path, lines: list[str], particulars: Given) -> Given:
+    volumes = _read_items(path, lines, "(VOLX,VOLY,VOLZ):", 3)
     return replace(
         particulars,
-        gravity=_single(_items(path, lines, _GRAVITY, 1)),
-        length=_single(_items(path, lines, "Length scale:", 1)),
+        gravity=_single_value(_read_items(path, lines, _GRAVITY, 1)),
+        length=_single_value(_read_items(path, lines, "Length scale:", 1)),
         # WAMIT integrates the volume in three ways; its users take the median.
         volume=tuple(float(np.median(v)) for v in volumes) or None,
-        centre_of_buoyancy=_flat(_items(path, lines, "(Xb,Yb,Zb):", 3)),
-        centre_of_gravity=_flat(_items(path, lines, "(Xg,Yg,Zg)", 3, or_last=True)),
+        centre_of_buoyancy=_flatten(_read_items(path, lines, "(Xb,Yb,Zb):", 3)),
+        centre_of_gravity=_flatten(_read_items(path, lines, "(Xg,Yg,Zg)", 3, or_last=True)),
     )
 
 
@@ -126,13 +126,13 @@ def inertia(path: Path, bodies: int, density: float) -> Real | None:
     for number, line in enumerate(read_lines(path), 1):
         tokens = line.split()
         if "body N" in line:
-            body = _body(path, number, tokens, bodies)
+            body = _read_body_number(path, number, tokens, bodies)
         elif "MASS(I,J)/RHO" in line:
             factor = density
         elif "External force matrices" in line:
             factor = 1.0
         elif factor and len(tokens) >= 3 and tokens[0].isdigit():
-            row, column, mass = _entry(path, number, tokens, bodies)
+            row, column, mass = _read_matrix_entry(path, number, tokens, bodies)
             entries.append((body, row, column, factor * mass))
     fits_one_body = all(max(row, column) <= 6 for _, row, column, _ in entries)
     matrix = np.zeros((6 * bodies, 6 * bodies))
@@ -142,7 +142,7 @@ def inertia(path: Path, bodies: int, density: float) -> Real | None:
     return matrix if entries else None
 
 
-def _body(path: Path, number: int, tokens: list[str], bodies: int) -> int:
+def _read_body_number(path: Path, number: int, tokens: list[str], bodies: int) -> int:
     after = tokens[tokens.index("=") + 1] if "=" in tokens[:-1] else ""
     if not after.isdecimal() or not 1 <= int(after[:6]) <= bodies:
         raise InputError(
@@ -151,7 +151,9 @@ def _body(path: Path, number: int, tokens: list[str], bodies: int) -> int:
     return int(after)
 
 
-def _entry(path: Path, number: int, tokens: list[str], bodies: int) -> tuple[int, int, float]:
+def _read_matrix_entry(
+    path: Path, number: int, tokens: list[str], bodies: int
+) -> tuple[int, int, float]:
     row, column, mass = (number_in(token) for token in tokens[:3])
     whole = row == round(row) and math.isfinite(column) and column == round(column)
     if not (whole and 1 <= row <= 6 * bodies and 1 <= column <= 6 * bodies and abs(mass) < 1e30):
@@ -162,7 +164,7 @@ def _entry(path: Path, number: int, tokens: list[str], bodies: int) -> tuple[int
     return int(row), int(column), mass
 
 
-def _items(
+def _read_items(
     path: Path, lines: list[str], label: str, count: int, or_last: bool = False
 ) -> list[tuple[float, ...]]:
     """The ``count`` numbers after each occurrence of ``label``. If WAMIT was given only the height
@@ -187,9 +189,9 @@ def _items(
     return items
 
 
-def _single(items: list[tuple[float, ...]]) -> float | None:
+def _single_value(items: list[tuple[float, ...]]) -> float | None:
     return items[0][0] if items else None
 
 
-def _flat(items: list[tuple[float, ...]]) -> tuple[float, ...] | None:
+def _flatten(items: list[tuple[float, ...]]) -> tuple[float, ...] | None:
     return tuple(x for item in items for x in item) or None

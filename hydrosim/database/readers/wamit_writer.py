@@ -27,20 +27,23 @@ def write(db: HydroDatabase, stem: Path) -> None:
     weight = db.water_density * db.gravity
     for suffix, loads in ((".3", db.excitation), (".3fk", db.froude_krylov)):
         if loads is not None and db.heading.size:
-            _write(
-                db, stem, suffix, _load_rows(loads, weight, period, _degrees(db.heading)[:, None])
+            _write_rows(
+                db,
+                stem,
+                suffix,
+                _load_rows(loads, weight, period, _degrees_of(db.heading)[:, None]),
             )
     if db.mean_drift is not None:
-        both = np.repeat(_degrees(db.heading)[:, None], 2, axis=1)
+        both = np.repeat(_degrees_of(db.heading)[:, None], 2, axis=1)
         rows = _load_rows(db.mean_drift.astype(complex), weight, period, both)
-        _write(db, stem, ".9", rows)
+        _write_rows(db, stem, ".9", rows)
         if db.bodies == 1:
-            _write(db, stem, ".8", [row for row in rows if row[3] in (1, 2, 6)])
+            _write_rows(db, stem, ".8", [row for row in rows if row[3] in (1, 2, 6)])
     for suffix, transfer in ((".12d", db.qtf_difference), (".12s", db.qtf_sum)):
         if transfer is not None:
-            _write(db, stem, suffix, _transfer_rows(db, transfer))
+            _write_rows(db, stem, suffix, _transfer_rows(db, transfer))
     if db.hydrostatic_stiffness is not None:
-        _write(
+        _write_rows(
             db,
             stem,
             ".hst",
@@ -60,7 +63,7 @@ def _write_radiation(db: HydroDatabase, period: Real, stem: Path) -> None:
     )
     for T, A, B in zip(period, mass, damping, strict=True):
         rows += _matrix_rows([T], A, B)
-    _write(db, stem, ".1", rows)
+    _write_rows(db, stem, ".1", rows)
 
 
 def _write_mmx(db: HydroDatabase, stem: Path) -> None:
@@ -82,8 +85,10 @@ def _write_mmx(db: HydroDatabase, stem: Path) -> None:
                 lines.append(_labelled_line(label, _difference(points[body], origin)))
     if db.inertia_matrix is not None:
         lines += ["", " Normalized mass matrix:", "     I     J     MASS(I,J)/RHO"]
-        lines += _lines(_matrix_rows([], invertible_quotient(db.inertia_matrix, db.water_density)))
-    _save(db, stem, ".mmx", lines)
+        lines += _format_lines(
+            _matrix_rows([], invertible_quotient(db.inertia_matrix, db.water_density))
+        )
+    _write_lines(db, stem, ".mmx", lines)
 
 
 def _difference(point: Real, origin: Real) -> Real:
@@ -107,7 +112,7 @@ def _load_rows(
     loads: Complex, weight: float, period: Real, heading: Real
 ) -> list[list[float | int]]:
     """Rows of period, heading (once or twice), DOF and parts, for loads (nw, nh, n)."""
-    parts, directions = _parts(loads, weight), heading.tolist()
+    parts, directions = _complex_columns(loads, weight), heading.tolist()
     return [
         [T, *directions[h], dof + 1, *parts[w][h][dof]]
         for w, T in enumerate(period.tolist())
@@ -118,15 +123,15 @@ def _load_rows(
 def _transfer_rows(db: HydroDatabase, transfer: Complex) -> list[list[float | int]]:
     w = require_array(db, "qtf_frequency")
     period = bitwise_inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w).tolist()
-    heading = _degrees(require_array(db, "qtf_heading")).tolist()
-    parts = _parts(transfer, db.water_density * db.gravity)
+    heading = _degrees_of(require_array(db, "qtf_heading")).tolist()
+    parts = _complex_columns(transfer, db.water_density * db.gravity)
     return [
         [period[i], period[j], *heading[p], dof + 1, *parts[p][i][j][dof]]
         for p, i, j, dof in product(*map(range, transfer.shape))
     ]
 
 
-def _parts(value: Complex, weight: float) -> list:
+def _complex_columns(value: Complex, weight: float) -> list:
     """Nested lists of modulus, phase [deg], real and imaginary part."""
     real, imaginary = (
         invertible_quotient(value.real, weight),
@@ -136,21 +141,21 @@ def _parts(value: Complex, weight: float) -> list:
     return list(np.stack([np.hypot(real, imaginary), phase, real, imaginary], axis=-1).tolist())
 
 
-def _degrees(angle: Real) -> Real:
+def _degrees_of(angle: Real) -> Real:
     return bitwise_inverse(np.radians, np.degrees(angle), angle)
 
 
-def _lines(rows: list[list[float | int]]) -> list[str]:
+def _format_lines(rows: list[list[float | int]]) -> list[str]:
     return [
         "".join(f"{x:6d}" if isinstance(x, int) else _NUMBER_FORMAT % x for x in r) for r in rows
     ]
 
 
-def _write(db: HydroDatabase, stem: Path, suffix: str, rows: list[list[float | int]]) -> None:
-    _save(db, stem, suffix, _lines(rows))
+def _write_rows(db: HydroDatabase, stem: Path, suffix: str, rows: list[list[float | int]]) -> None:
+    _write_lines(db, stem, suffix, _format_lines(rows))
 
 
-def _save(db: HydroDatabase, stem: Path, suffix: str, lines: list[str] | NDArray) -> None:
+def _write_lines(db: HydroDatabase, stem: Path, suffix: str, lines: list[str] | NDArray) -> None:
     """Write ``lines`` below a heading, as WAMIT's files have one."""
     path = stem.with_name(stem.name + suffix)
     by = db.attributes.get("history", "hydrosim")

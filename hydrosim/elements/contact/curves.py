@@ -160,10 +160,10 @@ def normal_segments(normal: NormalCurve | NormalLoop) -> np.ndarray:
     if not isinstance(normal, NormalLoop):
         return loading
     line = segments(np.array([0.0, 1.0]), np.array([0.0, normal.stiffness]))
-    return np.concatenate([loading, segments(*_unloading(normal, loading)), line])
+    return np.concatenate([loading, segments(*_unloading_curve(normal, loading)), line])
 
 
-def _unloading(normal: NormalLoop, loading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _unloading_curve(normal: NormalLoop, loading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The table of g; it continues along f from where it would exceed f beyond both tables."""
     x, force = np.array(normal.unloading_compression), np.array(normal.unloading_force)
     slope, on_f = float(np.diff(force[-2:])[0] / np.diff(x[-2:])[0]), float(loading["slope"][-1])

@@ -337,21 +337,20 @@ def is_mirrored(p: ContactConstants, y: np.ndarray, modes: np.ndarray) -> bool:
 
 
 @kernel
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force of every point to its row of ``wrench``, and dissipation along the normal to
     ``rate``. Rates of stretch, slip distance and energy lost in friction go to ``dy``. Reactions of
     rigid friction are left out: see `add_reactions`. The memory of points changes at events
     only."""
     first = p.state + CONTACT_STATES * p.points.size
-    clear(
-        dy[first : first + curves.LOOP_STATES * p.remembering + group.GROUP_STATES * p.groups.size]
-    )
+    count = curves.LOOP_STATES * p.remembering + group.GROUP_STATES * p.groups.size
+    clear(loads.dy[first : first + count])
     for i in range(p.points.size):
         point = p.points[i]
         mode = modes[p.mode + i, MODE]
         k = p.state + CONTACT_STATES * i
         x = y[k : k + CONTACT_STATES]
-        dx = dy[k : k + CONTACT_STATES]
+        dx = loads.dy[k : k + CONTACT_STATES]
         if mode == OPEN and (not point.node or x[0] == x[1] == 0.0):
             clear(dx)
             continue
@@ -368,9 +367,9 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         dx[SLIP_DAMPED] = f.slip_damped
         dx[SETTLED] = 0.0
         lost = load.N if point.prescribed else point.normal_damping * c.rate
-        rate[point.row] += lost * c.rate
-        geometry.add_contact_wrench(point, c, load.N, f.force, wrench[point.row])
-        group.add_load(load.N, dy, point, p)
+        loads.rate[point.row] += lost * c.rate
+        geometry.add_contact_wrench(point, c, load.N, f.force, loads.wrench[point.row])
+        group.add_load(load.N, loads.dy, point, p)
 
 
 @kernel
@@ -475,7 +474,7 @@ def residual_energy(i, modes, contact, p):
 
 
 @kernel
-def stored_in_plane(i, t, y, modes, contact, p):
+def node_energy(i, t, y, modes, contact, p):
     """Energy in the stretched node of point ``i``."""
     k = p.state + CONTACT_STATES * i
     point = p.points[i]
@@ -492,7 +491,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
     for i in range(p.points.size):
         contact = geometry.contact_kinematics(p.points[i], bodies, motion)
         row = p.points[i].row
-        stored[row] += stored_in_plane(i, t, y, modes, contact, p)
+        stored[row] += node_energy(i, t, y, modes, contact, p)
         if modes[p.mode + i, MODE] != OPEN:
             stored[row] += stored_along_normal(i, t, y, modes, contact, p)
         else:

@@ -26,6 +26,7 @@ from hydrosim.elements.contact import curves, geometry, group, laws
 from hydrosim.elements.contact.curves import BRANCH_START
 from hydrosim.elements.contact.fender import (
     COMPRESSION,
+    CONTACT_OUTPUTS,
     CONTACT_STATE_NAMES,
     CONTACT_STATES,
     DAMPED,
@@ -50,6 +51,7 @@ from hydrosim.elements.contact.geometry import contact_kinematics
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.contact.laws import COULOMB, LAW, least_slip_speed, steady_slip_state
 from hydrosim.elements.kind import (
+    CONTACT_UNIT,
     LINEARISATION_DEPTH,
     Columns,
     KindConstants,
@@ -281,6 +283,8 @@ def group_of_points(scene: Scene) -> list[str]:
 
 class ContactKind(KindOfContacts):
     unit = "fender"
+    code = CONTACT_UNIT
+    outputs = CONTACT_OUTPUTS
     variables: ClassVar = {
         "fender_compression": Variable(
             "compression, negative when open, at most 0 where the plane or seat does not act",
@@ -388,7 +392,7 @@ class ContactKind(KindOfContacts):
             "fender_dissipated": (axes, seen[:, :, ENERGY_LOST]),
             "fender_dissipated_damping": (axes, states[:, :, DAMPED]),
             "fender_dissipated_slip_damping": (axes, states[:, :, SLIP_DAMPED]),
-            **_closings(p, unit_record.y),
+            **_closing_columns(p, unit_record.y),
             **(dict(_tally_variables(unit_record.tallies)) if unit_record.tallies.size else {}),
         }
 
@@ -437,7 +441,7 @@ def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
     }
 
 
-def _closings(p: ContactConstants, y: RecordedStates) -> Columns:
+def _closing_columns(p: ContactConstants, y: RecordedStates) -> Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}

@@ -188,12 +188,12 @@ def _load_factor(elastic, p):
 def friction(mode, load, v1, s, p):
     """Stick-slip friction of a contact point in ``mode`` under a `NormalLoad` ``load``."""
     if mode == SLIP and p.relaxation == 0.0:
-        return _on_the_cone(load, v1, s, p)
+        return _friction_on_cone(load, v1, s, p)
     c = coefficients(load, p)
     if mode == STICK:
         dv, v2 = v1, 0.0
     elif mode == SLIP:
-        d, v2 = _slip(load, v1, s, c, p)
+        d, v2 = _slip_friction(load, v1, s, c, p)
         dv = (v1[0] - v2 * d[0], v1[1] - v2 * d[1])
     else:
         relaxation = p.stiffness / p.damping if p.damping > 0.0 else 0.0
@@ -210,14 +210,14 @@ def friction(mode, load, v1, s, p):
 
 
 @kernel
-def _slip(load, v1, s, c, p):
+def _slip_friction(load, v1, s, c, p):
     """Direction d (2,) and speed of slip of a node with dampers, whose coefficients are ``c``."""
     T = _traction(v1, s, c)
     return unit_vector(T), (length(T) - p.kinetic * load.N) / (c.C2 + c.C3)
 
 
 @kernel
-def _on_the_cone(load, v1, s, p):
+def _friction_on_cone(load, v1, s, p):
     """Friction of a node that slips in the rate-free limit."""
     d, v2, turn = slip_motion(load, v1, s, p)
     size = p.kinetic * load.N

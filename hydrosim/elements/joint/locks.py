@@ -28,6 +28,8 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.joint import rows
 from hydrosim.elements.joint.rows import REFERENCE_SIZE
 from hydrosim.elements.kind import (
+    JOINT_UNIT,
+    LOCK_UNIT,
     BodyAtRest,
     Columns,
     ElementKind,
@@ -107,14 +109,14 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Lo
     """Constants of all joints of the layout that are constraints."""
     order = {name: i for i, name in enumerate(layout.joints)}
     rows = [
-        _constants(order[name], layout.joints[name], bodies, layout)
+        _lock_constants(order[name], layout.joints[name], bodies, layout)
         for name, bodies in layout.constraints.items()
     ]
     constants = np.array(rows, dtype=LOCK)
     return LockConstants(constants, len(order), int(constants["count"].sum()), 0, 0, 0, 0)
 
 
-def _constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
+def _lock_constants(number: int, joint: Joint, at: Any, layout: Layout) -> tuple[Any, ...]:
     body, other, exact = at
     is_rod = joint.type == JointType.ROD
     if is_rod:
@@ -508,6 +510,7 @@ LOCK_STATE_NAMES = (
 
 class LockKind(ElementKind):
     unit = "lock"
+    code = LOCK_UNIT
     variables: ClassVar[Mapping[str, Variable]] = {
         "lock_mode": Variable(
             "mode of a joint that is a constraint", "1", flags=" ".join(LOCK_MODES)
@@ -580,11 +583,16 @@ def _held_rows(modes: np.ndarray) -> np.ndarray:
 
 class JointLoadKind(UnitKind):
     unit = "joint"
+    code = JOINT_UNIT
+    outputs = 6
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_force": Variable(
             "force and moment of a joint at its point on its body", "N or N m", "earth"
         ),
     }
+
+    def recorded_units(self, p: LockConstants) -> int:
+        return int(p.joints)
 
     def constants_in(self, parts: KindConstants) -> LockConstants:
         constants: LockConstants = parts.elements.locks

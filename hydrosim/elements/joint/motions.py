@@ -23,6 +23,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.elements.kind import (
+    JOINT_MOTION_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -92,13 +93,13 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Jo
         for i in range(0 if name in layout.constraints else len(joint.motions)):
             acting = joint.resistances[i] if joint.resistances else JointResistance()
             row = layout.row[name] if acting.acts else NO_INDEX
-            rows.append((coordinate, *places[coordinate], row, *_constants(acting)))
+            rows.append((coordinate, *places[coordinate], row, *_resistance_constants(acting)))
             coordinate += 1
     constants = np.array(rows, dtype=MOTION)
     return JointMotionConstants(constants, int((constants["static"] >= 0.0).sum()), 0, 0)
 
 
-def _constants(acting: JointResistance) -> tuple[float, ...]:
+def _resistance_constants(acting: JointResistance) -> tuple[float, ...]:
     stops = acting.stops
     friction = acting.friction
     return (
@@ -370,6 +371,8 @@ def write_outputs(y, modes, bodies, p, reactions, out):
 
 class JointMotionKind(KindWithModeSets):
     unit = "joint_motion"
+    code = JOINT_MOTION_UNIT
+    outputs = JOINT_MOTION_OUTPUTS
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_position": Variable("displacement in a joint, zero at rest", "m or rad"),
         "joint_velocity": Variable("rate of the displacement in a joint", "m/s or rad/s"),

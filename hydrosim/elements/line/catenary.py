@@ -38,6 +38,7 @@ import numpy as np
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
+from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.pair import TwoPointElement
 from hydrosim.elements.signal import SIGNAL, Signal, compile_signals, constant, value
 from hydrosim.elements.signal import rate as signal_rate
@@ -184,7 +185,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
-        pieces.append(_pieces(e))
+        pieces.append(_pieces_of_line(e))
         first = last
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in catenaries.values())])
     every = np.concatenate(pieces)
@@ -204,7 +205,7 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
     return mean_current(layout.current_profile, low, high)
 
 
-def _pieces(line: Catenary) -> np.ndarray:
+def _pieces_of_line(line: Catenary) -> np.ndarray:
     """The segments, of `LINE_PIECE`."""
     pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
     for name in ("length", "weight", "stiffness", "hung"):
@@ -253,27 +254,32 @@ def end_kinematics(line, bodies, motion):
     )
 
 
+@kernel
+def suspended_line(line, s, pieces):
+    """The `SuspendedLine` of a line over its `EndKinematics` ``s``."""
+    return SuspendedLine(pieces, line.first, line.last, s.x, s.z, s.bed, line.friction)
+
+
 @root_giving(float, float, float, float, float, float, bool, int)
-def pull_entries(first, last, x, z, bed, friction, H, V, pieces):
-    """The entries of the `shape.LinePull` of a line, with the guess H, V."""
-    a = shape.solve(pieces, first, last, x, z, bed, friction, H, V)
+def pull_entries(line, H, V):
+    """The entries of the `shape.LinePull` of a `SuspendedLine`, with the guess H, V."""
+    a = shape.solve(line, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
 @kernel
 def solve_from_guess(i, s, H, V, pieces, p):
     """The `shape.LinePull` of line ``i`` over its `EndKinematics` ``s``, with the guess H, V."""
-    line = p.lines[i]
     H, V, anchor_V, anchor_H, touch, dead, converged, reason = pull_entries(
-        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
+        suspended_line(p.lines[i], s, pieces), H, V
     )
     return shape.LinePull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
 
 @root_giving(float, float, float, float, float, float, bool, int)
-def rebuild_pull_entries(first, last, x, z, bed, friction, H, V, pieces):
+def rebuild_pull_entries(line, H, V):
     """`pull_entries` where H, V are the solution itself."""
-    a = shape.rebuild_pull(pieces, first, last, x, z, bed, friction, H, V)
+    a = shape.rebuild_pull(line, H, V)
     return a.H, a.V, a.anchor_V, a.anchor_H, a.touch, a.dead, a.converged, a.reason
 
 
@@ -281,7 +287,7 @@ def rebuild_pull_entries(first, last, x, z, bed, friction, H, V, pieces):
 def rebuild_pull(line, s, H, V, pieces):
     """The `shape.LinePull` of a line whose solution over its `EndKinematics` ``s`` is H, V."""
     H, V, anchor_V, anchor_H, touch, dead, converged, reason = rebuild_pull_entries(
-        line.first, line.last, s.x, s.z, s.bed, line.friction, H, V, pieces
+        suspended_line(line, s, pieces), H, V
     )
     return shape.LinePull(H, V, anchor_V, anchor_H, touch, dead, converged, reason)
 
@@ -312,13 +318,13 @@ def solve_line(i, t, y, s, motion, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every line to its row of ``wrench``, and the power [W] that it
     loses to ``rate``, in place."""
     for i in range(p.lines.size):
         line = p.lines[i]
         for k in range(CATENARY_STATES):
-            dy[p.state + CATENARY_STATES * i + k] = 0.0
+            loads.dy[p.state + CATENARY_STATES * i + k] = 0.0
         mode = modes[p.mode + i, MODE]
         if mode == INACTIVE:
             continue
@@ -327,10 +333,10 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
         drag = find_drag(line, s, pull)
         if mode == UNDEFINED:  # ends the run
             drag = (nan, nan, nan)
-        rate[line.row] -= dot(drag, s.v)
-        add_ends(line, s, pull, drag, wrench, rate)
+        loads.rate[line.row] -= dot(drag, s.v)
+        add_ends(line, s, pull, drag, loads.wrench, loads.rate)
         if line.potential and line.paying != NO_INDEX:
-            rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
+            loads.rate[line.row] -= paid_energy(line, s, pull, pieces) * signal_rate(
                 t, line.paid, p.signals
             )
 
@@ -388,9 +394,7 @@ def add_energy(t, y, modes, motion, bodies, p, stored):
             continue
         s = end_kinematics(line, bodies, motion)
         pull, pieces = solve_line(i, t, y, s, motion, p)
-        a = line.first
-        b = line.last
-        U = search.stored_energy(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+        U = search.stored_energy(suspended_line(line, s, pieces), pull)
         stored[line.row] += U + total_weight(line, pieces) * (s.anchor - line.datum)
 
 
@@ -474,35 +478,29 @@ def update_at_step_end(t, y, modes, motion, bodies, p, watched, out):
         row = p.mode + i
         watched[row] = 0
         fill_margins(row, inf, out)
-        if modes[row, MODE] == ACTING:
-            update_line_at_step_end(i, t, y, modes, motion, bodies, p, watched, out)
-
-
-@kernel
-def update_line_at_step_end(i, t, y, modes, motion, bodies, p, watched, out):
-    """`update_at_step_end` for line ``i``."""
-    line = p.lines[i]
-    row = p.mode + i
-    k = p.state + CATENARY_STATES * i
-    s = end_kinematics(line, bodies, motion)
-    pull, pieces = solve_line(i, t, y, s, motion, p)
-    if not pull.converged:  # `store_step_solutions` reports it
-        return
-    slack_before = is_nearly_slack(line, y[k], modes[row, SEGMENT], pieces)
-    stiffness = stiffness_of(line, s, pull, pieces)
-    number = profile_of(line, s, pull, pieces)
-    sharp = number != modes[row, SEGMENT] and (
-        slack_before
-        or line.paying != NO_INDEX
-        or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
-    )
-    write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness)
-    if not sharp:
-        modes[row, SEGMENT] = number
-    slack = is_nearly_slack(line, pull.H, number, pieces)
-    watched[row] = 1 if sharp or (slack and slack_before) else 0
-    if sharp or slack:
-        fill_margins(row, room_of(line, s, pull, modes[row, SEGMENT], pieces), out)
+        if modes[row, MODE] != ACTING:
+            continue
+        line = p.lines[i]
+        k = p.state + CATENARY_STATES * i
+        s = end_kinematics(line, bodies, motion)
+        pull, pieces = solve_line(i, t, y, s, motion, p)
+        if not pull.converged:  # `store_step_solutions` reports it
+            continue
+        slack_before = is_nearly_slack(line, y[k], modes[row, SEGMENT], pieces)
+        stiffness = stiffness_of(line, s, pull, pieces)
+        number = profile_of(line, s, pull, pieces)
+        sharp = number != modes[row, SEGMENT] and (
+            slack_before
+            or line.paying != NO_INDEX
+            or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
+        )
+        write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness)
+        if not sharp:
+            modes[row, SEGMENT] = number
+        slack = is_nearly_slack(line, pull.H, number, pieces)
+        watched[row] = 1 if sharp or (slack and slack_before) else 0
+        if sharp or slack:
+            fill_margins(row, room_of(line, s, pull, modes[row, SEGMENT], pieces), out)
 
 
 @kernel
@@ -525,32 +523,10 @@ def is_sharp(guess, s, pull, stiffness):
     return off_H * off_H + off_V * off_V > SHARP_KINK * SHARP_KINK * tension2
 
 
-@root_giving(float)
-def find_room(first, last, x, z, bed, friction, H, V, anchor_V, touch, dead, number, pieces):
-    """`shape.kink_room` of a line."""
-    pull = shape.LinePull(H, V, anchor_V, H, touch, dead, True, 0)
-    return shape.kink_room(pieces, first, last, x, z, bed, friction, pull, number)
-
-
 @kernel
 def room_of(line, s, pull, number, pieces):
     """Room of a line in the profile of this ``number``."""
-    a = line.first
-    b = line.last
-    friction = line.friction
-    H = pull.H
-    V = pull.V
-    up = pull.anchor_V
-    return find_room(
-        a, b, s.x, s.z, s.bed, friction, H, V, up, pull.touch, pull.dead, number, pieces
-    )
-
-
-@root_giving(float, float, float, float)
-def find_stiffness(first, last, x, z, bed, friction, H, V, anchor_V, touch, pieces):
-    """`search.stiffness` of a line."""
-    pull = shape.LinePull(H, V, anchor_V, H, touch, 0.0, True, 0)
-    return search.stiffness(pieces, first, last, x, z, bed, friction, pull)
+    return shape.kink_room(suspended_line(line, s, pieces), pull, number)
 
 
 @root
@@ -582,9 +558,7 @@ def transition(i, t, y, modes, motion, bodies, p):
 @kernel
 def profile_of(line, s, pull, pieces):
     """Number of the profile of a line."""
-    a = line.first
-    b = line.last
-    return shape.find_profile(pieces, a, b, s.x, s.z, s.bed, line.friction, pull)
+    return shape.find_profile(suspended_line(line, s, pieces), pull)
 
 
 @root
@@ -630,13 +604,7 @@ def write_guess(guess, s, pull, stiffness):
 @kernel
 def stiffness_of(line, s, pull, pieces):
     """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line."""
-    a = line.first
-    b = line.last
-    bed = s.bed
-    up = pull.anchor_V
-    return find_stiffness(
-        a, b, s.x, s.z, bed, line.friction, pull.H, pull.V, up, pull.touch, pieces
-    )
+    return search.stiffness(suspended_line(line, s, pieces), pull)
 
 
 @kernel

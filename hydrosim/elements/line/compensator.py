@@ -30,6 +30,7 @@ import numpy as np
 
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
+    COMPENSATOR_UNIT,
     LINEARISATION_DEPTH,
     Columns,
     KindWithModeSets,
@@ -174,7 +175,7 @@ def cylinder_tension(cylinder, mode, r):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every compensator to its row of ``wrench``, and the power [W] that
     it dissipates to ``rate``, in place."""
     for i in range(p.each.size):
@@ -184,8 +185,8 @@ def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
             continue
         r = kinematics(cylinder, bodies, motion)
         T, f = cylinder_tension(cylinder, mode, r)
-        rate[cylinder.row] += (T - f) * r.rate
-        apply_tension(cylinder, r, T, wrench[cylinder.row])
+        loads.rate[cylinder.row] += (T - f) * r.rate
+        apply_tension(cylinder, r, T, loads.wrench[cylinder.row])
 
 
 @root
@@ -304,6 +305,8 @@ def deactivate(i, modes, p):
 
 class CompensatorKind(KindWithModeSets):
     unit = "compensator"
+    code = COMPENSATOR_UNIT
+    outputs = COMPENSATOR_OUTPUTS
     variables: ClassVar = {
         "compensator_tension": Variable("tension", "N", "from the point to the anchor"),
         "compensator_stroke": Variable("extension from the middle of the stroke", "m"),

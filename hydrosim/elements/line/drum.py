@@ -166,7 +166,7 @@ class DrumLoad(NamedTuple):
 
 
 @kernel
-def hold_speed(bound, pull):
+def speed_at_bound(bound, pull):
     """The speed of pay-out that keeps the tension on a ``bound``."""
     if pull.by_speed < 0.0:
         return (bound - pull.still) / pull.by_speed
@@ -180,9 +180,9 @@ def payout_speed(drum, mode, ramp_speed, demand, pull):
     if mode == PRESCRIBED:
         return demand
     if mode == SLIPPING_OUT:
-        return hold_speed(drum.high, pull)
+        return speed_at_bound(drum.high, pull)
     if mode == SLIPPING_IN:
-        return hold_speed(drum.low, pull)
+        return speed_at_bound(drum.low, pull)
     if mode == FAST_OUT:
         return drum.fastest
     if mode == FAST_IN:
@@ -306,7 +306,7 @@ def turning_mode(drum, way, pull, taut, l0):
     jumps = pull.by_speed < 0.0  # then the tension can be on the bound at once
     if not taut or (not jumps and way * (pull.still - bound) > ON_BOUND * drum.tension):
         return fast
-    s = way * hold_speed(bound, pull)
+    s = way * speed_at_bound(bound, pull)
     if s >= drum.fastest:
         return fast
     if s < -AT_REST * drum.fastest:
@@ -346,37 +346,37 @@ def following_mode(drum, l0, target, demand):
 
 
 @kernel
-def next_mode(drum, mode, pull, taut, T, s, l0, target, demand):
-    """Mode of a drum after its law's margin has reached zero."""
+def next_mode(drum, mode, taut, w):
+    """Mode of a drum after its law's margin has reached zero; ``w`` is the motion of its wire."""
     T0 = drum.tension
     v = drum.fastest
     way = _payout_sign(mode)
     if drum.control != TENSION_CONTROL:
         if drum.control == COMPENSATION and mode == PRESCRIBED:
-            return FAST_OUT if demand > 0.0 else FAST_IN
-        if abs(demand) > v:
-            return FAST_OUT if demand > 0.0 else FAST_IN
+            return FAST_OUT if w.demand > 0.0 else FAST_IN
+        if abs(w.demand) > v:
+            return FAST_OUT if w.demand > 0.0 else FAST_IN
         return PRESCRIBED
     if mode == STUCK:
-        near = 1.0 if drum.high - T < T - drum.low else -1.0
-        return turning_mode(drum, near, pull, taut, l0)
+        near = 1.0 if drum.high - w.tension < w.tension - drum.low else -1.0
+        return turning_mode(drum, near, w.pull, taut, w.length)
     if mode in (EMPTY, FULL):
-        return turning_mode(drum, 1.0 if mode == FULL else -1.0, pull, taut, l0)
+        return turning_mode(drum, 1.0 if mode == FULL else -1.0, w.pull, taut, w.length)
     if mode in (SLIPPING_OUT, SLIPPING_IN):
-        if way * s < 0.5 * v:
+        if way * w.speed < 0.5 * v:
             return STUCK
         return FAST_OUT if way > 0.0 else FAST_IN
     if mode in (SPEEDING_OUT, SPEEDING_IN):
-        if 1.0 - way * s / v < way * (T - T0) / T0:
+        if 1.0 - way * w.speed / v < way * (w.tension - T0) / T0:
             return FAST_OUT if way > 0.0 else FAST_IN
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
     if mode in (BRAKING_OUT, BRAKING_IN):
-        if way * (_tension_bound(drum, way) - T) / T0 < way * s / v:
+        if way * (_tension_bound(drum, way) - w.tension) / T0 < way * w.speed / v:
             return SPEEDING_OUT if way > 0.0 else SPEEDING_IN
-        return initial_mode(drum, pull, taut, l0, target, demand)
+        return initial_mode(drum, w.pull, taut, w.length, w.target, w.demand)
     if drum.acceleration > 0.0:
         return BRAKING_OUT if way > 0.0 else BRAKING_IN
-    back = way * hold_speed(_tension_bound(drum, way), pull)
+    back = way * speed_at_bound(_tension_bound(drum, way), w.pull)
     if back <= 0.0:
         return STUCK
     return SLIPPING_OUT if way > 0.0 else SLIPPING_IN

@@ -33,6 +33,8 @@ from __future__ import annotations
 from math import log, log1p, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from hydrosim.jit.kernels import kernel
 
 STRAIGHT = 0.1  # |q| below which atanh(q)/q - 1 is its series
@@ -133,9 +135,23 @@ def rest_energy(H, Va, w, L, EA):
     return tension + 0.5 * L / EA * (H * H + M * M + D * D / 12.0)
 
 
-"""A segment, in order from the fairlead to the anchor: unstretched length [m]; weight in water per
-unstretched length [N/m], negative if it floats; EA [N]; the weight in water of what hangs at its
-lower end [N], negative for a buoy. What hangs at the last one is the anchor's."""
+class SuspendedLine(NamedTuple):
+    """A line between its ends: the ``pieces`` from ``first`` to before ``last``, in order from the
+    fairlead. ``x`` >= 0 is the horizontal distance of its ends, ``z`` the height of the fairlead
+    above the anchor [m]. ``bed`` <= 0 is the height of the seabed above the anchor [m], or -inf;
+    ``friction`` is its coefficient.
+
+    A piece has its unstretched length [m]; weight in water per unstretched length [N/m], negative
+    if it floats; EA [N]; the weight in water of what hangs at its lower end [N], negative for a
+    buoy. What hangs at the last one is the anchor's."""
+
+    pieces: np.ndarray
+    first: int
+    last: int
+    x: float
+    z: float
+    bed: float
+    friction: float
 
 
 class Touchdown(NamedTuple):
@@ -165,19 +181,28 @@ class LineReach(NamedTuple):
 
 
 @kernel
-def weight_after_piece(pieces, i, step):
+def weight_after_piece(line, i, step):
     """Weight of what hangs behind piece i, on the way to the anchor (step 1) or back (-1)."""
-    return pieces[i].hung if step > 0 else pieces[i - 1].hung
+    return line.pieces[i].hung if step > 0 else line.pieces[i - 1].hung
 
 
 @kernel
-def find_touchdown(pieces, start, stop, step, V):
-    """The `Touchdown` of a line with V at its end ``start``; ``stop`` lies beyond its other end."""
+def first_and_stop(line, step):
+    """The first piece on the way of ``step``, and what lies beyond the last one."""
+    if step > 0:
+        return line.first, line.last
+    return line.last - 1, line.first - 1
+
+
+@kernel
+def find_touchdown(line, step, V):
+    """The `Touchdown` of a line with V at the end where the way of ``step`` starts."""
+    start, stop = first_and_stop(line, step)
     touch = Touchdown(start, 0.0, 0.0, V, False)
     arc = 0.0
     i = start
     while i != stop:
-        piece = pieces[i]
+        piece = line.pieces[i]
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
             part = V / piece.weight
@@ -188,33 +213,33 @@ def find_touchdown(pieces, start, stop, step, V):
         V = low
         i += step
         if i != stop:
-            V -= weight_after_piece(pieces, i - step, step)
+            V -= weight_after_piece(line, i - step, step)
     hangs = V >= 0.0 and touch.arc >= arc
     return Touchdown(touch.piece, touch.part, touch.arc, V, hangs)
 
 
 @kernel
-def hanging_touchdown(pieces, start, stop, step, V):
+def hanging_touchdown(line, step, V):
     """The `Touchdown` of a line that hangs all along."""
+    i, stop = first_and_stop(line, step)
     arc = 0.0
-    i = start
     while i != stop:
-        V -= pieces[i].weight * pieces[i].length
-        arc += pieces[i].length
+        V -= line.pieces[i].weight * line.pieces[i].length
+        arc += line.pieces[i].length
         i += step
         if i != stop:
-            V -= weight_after_piece(pieces, i - step, step)
-    return Touchdown(stop - step, pieces[stop - step].length, arc, V, True)
+            V -= weight_after_piece(line, i - step, step)
+    return Touchdown(stop - step, line.pieces[stop - step].length, arc, V, True)
 
 
 @kernel
-def hanging_reach(pieces, start, step, H, V, touch, ex, ez):
-    """`LineReach` of the part that hangs, from piece ``start`` to ``touch``."""
+def hanging_reach(line, step, H, V, touch, ex, ez):
+    """`LineReach` of the part that hangs, up to ``touch`` on the way of ``step``."""
     along = across = xH = zH = zV = soft = 0.0
     end = touch.piece + step
-    i = start
+    i, _ = first_and_stop(line, step)
     while i != end:
-        piece = pieces[i]
+        piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
         s = stretch_span(H, V, piece.weight, length, piece.stiffness, ex, ez)
         along += s.along
@@ -225,23 +250,23 @@ def hanging_reach(pieces, start, step, H, V, touch, ex, ez):
         soft += length / piece.stiffness
         V -= piece.weight * length
         if i != touch.piece:
-            V -= weight_after_piece(pieces, i, step)
+            V -= weight_after_piece(line, i, step)
         i += step
     return LineReach(along, across, xH, zH, zH, zV, soft, touch.arc)
 
 
 @kernel
-def lying_part(pieces, last, H, V, touch, friction):
+def lying_part(line, H, V, touch):
     """Of the part that lies between ``touch`` and the anchor, with V there if the bed carried
     nothing: its length, its stretch, its elastic energy, the sum of l/EA of what is under tension,
     the tension at the anchor, and the length without tension."""
     length = stretch = energy = live = dead = 0.0
-    tension = max(H + friction * V, 0.0)
-    for i in range(touch.piece, last):
-        piece = pieces[i]
+    tension = max(H + line.friction * V, 0.0)
+    for i in range(touch.piece, line.last):
+        piece = line.pieces[i]
         L = piece.length - touch.part if i == touch.piece else piece.length
         V -= piece.weight * L
-        below = H + friction * V
+        below = H + line.friction * V
         if below >= 0.0:
             under = L
             stretch += 0.5 * (tension + below) * L / piece.stiffness
@@ -249,22 +274,22 @@ def lying_part(pieces, last, H, V, touch, friction):
             energy += squares * L / (6.0 * piece.stiffness)
             tension = below
         else:
-            under = tension / (friction * piece.weight) if tension > 0.0 else 0.0
+            under = tension / (line.friction * piece.weight) if tension > 0.0 else 0.0
             stretch += 0.5 * tension * under / piece.stiffness
             energy += tension * tension * under / (6.0 * piece.stiffness)
             tension = 0.0
         length += L
         live += under / piece.stiffness
         dead += L - under
-        if i + 1 < last:
+        if i + 1 < line.last:
             V -= piece.hung
-            tension = max(H + friction * V, 0.0)
+            tension = max(H + line.friction * V, 0.0)
     return length, stretch, energy, live, tension, dead
 
 
 @kernel
-def pull_at_touchdown(pieces, first, V, touch):
+def pull_at_touchdown(line, V, touch):
     """V behind ``touch``: what it would be there if the bed carried nothing."""
-    for i in range(first, touch.piece):
-        V -= pieces[i].weight * pieces[i].length + pieces[i].hung
-    return V - pieces[touch.piece].weight * touch.part
+    for i in range(line.first, touch.piece):
+        V -= line.pieces[i].weight * line.pieces[i].length + line.pieces[i].hung
+    return V - line.pieces[touch.piece].weight * touch.part

@@ -15,7 +15,7 @@ from hydrosim.elements.line.catenary import (
     end_kinematics,
     pull_entries,
 )
-from hydrosim.elements.line.hang import find_touchdown
+from hydrosim.elements.line.hang import SuspendedLine, find_touchdown
 from hydrosim.elements.line.kind import CATENARY_KIND
 from hydrosim.elements.line.search import is_on_bed, line_frame
 from hydrosim.elements.line.shape import LinePull
@@ -24,26 +24,16 @@ from hydrosim.modes import INACTIVE, MODE, NO_INDEX
 from hydrosim.scene import Scene
 
 
-def line_points(
-    pieces: np.ndarray,
-    first: int,
-    last: int,
-    x: float,
-    z: float,
-    bed: float,
-    friction: float,
-    pull: LinePull,
-    n: int,
-) -> tuple[np.ndarray, np.ndarray]:
+def line_points(line: SuspendedLine, pull: LinePull, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 2) [m] of a line with its ``pull``, from the fairlead to the anchor: horizontal
     distance from the fairlead, and height above the anchor; and the tension (n,) [N] there. They
     divide the unstretched length evenly. The slack of a line without pull is spread evenly."""
-    f = line_frame(pieces, first, last, x, z)
-    line_pieces = pieces[first:last]
+    f = line_frame(line)
+    line_pieces = line.pieces[line.first : line.last]
     ends = np.concatenate([[0.0], np.cumsum(line_pieces["length"])])
     lift = ends[-1]
-    if pull.touch < lift and not is_on_bed(f, bed):
-        lift -= find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V).arc
+    if pull.touch < lift and not is_on_bed(line, f):
+        lift -= find_touchdown(line, -1, -pull.anchor_V).arc
     s = np.linspace(0.0, ends[-1], n)
     cuts = np.unique(np.concatenate([s, ends, [pull.touch, lift, ends[-1] - pull.dead]]))
     cuts = cuts[(cuts >= 0.0) & (cuts <= ends[-1])]
@@ -51,24 +41,24 @@ def line_points(
     Va, Vb = _vertical_pull(line_pieces, ends, cuts, pull, lift)
     Ta, Tb = np.hypot(H, Va), np.hypot(H, Vb)
     lies = (cuts[:-1] >= pull.touch) & (cuts[:-1] < lift)
-    Ta[lies] = np.maximum(H + friction * Va[lies], 0.0)
-    Tb[lies] = np.maximum(H + friction * Vb[lies], 0.0)
+    Ta[lies] = np.maximum(H + line.friction * Va[lies], 0.0)
+    Tb[lies] = np.maximum(H + line.friction * Vb[lies], 0.0)
     Va, Vb = np.where(lies, 0.0, Va), np.where(lies, 0.0, Vb)
     length = np.diff(cuts)
     soft = length / line_pieces["stiffness"][_pieces_of(ends, cuts)]
     flat = length + 0.5 * (Ta + Tb) * soft
     if pull.H == 0.0 and np.any(lies):
-        flat *= f.x / flat[lies].sum()  # what is slack lies in bights
+        flat *= line.x / flat[lies].sum()  # what is slack lies in bights
     dx = np.where(lies, flat, H * (length * _mean_inverse(H, Va, Vb) + soft))
     dz = np.where(lies, 0.0, (Va + Vb) * (length / (np.hypot(H, Va) + np.hypot(H, Vb)) + soft / 2))
     loose = (line_pieces["weight"][_pieces_of(ends, cuts)] == 0.0) & ~lies
     if pull.H == 0.0 and np.any(loose):  # without weight and tension it has no shape: straight
         share = np.where(loose, length, 0.0) / length[loose].sum()
-        dx = dx + share * (f.x - dx.sum())
-        dz = dz + share * (z - dz.sum())
+        dx = dx + share * (line.x - dx.sum())
+        dz = dz + share * (line.z - dz.sum())
     places = np.zeros((cuts.size, 2))
     places[1:] = np.cumsum(np.transpose([dx, -dz]), axis=0)
-    places[:, 1] += z
+    places[:, 1] += line.z
     wanted = np.minimum(np.searchsorted(cuts, s), cuts.size - 1)
     return places[wanted], np.append(Ta, Tb[-1])[wanted]
 
@@ -111,11 +101,11 @@ LINE_POINTS = 41  # of a line in pictures
 
 @dataclass(frozen=True, eq=False)
 class LineShape:
-    """A line ``name`` with its ``constants``, its ``pieces``, its ``ends`` and its ``pull``."""
+    """A line ``name`` with its ``constants``, how it is ``suspended``, its ``ends``, ``pull``."""
 
     name: str
     constants: Any
-    pieces: np.ndarray
+    suspended: SuspendedLine
     ends: EndKinematics
     pull: LinePull
 
@@ -138,19 +128,15 @@ class LineShape:
     def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
         point straight below or above the fairlead at the still water; tensions (count,) [N]."""
-        line = self.constants
         e = self.ends
-        ends = (e.x, e.z, e.bed, float(line["friction"]))
-        positions, tension = line_points(
-            self.pieces, int(line["first"]), int(line["last"]), *ends, self.pull, count
-        )
+        positions, tension = line_points(self.suspended, self.pull, count)
         across, height = positions.T
         return np.stack([across * e.e[0], across * e.e[1], height + e.anchor], axis=1), tension
 
     @property
     def line_pieces(self) -> np.ndarray:
         """Its pieces alone."""
-        return self.pieces[self.constants["first"] : self.constants["last"]]
+        return self.suspended.pieces[self.suspended.first : self.suspended.last]
 
 
 def line_shapes(
@@ -173,6 +159,7 @@ def line_shapes(
                 paid = value(t, line["paid"], p.signals)
                 pieces["length"][line["first"] + line["paying"]] = paid
             guess = y[p.state + CATENARY_STATES * i :][:2]
-            line_fields = (int(line["first"]), int(line["last"]), ends.x, ends.z, ends.bed)
-            pull = LinePull(*pull_entries(*line_fields, float(line["friction"]), *guess, pieces))
-            yield LineShape(name, line, pieces, ends, pull)
+            heights = (ends.x, ends.z, ends.bed, float(line["friction"]))
+            suspended = SuspendedLine(pieces, int(line["first"]), int(line["last"]), *heights)
+            pull = LinePull(*pull_entries(suspended, *guess))
+            yield LineShape(name, line, suspended, ends, pull)

@@ -3,7 +3,7 @@
 The search starts from nothing, and always ends.
 
 For a given H the depth that a line reaches rises with V, and with V found, the distance rises with
-H, if nothing floats where the line lies. So V is found inside (`newton_step`), H outside
+H, if nothing floats where the line lies. So V is found inside (`find_vertical_pull`), H outside
 (`search`), each by Newton's method within a bracket. A line that ``rests`` on the bed between two
 hanging parts has two depths: V at the fairlead and Va at the anchor are found each by itself.
 
@@ -21,18 +21,7 @@ from __future__ import annotations
 from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
-from hydrosim.elements.line.hang import (
-    LineReach,
-    Touchdown,
-    find_touchdown,
-    hanging_reach,
-    hanging_touchdown,
-    lying_part,
-    pull_at_touchdown,
-    rest_energy,
-    stretch_span,
-    weight_after_piece,
-)
+from hydrosim.elements.line import hang
 from hydrosim.jit.kernels import kernel, root_giving
 
 ON_BED = 1e-12  # of the length: an anchor so close to the bed lies on it
@@ -97,15 +86,15 @@ def chord_short_of(x, z, length):
 
 
 @kernel
-def line_frame(pieces, first, last, x, z):
+def line_frame(line):
     """The `LineFrame` of a line."""
     length = weight = load = soft = 0.0
     heavy = True
     share = NO_PULL
     stiffest = inf
-    for i in range(first, last):
-        piece = pieces[i]
-        hung = piece.hung if i + 1 < last else 0.0
+    for i in range(line.first, line.last):
+        piece = line.pieces[i]
+        hung = piece.hung if i + 1 < line.last else 0.0
         length += piece.length
         weight += piece.weight * piece.length + hung
         load += abs(piece.weight) * piece.length + abs(hung)
@@ -114,55 +103,55 @@ def line_frame(pieces, first, last, x, z):
         if piece.weight == 0.0:
             share = LEAST_SLOPE
         heavy &= piece.weight >= 0.0 and hung >= 0.0
-    chord = sqrt(x * x + z * z)
-    ex = x / chord if chord > 0.0 else 1.0
-    ez = z / chord if chord > 0.0 else 0.0
-    short = chord_short_of(x, z, length)
+    chord = sqrt(line.x * line.x + line.z * line.z)
+    ex = line.x / chord if chord > 0.0 else 1.0
+    ez = line.z / chord if chord > 0.0 else 0.0
+    short = chord_short_of(line.x, line.z, length)
     least = share * load if load > 0.0 else NO_PULL * stiffest
-    return LineFrame(x, z, ex, ez, length, short, weight, load, soft, least, heavy)
+    return LineFrame(line.x, line.z, ex, ez, length, short, weight, load, soft, least, heavy)
 
 
 @kernel
-def line_reach(pieces, first, last, H, V, lies, friction, ex, ez):
+def line_reach(line, H, V, lies, ex, ez):
     """Where the line leads from the fairlead: to its other end or, if it ``lies``, to the bed and
     along it."""
     if lies:
-        touch = find_touchdown(pieces, first, last, 1, V)
+        touch = hang.find_touchdown(line, 1, V)
     else:
-        touch = hanging_touchdown(pieces, first, last, 1, V)
-    r = hanging_reach(pieces, first, 1, H, V, touch, ex, ez)
+        touch = hang.hanging_touchdown(line, 1, V)
+    r = hang.hanging_reach(line, 1, H, V, touch, ex, ez)
     if touch.hangs:
         return r
-    behind = pull_at_touchdown(pieces, first, V, touch)
-    length, stretch, _, live, _, _ = lying_part(pieces, last, H, behind, touch, friction)
+    behind = hang.pull_at_touchdown(line, V, touch)
+    length, stretch, _, live, _, _ = hang.lying_part(line, H, behind, touch)
     along = r.along - length * ez * ez / (1.0 + ex) + stretch * ex
     across = r.across - (length + stretch) * ez
-    xV = r.xV + friction * live
-    return LineReach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
+    xV = r.xV + line.friction * live
+    return hang.LineReach(along, across, r.xH + live, xV, r.zH, r.zV, r.soft + live, r.arc)
 
 
 @kernel
-def end_excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
+def depth_excess(line, f, step, H, V, depth, whole, lies):
     """By how much a line leads deeper than wanted, and the slope of that by V: a ``whole`` line, or
     the part that hangs from one end down to ``depth``."""
     if whole:
-        r = line_reach(pieces, start, stop, H, V, lies, friction, f.ex, f.ez)
+        r = line_reach(line, H, V, lies, f.ex, f.ez)
         return f.ez * (r.along + f.short) + f.ex * r.across, r.zV
-    touch = find_touchdown(pieces, start, stop, step, V)
-    r = hanging_reach(pieces, start, step, H, V, touch, 1.0, 0.0)
+    touch = hang.find_touchdown(line, step, V)
+    r = hang.hanging_reach(line, step, H, V, touch, 1.0, 0.0)
     return r.across - depth, r.zV
 
 
 @kernel
-def newton_step(pieces, start, stop, step, H, V, f, depth, whole, lies, friction):
-    """V at the end ``start`` with which the line leads to its depth (see `end_excess`), for a given
-    H."""
+def find_vertical_pull(line, f, step, H, V, depth, whole, lies):
+    """V at the end where the way of ``step`` starts, with which the line leads to its depth (see
+    `depth_excess`), for a given H."""
     low = -inf
     high = inf
     stride = H + abs(V)
     before = inf
     for _ in range(MAX_SEARCH_STEPS):
-        off, slope = end_excess(pieces, start, stop, step, H, V, f, depth, whole, lies, friction)
+        off, slope = depth_excess(line, f, step, H, V, depth, whole, lies)
         if off > 0.0:
             high = V
         else:
@@ -183,21 +172,21 @@ def newton_step(pieces, start, stop, step, H, V, f, depth, whole, lies, friction
 
 
 @kernel
-def resting_ends(pieces, first, last, H, V, Va):
+def resting_ends(line, H, V, Va):
     """The `LineReach` of both hanging parts of a line that rests on the bed between them."""
-    a = hanging_reach(pieces, first, 1, H, V, find_touchdown(pieces, first, last, 1, V), 1.0, 0.0)
-    touch = find_touchdown(pieces, last - 1, first - 1, -1, Va)
-    return a, hanging_reach(pieces, last - 1, -1, H, Va, touch, 1.0, 0.0)
+    a = hang.hanging_reach(line, 1, H, V, hang.find_touchdown(line, 1, V), 1.0, 0.0)
+    touch = hang.find_touchdown(line, -1, Va)
+    return a, hang.hanging_reach(line, -1, H, Va, touch, 1.0, 0.0)
 
 
 @kernel
-def balance_at_pull(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
+def balance_at_pull(line, f, lies, rests, H, V, Va):
     """For a given H: the distance reached less x, its slope by H, and V at both ends, from a guess
     of those."""
     if rests:
-        V = newton_step(pieces, first, last, 1, H, V, f, f.z - bed, False, True, 0.0)
-        Va = newton_step(pieces, last - 1, first - 1, -1, H, Va, f, -bed, False, True, 0.0)
-        a, b = resting_ends(pieces, first, last, H, V, Va)
+        V = find_vertical_pull(line, f, 1, H, V, f.z - line.bed, False, True)
+        Va = find_vertical_pull(line, f, -1, H, Va, -line.bed, False, True)
+        a, b = resting_ends(line, H, V, Va)
         flat = f.soft - a.soft - b.soft
         off = (f.length - f.x) + a.along + b.along + flat * H
         slope = a.xH + b.xH + flat
@@ -206,15 +195,15 @@ def balance_at_pull(pieces, first, last, f, bed, lies, rests, friction, H, V, Va
         if b.zV > 0.0:
             slope -= b.zH * b.zH / b.zV
         return off, slope, V, Va
-    V = newton_step(pieces, first, last, 1, H, V, f, f.z, True, lies, friction)
-    r = line_reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
+    V = find_vertical_pull(line, f, 1, H, V, f.z, True, lies)
+    r = line_reach(line, H, V, lies, f.ex, f.ez)
     off = f.ex * (r.along + f.short) - f.ez * r.across
     slope = r.xH - r.xV * r.zH / r.zV if r.zV > 0.0 else r.xH
     return off, slope, V, 0.0
 
 
 @root_giving(float, float, float, bool)
-def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
+def search(line, f, lies, rests, H, V, Va):
     """H, V and Va of a line, from a guess of them, and whether they were found. H is 0 if the line
     reaches its anchor without a pull."""
     low = 0.0
@@ -222,9 +211,7 @@ def search(pieces, first, last, f, bed, lies, rests, friction, H, V, Va):
     before = inf
     H = max(H, f.least)
     for _ in range(MAX_SEARCH_STEPS):
-        off, slope, V, Va = balance_at_pull(
-            pieces, first, last, f, bed, lies, rests, friction, H, V, Va
-        )
+        off, slope, V, Va = balance_at_pull(line, f, lies, rests, H, V, Va)
         if off >= 0.0 and f.least >= H:
             return slack_pull(f, rests, off), V, Va, True
         if off > 0.0:
@@ -268,33 +255,31 @@ def is_slack(f, pull):
 
 
 @kernel
-def is_on_bed(f, bed):
+def is_on_bed(line, f):
     """Whether the anchor lies on the bed."""
-    return bed > -ON_BED * f.length
+    return line.bed > -ON_BED * f.length
 
 
 @kernel
-def flexibility(pieces, first, last, f, bed, friction, pull):
+def flexibility(line, f, pull):
     """dx/dH, dx/dV, dz/dH, dz/dV [m/N]."""
     H = max(pull.H, f.least)
-    lies = is_on_bed(f, bed)
+    lies = is_on_bed(line, f)
     if lies or pull.touch >= f.length:
-        r = line_reach(pieces, first, last, H, pull.V, lies, friction, 1.0, 0.0)
+        r = line_reach(line, H, pull.V, lies, 1.0, 0.0)
         return r.xH, r.xV, r.zH, r.zV
-    a, b = resting_ends(pieces, first, last, H, pull.V, -pull.anchor_V)
+    a, b = resting_ends(line, H, pull.V, -pull.anchor_V)
     xH = a.xH + b.xH + f.soft - a.soft - b.soft
     if b.zV > 0.0:
         xH -= b.zH * b.zH / b.zV
     return xH, a.xV, a.zH, a.zV
 
 
-@kernel
-def stiffness(pieces, first, last, x, z, bed, friction, pull):
+@root_giving(float, float, float, float)
+def stiffness(line, pull):
     """dH/dx, dH/dz, dV/dx, dV/dz [N/m] of a line with its ``pull``."""
-    f = line_frame(pieces, first, last, x, z)
-    return stiffness_from_flexibility(
-        is_slack(f, pull), *flexibility(pieces, first, last, f, bed, friction, pull)
-    )
+    f = line_frame(line)
+    return stiffness_from_flexibility(is_slack(f, pull), *flexibility(line, f, pull))
 
 
 @kernel
@@ -309,43 +294,43 @@ def stiffness_from_flexibility(slack, xH, xV, zH, zV):
 
 
 @kernel
-def length_rates(pieces, first, last, x, z, bed, friction, pull, k):
+def length_rates(line, pull, k):
     """dH/dL, dV/dL [N/m] by the unstretched length of piece ``k`` of ``pieces``."""
-    f = line_frame(pieces, first, last, x, z)
+    f = line_frame(line)
     H = max(pull.H, f.least)
-    lies = is_on_bed(f, bed)
-    flexible = flexibility(pieces, first, last, f, bed, friction, pull)
+    lies = is_on_bed(line, f)
+    flexible = flexibility(line, f, pull)
     Hx, Hz, Vx, Vz = stiffness_from_flexibility(is_slack(f, pull), *flexible)
     if lies or pull.touch >= f.length:
-        dx, dz = shift_by_length(pieces, first, last, H, pull.V, lies, friction, k)
+        dx, dz = shift_by_length(line, H, pull.V, lies, k)
     else:
-        dx, dz = lengthen_resting(pieces, first, last, H, pull, k)
+        dx, dz = lengthen_resting(line, H, pull, k)
     return -(Hx * dx + Hz * dz), -(Vx * dx + Vz * dz)
 
 
 @kernel
-def hangs_whole(pieces, touch, step, k):
+def hangs_whole(line, touch, step, k):
     """Whether piece k hangs all along, above ``touch`` on the way of ``step``."""
     if k == touch.piece:
-        return touch.part >= pieces[k].length
+        return touch.part >= line.pieces[k].length
     return (touch.piece - k) * step > 0
 
 
 @kernel
-def lengthen_hanging(pieces, start, step, H, V, touch, k):
+def lengthen_hanging(line, step, H, V, touch, k):
     """dx/dL, dz/dL of a hanging part at constant H and V, by the length of a piece that ``hangs
     whole``: what is inserted below it, and what lies deeper with less V."""
     end = touch.piece + step
     dx = dz = 0.0
     below = False
-    i = start
+    i, _ = hang.first_and_stop(line, step)
     while i != end:
-        piece = pieces[i]
+        piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
         if below:
-            s = stretch_span(H, V, piece.weight, length, piece.stiffness, 1.0, 0.0)
-            dx -= pieces[k].weight * s.zH
-            dz -= pieces[k].weight * s.zV
+            s = hang.stretch_span(H, V, piece.weight, length, piece.stiffness, 1.0, 0.0)
+            dx -= line.pieces[k].weight * s.zH
+            dz -= line.pieces[k].weight * s.zV
         V -= piece.weight * length
         if i == k:
             T = sqrt(H * H + V * V)
@@ -353,91 +338,91 @@ def lengthen_hanging(pieces, start, step, H, V, touch, k):
             dz += V / T + V / piece.stiffness
             below = True
         if i != touch.piece:
-            V -= weight_after_piece(pieces, i, step)
+            V -= hang.weight_after_piece(line, i, step)
         i += step
     return dx, dz
 
 
 @kernel
-def shift_by_length(pieces, first, last, H, V, lies, friction, k):
+def shift_by_length(line, H, V, lies, k):
     """dx/dL, dz/dL at constant H and V of a line that hangs or lies up to its anchor."""
     if lies:
-        touch = find_touchdown(pieces, first, last, 1, V)
+        touch = hang.find_touchdown(line, 1, V)
     else:
-        touch = hanging_touchdown(pieces, first, last, 1, V)
+        touch = hang.hanging_touchdown(line, 1, V)
     dx = dz = 0.0
-    if hangs_whole(pieces, touch, 1, k):
-        dx, dz = lengthen_hanging(pieces, first, 1, H, V, touch, k)
+    if hangs_whole(line, touch, 1, k):
+        dx, dz = lengthen_hanging(line, 1, H, V, touch, k)
         if not touch.hangs:
-            behind = pull_at_touchdown(pieces, first, V, touch)
-            _, _, _, live, _, _ = lying_part(pieces, last, H, behind, touch, friction)
-            dx -= pieces[k].weight * friction * live
+            behind = hang.pull_at_touchdown(line, V, touch)
+            _, _, _, live, _, _ = hang.lying_part(line, H, behind, touch)
+            dx -= line.pieces[k].weight * line.friction * live
         return dx, dz
     low = V
-    for i in range(first, k):
-        low -= pieces[i].weight * pieces[i].length + pieces[i].hung
-    low -= pieces[k].weight * pieces[k].length
-    dx = 1.0 + max(H + friction * low, 0.0) / pieces[k].stiffness
-    if k + 1 < last:
-        rest = Touchdown(k + 1, 0.0, 0.0, 0.0, False)
-        _, _, _, live, _, _ = lying_part(pieces, last, H, low - pieces[k].hung, rest, friction)
-        dx -= pieces[k].weight * friction * live
+    for i in range(line.first, k):
+        low -= line.pieces[i].weight * line.pieces[i].length + line.pieces[i].hung
+    low -= line.pieces[k].weight * line.pieces[k].length
+    dx = 1.0 + max(H + line.friction * low, 0.0) / line.pieces[k].stiffness
+    if k + 1 < line.last:
+        rest = hang.Touchdown(k + 1, 0.0, 0.0, 0.0, False)
+        _, _, _, live, _, _ = hang.lying_part(line, H, low - line.pieces[k].hung, rest)
+        dx -= line.pieces[k].weight * line.friction * live
     return dx, dz
 
 
 @kernel
-def lengthen_resting(pieces, first, last, H, pull, k):
+def lengthen_resting(line, H, pull, k):
     """The same of a line that rests on the bed between two hanging parts."""
-    touch = find_touchdown(pieces, first, last, 1, pull.V)
-    if hangs_whole(pieces, touch, 1, k):
-        return lengthen_hanging(pieces, first, 1, H, pull.V, touch, k)
-    touch = find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V)
-    if not hangs_whole(pieces, touch, -1, k):
-        return 1.0 + H / pieces[k].stiffness, 0.0
-    dx, dz = lengthen_hanging(pieces, last - 1, -1, H, -pull.anchor_V, touch, k)
-    b = hanging_reach(pieces, last - 1, -1, H, -pull.anchor_V, touch, 1.0, 0.0)
+    touch = hang.find_touchdown(line, 1, pull.V)
+    if hangs_whole(line, touch, 1, k):
+        return lengthen_hanging(line, 1, H, pull.V, touch, k)
+    touch = hang.find_touchdown(line, -1, -pull.anchor_V)
+    if not hangs_whole(line, touch, -1, k):
+        return 1.0 + H / line.pieces[k].stiffness, 0.0
+    dx, dz = lengthen_hanging(line, -1, H, -pull.anchor_V, touch, k)
+    b = hang.hanging_reach(line, -1, H, -pull.anchor_V, touch, 1.0, 0.0)
     return dx - b.zH * dz / b.zV, 0.0
 
 
 @kernel
-def hanging_energy(pieces, start, step, H, V, touch, depth):
+def hanging_energy(line, step, H, V, touch, depth):
     """Elastic energy and gravity of a hanging part [J], from its lower end up by ``depth``."""
-    r = hanging_reach(pieces, start, step, H, V, touch, 1.0, 0.0)
+    r = hang.hanging_reach(line, step, H, V, touch, 1.0, 0.0)
     energy = H * (r.along + touch.arc) + V * depth
     end = touch.piece + step
-    i = start
+    i, _ = hang.first_and_stop(line, step)
     while i != end:
-        piece = pieces[i]
+        piece = line.pieces[i]
         length = touch.part if i == touch.piece else piece.length
-        energy -= rest_energy(H, V, piece.weight, length, piece.stiffness)
+        energy -= hang.rest_energy(H, V, piece.weight, length, piece.stiffness)
         V -= piece.weight * length
         if i != touch.piece:
-            V -= weight_after_piece(pieces, i, step)
+            V -= hang.weight_after_piece(line, i, step)
         i += step
     return energy
 
 
 @kernel
-def stored_energy(pieces, first, last, x, z, bed, friction, pull):
+def stored_energy(line, pull):
     """Elastic energy and gravity [J] above the height of the anchor. Without friction its gradient
     by (x, z) is (H, V)."""
-    f = line_frame(pieces, first, last, x, z)
+    f = line_frame(line)
     H = max(pull.H, f.least)
     V = pull.V
-    lies = is_on_bed(f, bed)
+    lies = is_on_bed(line, f)
     if not lies and pull.touch >= f.length:
-        touch = hanging_touchdown(pieces, first, last, 1, V)
-        return hanging_energy(pieces, first, 1, H, V, touch, z)
-    touch = find_touchdown(pieces, first, last, 1, V)
+        touch = hang.hanging_touchdown(line, 1, V)
+        return hanging_energy(line, 1, H, V, touch, line.z)
+    touch = hang.find_touchdown(line, 1, V)
     if lies:
-        energy = hanging_energy(pieces, first, 1, H, V, touch, z)
+        energy = hanging_energy(line, 1, H, V, touch, line.z)
         if touch.hangs:
             return energy
-        behind = pull_at_touchdown(pieces, first, V, touch)
-        _, _, elastic, _, _, _ = lying_part(pieces, last, H, behind, touch, friction)
+        behind = hang.pull_at_touchdown(line, V, touch)
+        _, _, elastic, _, _, _ = hang.lying_part(line, H, behind, touch)
         return energy + elastic
-    energy = f.weight * bed + hanging_energy(pieces, first, 1, H, V, touch, z - bed)
-    a, b = resting_ends(pieces, first, last, H, V, -pull.anchor_V)
-    touch = find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V)
-    energy += hanging_energy(pieces, last - 1, -1, H, -pull.anchor_V, touch, -bed)
+    energy = f.weight * line.bed + hanging_energy(line, 1, H, V, touch, line.z - line.bed)
+    a, b = resting_ends(line, H, V, -pull.anchor_V)
+    touch = hang.find_touchdown(line, -1, -pull.anchor_V)
+    energy += hanging_energy(line, -1, H, -pull.anchor_V, touch, -line.bed)
     return energy + 0.5 * H * H * (f.soft - a.soft - b.soft)

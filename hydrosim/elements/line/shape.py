@@ -33,15 +33,7 @@ from __future__ import annotations
 from math import inf, isfinite, nan, sqrt
 from typing import NamedTuple
 
-from hydrosim.elements.line.hang import (
-    find_touchdown,
-    hanging_reach,
-    hanging_touchdown,
-    lying_part,
-    pull_at_touchdown,
-    stretch_span,
-    weight_after_piece,
-)
+from hydrosim.elements.line import hang
 from hydrosim.elements.line.search import (
     ON_BED,
     ZERO_DISTANCE,
@@ -67,100 +59,101 @@ MAX_SLACK_PULL = 0.02  # of the weight: a larger H is far from none
 
 
 @kernel
-def find_profile(pieces, first, last, x, z, bed, friction, pull):
+def find_profile(line, pull):
     """Number of the smooth profile of a line with its ``pull``."""
-    f = line_frame(pieces, first, last, x, z)
+    f = line_frame(line)
     slack = SLACK_CODE if is_slack(f, pull) else 0
     if pull.touch >= f.length:
         return HANGS + slack
-    touch = find_touchdown(pieces, first, last, 1, pull.V)
-    place = PLACE_CODE * place_of(pieces, first, touch, 1)
-    if is_on_bed(f, bed):
+    touch = hang.find_touchdown(line, 1, pull.V)
+    place = PLACE_CODE * place_of(line, touch, 1)
+    if is_on_bed(line, f):
         return LIES + slack + (DEAD_CODE if pull.dead > 0.0 else 0) + place
-    touch = find_touchdown(pieces, last - 1, first - 1, -1, -pull.anchor_V)
-    return RESTS + slack + place + PLACE_CODE * PLACE_CODES * place_of(pieces, first, touch, -1)
+    touch = hang.find_touchdown(line, -1, -pull.anchor_V)
+    return RESTS + slack + place + PLACE_CODE * PLACE_CODES * place_of(line, touch, -1)
 
 
 @kernel
-def place_of(pieces, first, touch, step):
+def place_of(line, touch, step):
     """Where a hanging part ends: 2 i in piece i, 2 i + 1 at the lower end of piece i."""
-    inside = 2 * (touch.piece - first)
-    return inside if touch.part < pieces[touch.piece].length else inside + step
+    inside = 2 * (touch.piece - line.first)
+    return inside if touch.part < line.pieces[touch.piece].length else inside + step
 
 
-@kernel
-def kink_room(pieces, first, last, x, z, bed, friction, pull, profile):
+@root_giving(float)
+def kink_room(line, pull, profile):
     """Least margin of a line to the kinks of a ``profile``, in parts of its length or weight.
     It is positive inside and falls through zero at a kink."""
-    f = line_frame(pieces, first, last, x, z)
-    load = f.load if f.load > 0.0 else pieces[first].stiffness
+    f = line_frame(line)
+    load = f.load if f.load > 0.0 else line.pieces[line.first].stiffness
     kind = profile % SLACK_CODE
     place = profile // PLACE_CODE % PLACE_CODES
     if kind == HANGS:
-        return hanging_room(pieces, first, last, f, bed, pull, load)
-    least = place_room(pieces, first, first, 1, pull.V, place) / load
+        return hanging_room(line, f, pull, load)
+    least = place_room(line, 1, pull.V, place) / load
     if kind == RESTS:
         other = profile // (PLACE_CODE * PLACE_CODES)
-        least = min(least, place_room(pieces, first, last - 1, -1, -pull.anchor_V, other) / load)
-        least = min(least, resting_room(pieces, first, last, f, bed, pull))
-    elif friction > 0.0:
-        left = pull.H / friction + pull.V - f.weight
+        least = min(least, place_room(line, -1, -pull.anchor_V, other) / load)
+        least = min(least, resting_room(line, f, pull))
+    elif line.friction > 0.0:
+        left = pull.H / line.friction + pull.V - f.weight
         least = min(least, (-left if profile & DEAD_CODE else left) / load)
     more = 1.0  # far from slack, whose room costs a search
     if pull.H / load < MAX_SLACK_PULL:
-        more = slack_room(pieces, first, last, f, bed, kind == RESTS, pull)
+        more = slack_room(line, f, kind == RESTS, pull)
     return min(least, -more if profile & SLACK_CODE else more)
 
 
 @kernel
-def hanging_room(pieces, first, last, f, bed, pull, load):
+def hanging_room(line, f, pull, load):
     """Margin of a line that hangs all along."""
     if f.weight == 0.0 and f.heavy:
         return -f.short / f.length if pull.H > 0.0 else f.short / f.length
-    if is_on_bed(f, bed):
+    if is_on_bed(line, f):
         return (pull.V - f.weight) / load
-    return -resting_room(pieces, first, last, f, bed, pull) if isfinite(bed) else inf
+    return -resting_room(line, f, pull) if isfinite(line.bed) else inf
 
 
 @kernel
-def resting_room(pieces, first, last, f, bed, pull):
+def resting_room(line, f, pull):
     """What the bed carries between two hanging parts, in parts of the weight, or less the height of
     the sag above the bed, in parts of the length."""
     if pull.touch < f.length:
         return (f.weight - pull.V + pull.anchor_V) / f.weight
-    low = lowest_height(pieces, first, last, f.z, max(pull.H, f.least), pull.V)
-    return (bed - low) / f.length
+    low = lowest_height(line, f.z, max(pull.H, f.least), pull.V)
+    return (line.bed - low) / f.length
 
 
 @kernel
-def place_room(pieces, first, start, step, V, place):
-    """How far V at the end ``start`` [N] is from where its hanging part ends elsewhere than at
-    ``place``."""
+def place_room(line, step, V, place):
+    """How far V [N] at the end where the way of ``step`` starts is from where its hanging part ends
+    elsewhere than at ``place``."""
     if step > 0:
-        piece = first + place // 2
+        piece = line.first + place // 2
     else:
-        piece = first + (place + 1) // 2
-    i = start
+        piece = line.first + (place + 1) // 2
+    i, _ = hang.first_and_stop(line, step)
     while i != piece:
-        V -= pieces[i].weight * pieces[i].length + weight_after_piece(pieces, i, step)
+        piece_weight = line.pieces[i].weight * line.pieces[i].length
+        V -= piece_weight + hang.weight_after_piece(line, i, step)
         i += step
-    low = V - pieces[piece].weight * pieces[piece].length
+    low = V - line.pieces[piece].weight * line.pieces[piece].length
     if place % 2 == 0:
         return min(V, -low)
-    return min(low, weight_after_piece(pieces, piece, step) - low)
+    return min(low, hang.weight_after_piece(line, piece, step) - low)
 
 
 @kernel
-def slack_room(pieces, first, last, f, bed, rests, pull):
+def slack_room(line, f, rests, pull):
     """By how much the ends are farther apart than the line reaches without a pull, in parts of its
     length."""
-    if last == first + 1:
-        piece = pieces[first]
-        reached = f.length - hanging_down(piece, f.z - min(bed, 0.0) if rests else f.z)
+    if line.last == line.first + 1:
+        piece = line.pieces[line.first]
+        reached = f.length - hanging_down(piece, f.z - min(line.bed, 0.0) if rests else f.z)
         if rests:
-            reached -= hanging_down(piece, -bed)
+            reached -= hanging_down(piece, -line.bed)
         return (f.x - reached) / f.length
-    return -reach_of_slack(pieces, first, last, f, bed, rests, pull.V) / f.length
+    return -reach_of_slack(line, f, rests, pull.V) / f.length
 
 
 @kernel
@@ -171,30 +164,32 @@ def hanging_down(piece, depth):
 
 
 @root_giving(float)
-def reach_of_slack(pieces, first, last, f, bed, rests, V):
+def reach_of_slack(line, f, rests, V):
     """The distance that a line reaches without pull, less x [m]."""
-    lies = not rests
-    off, _, _, _ = balance_at_pull(pieces, first, last, f, bed, lies, rests, 0.0, f.least, V, 0.0)
+    smooth = hang.SuspendedLine(
+        line.pieces, line.first, line.last, line.x, line.z, line.bed, friction=0.0
+    )
+    off, _, _, _ = balance_at_pull(smooth, f, not rests, rests, f.least, V, 0.0)
     return off
 
 
 @kernel
-def lowest_height(pieces, first, last, z, H, V):
+def lowest_height(line, z, H, V):
     """Height above the anchor of the lowest place between the ends of a line that hangs; inf if
     there is none lower than its neighbours."""
     height = z
     least = inf
-    for i in range(first, last):
-        piece = pieces[i]
+    for i in range(line.first, line.last):
+        piece = line.pieces[i]
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
             part = V / piece.weight
-            s = stretch_span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(H, V, piece.weight, part, piece.stiffness, 1.0, 0.0)
             least = min(least, height - s.across)
-        s = stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        s = hang.stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
         height -= s.across
         V = low
-        if i + 1 < last:
+        if i + 1 < line.last:
             V -= piece.hung
             if low >= 0.0 and V < 0.0:
                 least = min(least, height)
@@ -249,53 +244,55 @@ def no_solution(reason):
 
 
 @kernel
-def solve(pieces, first, last, x, z, bed, friction, H, V):
-    """The `LinePull` of the line of ``pieces`` from ``first`` to before ``last``, in order from the
-    fairlead. ``x`` >= 0 is the horizontal distance of its ends, ``z`` the height of the fairlead
-    above the anchor [m]. ``bed`` <= 0 is the height of the seabed above the anchor [m], or -inf;
-    ``friction`` is its coefficient. H and V are a guess; there is none if H is nan or negative."""
-    f = line_frame(pieces, first, last, x, z)
+def solve(line, H, V):
+    """The `LinePull` of a `SuspendedLine`. H and V are a guess; there is none if H is nan or
+    negative."""
+    f = line_frame(line)
     near = ON_BED * f.length
-    if bed > near:
+    if line.bed > near:
         return no_solution(BURIED)
-    if z < bed - near:
+    if line.z < line.bed - near:
         return no_solution(BELOW)
-    lies = is_on_bed(f, bed)
+    lies = is_on_bed(line, f)
     if not (H >= 0.0 and isfinite(V)):
         H = -1.0
         V = max(f.weight, 0.0)
-    if lies or not isfinite(bed):
-        return hang_or_lie(pieces, first, last, f, lies, friction, H, V)
-    if f.heavy and H > 0.0 and V + guess_below(pieces[last - 1], H, -bed) < f.weight:
-        p = rest_on_bed(pieces, first, last, f, bed, H, V)
+    if lies or not isfinite(line.bed):
+        return hang_or_lie(line, f, lies, H, V)
+    if (
+        f.heavy
+        and H > 0.0
+        and V + guess_vertical_pull(line.pieces[line.last - 1], H, -line.bed) < f.weight
+    ):
+        p = rest_on_bed(line, f, H, V)
         if p.V - p.anchor_V <= f.weight:
             return p
-    p = hang_or_lie(pieces, first, last, f, False, 0.0, H, V)
-    loose = p.H == 0.0 and x > 0.0 and f.load > 0.0
+    p = hang_or_lie(line, f, False, H, V)
+    loose = p.H == 0.0 and line.x > 0.0 and f.load > 0.0
     if not p.converged:
         return p
-    if not loose and lowest_height(pieces, first, last, z, max(p.H, f.least), p.V) >= bed:
+    if not loose and lowest_height(line, line.z, max(p.H, f.least), p.V) >= line.bed:
         return p
     if not f.heavy:
         return no_solution(TWICE)
-    q = rest_on_bed(pieces, first, last, f, bed, p.H, p.V)
+    q = rest_on_bed(line, f, p.H, p.V)
     return no_solution(LOOSE) if loose and q.V - q.anchor_V > f.weight else q
 
 
 @kernel
-def rebuild_pull(pieces, first, last, x, z, bed, friction, H, V):
+def rebuild_pull(line, H, V):
     """The `LinePull` of a line that `solve` has given H and V between these ends. It has not
     converged if they do not say enough, as for a line that may rest on the bed between two hanging
     parts."""
-    f = line_frame(pieces, first, last, x, z)
-    lies = is_on_bed(f, bed)
-    if not (H >= 0.0 and f.heavy) or (isfinite(bed) and not lies):
+    f = line_frame(line)
+    lies = is_on_bed(line, f)
+    if not (H >= 0.0 and f.heavy) or (isfinite(line.bed) and not lies):
         return no_solution(NO_PULL_FOUND)
-    return pull_of(pieces, first, last, f, lies, friction, H, V)
+    return pull_of(line, f, lies, H, V)
 
 
 @kernel
-def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
+def hang_or_lie(line, f, lies, H, V):
     """The `LinePull` of a line that hangs all along or ``lies`` from some place on to its anchor.
 
     Of a line of which a part floats, several places to lie may balance. One at most is on the bed
@@ -304,31 +301,31 @@ def hang_or_lie(pieces, first, last, f, lies, friction, H, V):
     has_converged = False
     reason = NO_PULL_FOUND if f.heavy else FLOATS
     if H > 0.0:
-        H1, V1, has_converged = newton_pull(pieces, first, last, f, lies, friction, H, V)
+        H1, V1, has_converged = newton_pull(line, f, lies, H, V)
         if has_converged and lies and not f.heavy:
-            reason = refusal_code(pieces, first, last, f, H1, V1)
+            reason = refusal_code(line, f, H1, V1)
             has_converged = reason == SOLVED
     if not has_converged:
-        H1, V1, has_converged = search_pull(pieces, first, last, f, lies, friction, H, V)
+        H1, V1, has_converged = search_pull(line, f, lies, H, V)
         if has_converged and lies and not f.heavy:
-            reason = refusal_code(pieces, first, last, f, H1, V1)
+            reason = refusal_code(line, f, H1, V1)
             has_converged = reason == SOLVED
     if not has_converged and lies and not f.heavy:
-        H1, V1, has_converged = search_pull(pieces, first, last, f, False, 0.0, H, V)
-        has_converged &= hanging_touchdown(pieces, first, last, 1, V1).hangs
-        has_converged = has_converged and refusal_code(pieces, first, last, f, H1, V1) == SOLVED
+        H1, V1, has_converged = search_pull(line, f, False, H, V)
+        has_converged &= hang.hanging_touchdown(line, 1, V1).hangs
+        has_converged = has_converged and refusal_code(line, f, H1, V1) == SOLVED
     if not has_converged:
         return no_solution(reason)
-    return pull_of(pieces, first, last, f, lies, friction, H1, V1)
+    return pull_of(line, f, lies, H1, V1)
 
 
 @kernel
-def search_pull(pieces, first, last, f, lies, friction, H, V):
+def search_pull(line, f, lies, H, V):
     """H and V by a search from a guess, refined by Newton's method, and whether they were found."""
-    H, V, _, has_converged = search(pieces, first, last, f, 0.0, lies, False, friction, H, V, 0.0)
+    H, V, _, has_converged = search(line, f, lies, False, H, V, 0.0)
     if not has_converged:
         return H, V, False
-    H1, V1, better = newton_pull(pieces, first, last, f, lies, friction, H, V)
+    H1, V1, better = newton_pull(line, f, lies, H, V)
     if better:
         return H1, V1, True
     if H == 0.0 and abs(V) <= 1e3 * f.least:  # slack and weightless
@@ -337,39 +334,39 @@ def search_pull(pieces, first, last, f, lies, friction, H, V):
 
 
 @kernel
-def pull_of(pieces, first, last, f, lies, friction, H, V):
+def pull_of(line, f, lies, H, V):
     """The `LinePull` of a line that hangs or ``lies`` from some place on, with H and V."""
     if not lies or f.load == 0.0:
-        end = hanging_touchdown(pieces, first, last, 1, V)
+        end = hang.hanging_touchdown(line, 1, V)
         return LinePull(H, V, end.V, H, f.length, 0.0, True, SOLVED)
-    touch = find_touchdown(pieces, first, last, 1, V)
+    touch = hang.find_touchdown(line, 1, V)
     if touch.hangs:
         return LinePull(H, V, touch.V, H, f.length, 0.0, True, SOLVED)
-    behind = pull_at_touchdown(pieces, first, V, touch)
-    _, _, _, _, tension, dead = lying_part(pieces, last, H, behind, touch, friction)
+    behind = hang.pull_at_touchdown(line, V, touch)
+    _, _, _, _, tension, dead = hang.lying_part(line, H, behind, touch)
     return LinePull(H, V, 0.0, tension, touch.arc, dead, True, SOLVED)
 
 
 @kernel
-def rest_on_bed(pieces, first, last, f, bed, H, V):
+def rest_on_bed(line, f, H, V):
     """The `LinePull` of a line that rests on the bed between two hanging parts."""
-    Va = guess_below(pieces[last - 1], H, -bed)
+    Va = guess_vertical_pull(line.pieces[line.last - 1], H, -line.bed)
     has_converged = False
     if H > 0.0:
-        H, V, Va, has_converged = iterate_resting(pieces, first, last, f, bed, H, V, Va)
+        H, V, Va, has_converged = iterate_resting(line, f, H, V, Va)
     if not has_converged:
-        H, V, Va, has_converged = search(pieces, first, last, f, bed, True, True, 0.0, H, V, Va)
+        H, V, Va, has_converged = search(line, f, True, True, H, V, Va)
         if not has_converged:
             return no_solution(NO_PULL_FOUND)
-    touch = find_touchdown(pieces, first, last, 1, V)
+    touch = hang.find_touchdown(line, 1, V)
     return LinePull(H, V, -Va, H, touch.arc, 0.0, True, SOLVED)
 
 
 @kernel
-def newton_pull(pieces, first, last, f, lies, friction, H, V):
+def newton_pull(line, f, lies, H, V):
     """H and V by Newton's method, and whether it converged."""
     for _ in range(MAX_WARM_STEPS):
-        r = line_reach(pieces, first, last, H, V, lies, friction, f.ex, f.ez)
+        r = line_reach(line, H, V, lies, f.ex, f.ez)
         along = r.along + f.short
         x = f.ex * along - f.ez * r.across
         z = f.ez * along + f.ex * r.across
@@ -390,7 +387,7 @@ def newton_pull(pieces, first, last, f, lies, friction, H, V):
 
 
 @kernel
-def guess_below(piece, H, depth):
+def guess_vertical_pull(piece, H, depth):
     """V at the upper end of a single piece that comes to lie at ``depth`` below it."""
     H = max(H, 0.0)
     energy = piece.weight * depth
@@ -400,14 +397,14 @@ def guess_below(piece, H, depth):
 
 
 @kernel
-def iterate_resting(pieces, first, last, f, bed, H, V, Va):
+def iterate_resting(line, f, H, V, Va):
     """H, V and Va by Newton's method, and whether it converged."""
     for _ in range(MAX_WARM_STEPS):
-        a, b = resting_ends(pieces, first, last, H, V, Va)
+        a, b = resting_ends(line, H, V, Va)
         flat = f.soft - a.soft - b.soft
         x = f.length - f.x + a.along + b.along + flat * H
-        z = a.across - (f.z - bed)
-        za = b.across + bed
+        z = a.across - (f.z - line.bed)
+        za = b.across + line.bed
         slope = a.xH + b.xH + flat - a.zH * a.zH / a.zV - b.zH * b.zH / b.zV
         dH = -(x - a.zH * z / a.zV - b.zH * za / b.zV) / slope
         dV = -(z + a.zH * dH) / a.zV
@@ -428,28 +425,28 @@ def iterate_resting(pieces, first, last, f, bed, H, V, Va):
 
 
 @kernel
-def refusal_code(pieces, first, last, f, H, V):
+def refusal_code(line, f, H, V):
     """Why a line of which something floats cannot lie as found: a key of `REASONS`, or 0."""
-    touch = find_touchdown(pieces, first, last, 1, V)
-    r = hanging_reach(pieces, first, 1, max(H, f.least), V, touch, 1.0, 0.0)
+    touch = hang.find_touchdown(line, 1, V)
+    r = hang.hanging_reach(line, 1, max(H, f.least), V, touch, 1.0, 0.0)
     if abs(r.across - f.z) > ZERO_DISTANCE * f.length:
         return FLOATS
-    for i in range(touch.piece, last):
-        lying = touch.part < pieces[i].length if i == touch.piece else True
-        if not touch.hangs and lying and pieces[i].weight < 0.0:
+    for i in range(touch.piece, line.last):
+        lying = touch.part < line.pieces[i].length if i == touch.piece else True
+        if not touch.hangs and lying and line.pieces[i].weight < 0.0:
             return FLOATS
-        if not touch.hangs and i + 1 < last and pieces[i].hung < 0.0:
+        if not touch.hangs and i + 1 < line.last and line.pieces[i].hung < 0.0:
             return FLOATS
     height = f.z
     H = max(H, f.least)
-    for i in range(first, touch.piece):
-        piece = pieces[i]
+    for i in range(line.first, touch.piece):
+        piece = line.pieces[i]
         low = V - piece.weight * piece.length
         if V > 0.0 and low < 0.0:
-            s = stretch_span(H, V, piece.weight, V / piece.weight, piece.stiffness, 1.0, 0.0)
+            s = hang.stretch_span(H, V, piece.weight, V / piece.weight, piece.stiffness, 1.0, 0.0)
             if height - s.across < 0.0:
                 return TWICE
-        s = stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
+        s = hang.stretch_span(H, V, piece.weight, piece.length, piece.stiffness, 1.0, 0.0)
         height -= s.across
         if height < 0.0:
             return TWICE

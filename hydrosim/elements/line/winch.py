@@ -32,6 +32,7 @@ import numpy as np
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     LINEARISATION_DEPTH,
+    WINCH_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -354,29 +355,29 @@ def _delay_state(winch, p):
 
 
 @root
-def add_force(t, y, modes, motion, bodies, p, wrench, rate, dy):
+def add_force(t, y, modes, motion, bodies, p, loads):
     """Add the force [N, N m] of every winch to its row of ``wrench``, and the power [W] that it
     takes to ``rate``; the rates of its states into ``dy``, in place."""
     for i in range(p.each.size):
         winch = p.each[i]
         mode = modes[p.mode + i]
         k = p.state + WINCH_STATES * i
-        clear(dy[k : k + WINCH_STATES])
+        clear(loads.dy[k : k + WINCH_STATES])
         if winch.delay != NO_INDEX:
             rise, _ = _rise_of_point(winch, motion, bodies)
-            drum.add_rates(rise, winch.factors, y, _delay_state(winch, p), dy)
+            drum.add_rates(rise, winch.factors, y, _delay_state(winch, p), loads.dy)
         w = kinematics(i, t, y, modes, motion, bodies, p)
-        dy[k + WIRE_LENGTH] = w.speed
+        loads.dy[k + WIRE_LENGTH] = w.speed
         if mode[MODE] == DRUM_INACTIVE:
             continue
         lost = drum.friction_loss(winch.drum, w.speed)
-        dy[k + DRUM_SPEED] = drum.drum_acceleration(winch.drum, mode[MODE])
-        dy[k + DRIVE_WORK] = w.tension * w.speed - lost
-        dy[k + DRUM_FRICTION] = lost
+        loads.dy[k + DRUM_SPEED] = drum.drum_acceleration(winch.drum, mode[MODE])
+        loads.dy[k + DRIVE_WORK] = w.tension * w.speed - lost
+        loads.dy[k + DRUM_FRICTION] = lost
         strain = w.elastic / winch.stiffness
-        rate[winch.row] += (w.tension - w.elastic) * w.rate
-        rate[winch.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
-        apply_tension(winch, w, w.tension, wrench[winch.row])
+        loads.rate[winch.row] += (w.tension - w.elastic) * w.rate
+        loads.rate[winch.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
+        apply_tension(winch, w, w.tension, loads.wrench[winch.row])
 
 
 @root
@@ -469,9 +470,7 @@ def transition(i, which, t, y, modes, motion, bodies, p):
             mode[MODE] = drum.stop_at_end(winch.drum, before, w.length)
         else:
             taut = mode[SEGMENT] == WIRE_TAUT
-            mode[MODE] = drum.next_mode(
-                winch.drum, before, w.pull, taut, w.tension, w.speed, w.length, w.target, w.demand
-            )
+            mode[MODE] = drum.next_mode(winch.drum, before, taut, w)
             _place_drum(winch, mode[MODE], w, y, k)
         _keep_speed(winch.drum, mode[MODE], y, k)
 
@@ -568,6 +567,8 @@ DELAY = tuple(f"delay {k + 1}" for k in range(drum.DELAY_STATES))
 
 class WinchKind(KindWithModeSets):
     unit = "winch"
+    code = WINCH_UNIT
+    outputs = WINCH_OUTPUTS
     variables: ClassVar = {
         "winch_tension": Variable("tension of the wire", "N", "from the point to the anchor"),
         "winch_length": Variable("length of wire off the drum, without load", "m"),
@@ -673,7 +674,7 @@ class WinchKind(KindWithModeSets):
                     1.0 + LINEARISATION_DEPTH / max(distance, LINEARISATION_DEPTH)
                 )
                 winch["stiffness"] *= winch["pinned"] / max(
-                    _shortest(winch, p), LINEARISATION_DEPTH
+                    _shortest_wire(winch, p), LINEARISATION_DEPTH
                 )
         return p._replace(each=constants)
 
@@ -717,7 +718,7 @@ def _line_of_winch(winch: Any, bodies: Any, motion: Any) -> Any:
     return line_between(*ends, bodies, motion)
 
 
-def _shortest(winch: np.void, p: WinchConstants) -> float:
+def _shortest_wire(winch: np.void, p: WinchConstants) -> float:
     """The shortest length off the drum [m] that a winch may have."""
     if winch["drum"]["control"] == LENGTH_CONTROL:
         signal = winch["signal"]

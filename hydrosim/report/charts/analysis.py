@@ -97,7 +97,7 @@ def draw_line(
     save_picture(figure, output, dpi=100)
 
 
-def _way(response: LineResponse) -> str:
+def _offset_text(response: LineResponse) -> str:
     return "upward" if response.up else "away from the anchor"
 
 
@@ -124,7 +124,7 @@ def _draw_profiles_at_offsets(
     axis.plot(0.0, 0.0, "k^", markersize=5)
     axis.set_xlabel(axis_label("distance from the anchor", length.unit))
     axis.set_ylabel(axis_label("height above the anchor", length.unit))
-    axis.legend(frameon=False, fontsize="small", title=f"offset {_way(response)}")
+    axis.legend(frameon=False, fontsize="small", title=f"offset {_offset_text(response)}")
     axis.grid(alpha=0.3)
 
 
@@ -137,7 +137,7 @@ def _draw_pull(axis: Axes, response: LineResponse, units: Units) -> None:
         "anchor tension": response.anchor,
     }
     for k, (name, values) in enumerate(series.items()):
-        _plot(axis, response, force.factor * values, units, COLOURS[k], name)
+        _plot_response(axis, response, force.factor * values, units, COLOURS[k], name)
     axis.get_lines()[-1].set_linestyle("--")  # on the bed it is the horizontal pull
     axis.set_ylabel(axis_label("force", force.unit))
     axis.legend(frameon=False, fontsize="small")
@@ -145,10 +145,14 @@ def _draw_pull(axis: Axes, response: LineResponse, units: Units) -> None:
 
 def _draw_stiffness(axis: Axes, response: LineResponse, units: Units) -> None:
     stiffness, length = units.display_unit("N/m"), units.display_unit("m")
-    _plot(axis, response, stiffness.factor * response.stiffness, units, COLOURS[0], "stiffness")
+    _plot_response(
+        axis, response, stiffness.factor * response.stiffness, units, COLOURS[0], "stiffness"
+    )
     axis.set_ylabel(axis_label("stiffness", stiffness.unit))
     beside = axis.twinx()
-    _plot(beside, response, length.factor * response.grounded, units, COLOURS[1], "grounded length")
+    _plot_response(
+        beside, response, length.factor * response.grounded, units, COLOURS[1], "grounded length"
+    )
     beside.set_ylabel(axis_label("grounded length", length.unit))
     beside.grid(visible=False)
     lines = [*axis.get_lines(), *beside.get_lines()]
@@ -156,12 +160,12 @@ def _draw_stiffness(axis: Axes, response: LineResponse, units: Units) -> None:
     axis.legend(lines, names, loc="upper center", frameon=False, fontsize="small")
 
 
-def _plot(
+def _plot_response(
     axis: Axes, response: LineResponse, values: np.ndarray, units: Units, colour: str, name: str
 ) -> None:
     length = units.display_unit("m")
     axis.plot(length.factor * response.offsets, values, color=colour, linewidth=1.3, label=name)
-    axis.set_xlabel(axis_label(f"offset {_way(response)}", length.unit))
+    axis.set_xlabel(axis_label(f"offset {_offset_text(response)}", length.unit))
     axis.grid(alpha=0.3)
 
 
@@ -180,14 +184,14 @@ def draw_loading(
     rows = figure.subplots(len(conditions), 3, squeeze=False)
     for condition, row in zip(conditions, rows, strict=True):
         for axis, (i, j) in zip(row, ((0, 2), (0, 1), (1, 2)), strict=True):
-            _draw(condition, i, j, axis)
+            _draw_condition(condition, i, j, axis)
             _label_section(axis, i, j, units.display_unit("m"))
         row[0].set_title(f"{condition.body.name} at {time:g} s")
     rows[0, 0].legend(frameon=False, fontsize="small")
     save_picture(figure, output, dpi=100)
 
 
-def _draw(condition: Condition, i: int, j: int, axis: Axes) -> None:
+def _draw_condition(condition: Condition, i: int, j: int, axis: Axes) -> None:
     for state in condition.tanks:
         _draw_tank(state, i, j, axis)
     for loading, marker, label in (
@@ -216,7 +220,7 @@ def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
     if isinstance(shape, TankTable):
         at = shape.centroid[int(np.searchsorted(shape.level, state.level) % len(shape.level))]
         axis.plot(at[i], at[j], "s", color=FLUID)
-        _label(state, at[i], at[j], j, axis)
+        _label_condition(state, at[i], at[j], j, axis)
         return
     low, high = np.array(shape.low), np.array(shape.high)
     size = high - low
@@ -224,7 +228,7 @@ def _draw_tank(state: TankState, i: int, j: int, axis: Axes) -> None:
     axis.bar(low[i], filled, size[i], low[j], align="edge", color=FLUID, alpha=0.4)
     axis.bar(low[i], size[j], size[i], low[j], align="edge", fill=False, edgecolor=WALL)
     x, y = (0.5 * (low + high))[[i, j]]
-    _label(state, x, y, j, axis)
+    _label_condition(state, x, y, j, axis)
 
 
 def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes) -> None:
@@ -236,10 +240,10 @@ def _draw_mesh(corners: np.ndarray, state: TankState, i: int, j: int, axis: Axes
         axis.add_collection(shown)
     axis.autoscale_view()
     x, y = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))[[i, j]]
-    _label(state, x, y, j, axis)
+    _label_condition(state, x, y, j, axis)
 
 
-def _label(state: TankState, x: float, y: float, j: int, axis: Axes) -> None:
+def _label_condition(state: TankState, x: float, y: float, j: int, axis: Axes) -> None:
     """Write name and filling in the view from above, where tanks do not hide each other."""
     if j == 1:
         text = f"{state.tank.name}\n{100.0 * state.filled:.0f} %"

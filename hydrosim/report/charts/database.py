@@ -66,9 +66,9 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
     """Draw added mass, damping, amplitude and phase of the excitation, and mean drift. The suffix
     of the file name is the format. The file appears under its name when it is complete."""
     columns = [_Column(db, body, dofs) for body in range(db.bodies) for dofs in DOF_RANGES]
-    rows = [_added_mass, _damping]
-    rows += [_amplitude, _phase] if db.heading.size else []
-    rows += [_drift] if db.mean_drift is not None else []
+    rows = [_added_mass, _draw_damping]
+    rows += [_draw_amplitude, _draw_phase] if db.heading.size else []
+    rows += [_draw_drift] if db.mean_drift is not None else []
     figure = Figure(
         (TABLE_PANEL_WIDTH_INCH * len(columns), TABLE_PANEL_HEIGHT_INCH * len(rows) + 0.6),
         DPI,
@@ -79,7 +79,7 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
     for column, of_column in zip(columns, axes.T, strict=True):
         for draw, axis in zip(rows, of_column, strict=True):
             draw(column, axis)
-            _finish(axis)
+            _finish_axis(axis)
         of_column[0].set_title(column.title)
         of_column[-1].set_xlabel("wave frequency [rad/s]")
     axes[0, 0].set_xlim(0.0, db.frequency[-1])
@@ -90,59 +90,61 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
 
 
 def _added_mass(column: _Column, axis: Axes) -> None:
-    lines = _diagonals(column, column.db.added_mass)
-    _plot(column, axis, "added mass", column.unit("kg", "kg m^2"), lines)
-    _logarithmic(axis, lines)
+    lines = _diagonal_lines(column, column.db.added_mass)
+    _plot_lines(column, axis, "added mass", column.unit("kg", "kg m^2"), lines)
+    _set_logarithmic(axis, lines)
 
 
-def _damping(column: _Column, axis: Axes) -> None:
-    lines = _diagonals(column, column.db.radiation_damping)
-    _plot(column, axis, "radiation damping", column.unit("N s/m", "N m s/rad"), lines)
-    _logarithmic(axis, lines)
+def _draw_damping(column: _Column, axis: Axes) -> None:
+    lines = _diagonal_lines(column, column.db.radiation_damping)
+    _plot_lines(column, axis, "radiation damping", column.unit("N s/m", "N m s/rad"), lines)
+    _set_logarithmic(axis, lines)
 
 
-def _amplitude(column: _Column, axis: Axes) -> None:
-    loads = _excitation(column).items()
+def _draw_amplitude(column: _Column, axis: Axes) -> None:
+    loads = _excitation_lines(column).items()
     lines = {name: (np.abs(load), colour, dash) for name, (load, colour, dash) in loads}
-    _plot(column, axis, "excitation", column.unit("N/m", "N m/m"), lines)
+    _plot_lines(column, axis, "excitation", column.unit("N/m", "N m/m"), lines)
 
 
-def _phase(column: _Column, axis: Axes) -> None:
+def _draw_phase(column: _Column, axis: Axes) -> None:
     """Phase lead to the crest; NaN without a load."""
     unit, factor = DEFAULT.display_unit("rad")
-    loads = _without_noise(_excitation(column))
+    loads = _drop_noise(_excitation_lines(column))
     for name, (load, colour, dash) in loads.items():
         seen = np.abs(load) > MIN_PHASE_AMPLITUDE * np.abs(load).max()
-        frequency, phase = _broken(column.db.frequency, np.where(seen, np.angle(load), np.nan))
+        frequency, phase = _break_phase_jumps(
+            column.db.frequency, np.where(seen, np.angle(load), np.nan)
+        )
         axis.plot(frequency, factor * phase, dash, color=colour, linewidth=1.2, label=name)
     axis.set_ylabel(axis_label("phase of excitation\nlead to crest", unit))
     axis.set_ylim(-1.03 * factor * np.pi, 1.03 * factor * np.pi)
     axis.yaxis.set_major_locator(MultipleLocator(0.5 * factor * np.pi))
 
 
-def _broken(x: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _break_phase_jumps(x: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Line with a gap wherever the phase jumps by a full turn."""
     jumps = np.flatnonzero(np.abs(np.diff(angle)) > np.pi) + 1
     return np.insert(x, jumps, np.nan), np.insert(angle, jumps, np.nan)
 
 
-def _drift(column: _Column, axis: Axes) -> None:
-    lines = _by_heading(column, np.asarray(column.db.mean_drift))
-    _plot(column, axis, "mean drift", column.unit("N/m^2", "N m/m^2"), lines)
+def _draw_drift(column: _Column, axis: Axes) -> None:
+    lines = _lines_by_heading(column, np.asarray(column.db.mean_drift))
+    _plot_lines(column, axis, "mean drift", column.unit("N/m^2", "N m/m^2"), lines)
 
 
-def _diagonals(column: _Column, matrices: np.ndarray) -> Lines:
+def _diagonal_lines(column: _Column, matrices: np.ndarray) -> Lines:
     values = column.three_dofs(diagonal(matrices))
     return {DOFS[dof]: (values[:, i], COLOURS[i], DASHES[0]) for i, dof in enumerate(column.dofs)}
 
 
-def _excitation(column: _Column) -> Lines:
-    return _by_heading(column, column.db.excitation)
+def _excitation_lines(column: _Column) -> Lines:
+    return _lines_by_heading(column, column.db.excitation)
 
 
-def _by_heading(column: _Column, loads: np.ndarray) -> Lines:
+def _lines_by_heading(column: _Column, loads: np.ndarray) -> Lines:
     lines: Lines = {}
-    for dash, heading in zip(DASHES, _headings(column.db), strict=False):
+    for dash, heading in zip(DASHES, _drawn_headings(column.db), strict=False):
         unit, factor = DEFAULT.display_unit("rad")
         to = f"{factor * column.db.heading[heading]:.0f} {unit}"
         for i, dof in enumerate(column.dofs):
@@ -151,12 +153,12 @@ def _by_heading(column: _Column, loads: np.ndarray) -> Lines:
     return lines
 
 
-def _headings(db: HydroDatabase) -> Iterator[int]:
+def _drawn_headings(db: HydroDatabase) -> Iterator[int]:
     nearest = [int(np.abs(np.degrees(db.heading) - wanted).argmin()) for wanted in HEADINGS]
     yield from dict.fromkeys(nearest)
 
 
-def _without_noise(lines: Lines) -> Lines:
+def _drop_noise(lines: Lines) -> Lines:
     """Lines that are not noise."""
     largest = max(np.abs(values).max() for values, *_ in lines.values())
     return {
@@ -166,18 +168,18 @@ def _without_noise(lines: Lines) -> Lines:
     }
 
 
-def _plot(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
-    lines = _without_noise(lines)
+def _plot_lines(column: _Column, axis: Axes, what: str, unit: str, lines: Lines) -> None:
+    lines = _drop_noise(lines)
     unit, factor = COEFFICIENT_UNITS.display_unit(unit)
     largest = max((np.abs(values).max() for values, *_ in lines.values()), default=1.0)
     power = 3 * floor(log10(factor * largest) / 3)
     for name, (values, colour, dash) in lines.items():
         scaled = factor * values / 10.0**power
         axis.plot(column.db.frequency, scaled, dash, color=colour, linewidth=1.2, label=name)
-    axis.set_ylabel(f"{what}\n[{_times(power)}{unit}]")
+    axis.set_ylabel(f"{what}\n[{_power_of_ten_text(power)}{unit}]")
 
 
-def _logarithmic(axis: Axes, lines: Lines) -> None:
+def _set_logarithmic(axis: Axes, lines: Lines) -> None:
     """Whether a logarithmic axis would hide only noise of every line."""
     largest = max(values.max() for values, *_ in lines.values())
     if (
@@ -188,11 +190,11 @@ def _logarithmic(axis: Axes, lines: Lines) -> None:
         axis.set_ylim(bottom=max(axis.get_ylim()[0], axis.get_ylim()[1] / LOG_PANEL_RANGE))
 
 
-def _times(power: int) -> str:
+def _power_of_ten_text(power: int) -> str:
     return "" if power == 0 else f"$10^{{{power}}}$ "
 
 
-def _finish(axis: Axes) -> None:
+def _finish_axis(axis: Axes) -> None:
     axis.grid(alpha=0.3)
     axis.spines[["top", "right"]].set_visible(False)
     if axis.get_legend_handles_labels()[1]:

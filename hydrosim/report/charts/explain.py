@@ -24,8 +24,8 @@ from hydrosim.report.charts.panels import (
     STYLES,
     Panel,
     axis_label,
-    bands,
     lines,
+    mode_strips,
     picture,
     thin_records,
     wrap_title,
@@ -54,7 +54,7 @@ def draw_explained(
     """Draw a run, or many runs, with its ``explanations``."""
     if "run" in explanations.dims:
         units = units_of(run.attrs)
-        figure = _of_runs(explanations, body, direction, units)
+        figure = _draw_runs(explanations, body, direction, units)
         title = ", ".join(part for part in (str(run.attrs.get("title", "")), name) if part)
         means = f"means over {explanations.sizes['run']} runs with intervals of 90 %"
         figure.suptitle(
@@ -63,7 +63,7 @@ def draw_explained(
             )
         )
         return save_picture(figure, output, dpi=100)
-    panels = [*_pushes(run, body, direction), *_contacts(run, DIRECTION_AXES[direction])]
+    panels = [*_push_panels(run, body, direction), *_contact_panels(run, DIRECTION_AXES[direction])]
     figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
     for axis in figure.axes:
         for end in np.unique(
@@ -73,7 +73,7 @@ def draw_explained(
     return save_picture(figure, output)
 
 
-def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
+def _push_panels(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     """Panels of the position of the body, and of the impulses of all forces on it."""
     units = units_of(run.attrs)
     time = run.time.values
@@ -86,7 +86,7 @@ def _pushes(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
         yield lines(time, "impulses", units.display_unit("N s"), pushes)
 
 
-def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
+def _contact_panels(run: xr.Dataset, axis: str) -> Iterator[Panel]:
     """Panels for each group: impulses of friction, displacement of its points in each mode, and
     modes."""
     if "contact_friction" not in run:
@@ -111,10 +111,12 @@ def _contacts(run: xr.Dataset, axis: str) -> Iterator[Panel]:
         moved = group_forces.contact_moved.mean("fender")
         moved_by_mode = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
         yield lines(time, f"moved{of}", units.display_unit("m"), moved_by_mode)
-    yield bands(time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values})
+    yield mode_strips(
+        time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values}
+    )
 
 
-def _of_runs(explanations: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
+def _draw_runs(explanations: xr.Dataset, body: str, direction: str, units: Units) -> Figure:
     """Bars of means over runs, of mean forces and, where there are contacts, of friction and
     displacements."""
     force, length = units.display_unit("N"), units.display_unit("m")
@@ -131,11 +133,11 @@ def _of_runs(explanations: xr.Dataset, body: str, direction: str, units: Units) 
     figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
     axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
     for axis, (values, dim, label) in zip(axes, kinds, strict=True):
-        _bars(axis, values, dim, label)
+        _draw_bars(axis, values, dim, label)
     return figure
 
 
-def _bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
+def _draw_bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
     """Draw a group of bars for each stage, with one bar for each entry of ``dim`` that matters."""
     stages = stages_with_values(values)
     shown = significant_entries(values, dim, LITTLE)
@@ -217,7 +219,7 @@ def _draw_channel(
     over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, shown: DisplayUnit
 ) -> None:
     name = result.pair.channel.replace("_", " ").replace(".", ", ")
-    _draw(over, under, time, result, shown.factor)
+    _draw_part(over, under, time, result, shown.factor)
     over.set_title(shorten(f"{name}: {result.verdict}", 110), loc="left", fontsize="medium")
     over.set_ylabel(f"[{shown.unit}]" if shown.unit else "")
     under.set_ylabel(axis_label("difference\n", shown.unit))
@@ -227,11 +229,11 @@ def _close(over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, fac
     count = max(MIN_CLOSE_UP_TIMES, int(CLOSE_UP_FRACTION * time.size))
     first = int(np.searchsorted(time, result.figures.peak_time)) - count // 2
     first = max(min(first, time.size - count), 0)
-    _draw(over, under, time, result, factor, slice(first, first + count))
+    _draw_part(over, under, time, result, factor, slice(first, first + count))
     over.set_title("where it is largest", loc="left", fontsize="small")
 
 
-def _draw(
+def _draw_part(
     over: Axes,
     under: Axes,
     time: np.ndarray,

@@ -116,7 +116,7 @@ def separate_panels(
         yield Panel(partial(_plot_named, time, axis_label(label, shown.unit), line))
 
 
-def bands(time: np.ndarray, modes: Series) -> Panel:
+def mode_strips(time: np.ndarray, modes: Series) -> Panel:
     """A band for each contact point, whose height is divided like the time in each mode."""
     return Panel(
         partial(_plot_bands, time, modes), max(PANEL_HEIGHT_INCH, BAND_HEIGHT_INCH * len(modes))
@@ -213,7 +213,7 @@ def _plot_lines(
     axis.set_ylabel(label if len(label) < MAX_LABEL_LETTERS else fill(label, MAX_LABEL_LETTERS))
     axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)
     if any(line.name for line in drawn):
-        _legend(axis)
+        _add_legend(axis)
 
 
 def _plot_named(time: np.ndarray, label: str, line: _Line, axis: Axes, window: TimeWindow) -> None:
@@ -262,10 +262,10 @@ def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: TimeWindow)
             base = top
     axis.set_yticks(-np.arange(len(modes)), labels=list(modes))
     axis.set_ylim(0.5 - len(modes), 0.5)
-    _legend(axis, "fraction of time in")
+    _add_legend(axis, "fraction of time in")
 
 
-def _legend(axis: Axes, title: str = "") -> None:
+def _add_legend(axis: Axes, title: str = "") -> None:
     """Draw the legend beside the panel, where it hides nothing."""
     columns = -(-len(axis.get_legend_handles_labels()[1]) // MAX_LEGEND_ENTRIES)
     legend = axis.legend(
@@ -322,7 +322,7 @@ def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
     for axis, panel in zip(axes, panels, strict=True):
         panel.draw(axis, frame.window)
         _style_axis(axis, frame)
-    _level(axes)
+    _share_value_ranges(axes)
     _name_phases(grid[0], frame.phases)
     above = 15.0 if frame.phases else 6.0  # points, for the names of phases
     for axis in grid[-1]:
@@ -372,19 +372,21 @@ def _name_phases(top: Sequence[Axes], phases: Sequence[ShadedPhase]) -> None:
                 )
 
 
-def _level(axes: Sequence[Axes]) -> None:
+def _share_value_ranges(axes: Sequence[Axes]) -> None:
     """Give panels with the same label and of similar size the same range of values."""
     for label in {axis.get_ylabel() for axis in axes} - {""}:
-        left = sorted((a for a in axes if a.get_ylabel() == label), key=_reach, reverse=True)
+        left = sorted(
+            (a for a in axes if a.get_ylabel() == label), key=_largest_magnitude, reverse=True
+        )
         while left:
-            least = MIN_SHARE_OF_AXIS * _reach(left[0])
-            alike = [axis for axis in left if _reach(axis) >= least]
+            least = MIN_SHARE_OF_AXIS * _largest_magnitude(left[0])
+            alike = [axis for axis in left if _largest_magnitude(axis) >= least]
             left = left[len(alike) :]
             ends = np.array([axis.get_ylim() for axis in alike])
             for axis in alike:
                 axis.set_ylim(ends.min(), ends.max())
 
 
-def _reach(axis: Axes) -> float:
+def _largest_magnitude(axis: Axes) -> float:
     """Largest magnitude within the range of values of a panel."""
     return float(np.abs(axis.get_ylim()).max())

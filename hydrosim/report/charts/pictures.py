@@ -29,10 +29,10 @@ from hydrosim.report.charts.panels import (
     Series,
     ShadedPhase,
     TimeWindow,
-    bands,
     coarse,
     lines,
     merge_equal_lines,
+    mode_strips,
     peak,
     picture,
     separate_panels,
@@ -52,35 +52,41 @@ MOTION_DOFS = {"displacement": DOFS[:3], "rotation": DOFS[3:]}
 
 def overview(run: xr.Dataset) -> list[Panel]:
     """Panels of the overview."""
-    panels = [*_motions_together(run), *_elevation(run)]
+    panels = [*_motions_together(run), *_elevation_panels(run)]
     if "fender" in run.dims:
-        panels += [_lines(run, "normal force", "N", _by_fender(run, run.fender_normal_force))]
-        panels += [_modes(run), *_crawl(run)]
+        panels += [
+            _line_panel(run, "normal force", "N", _series_by_fender(run, run.fender_normal_force))
+        ]
+        panels += [_mode_panel(run), *_crawl_panels(run)]
     if "spring" in run.dims:
-        panels += _loads(run, "tension", "N", _by_spring(run.spring_tension))
+        panels += _load_panels(run, "tension", "N", _series_by_spring(run.spring_tension))
     for dim in ("line", "winch", "compensator"):
         if dim in run.dims:
-            series = _by_spring(run[f"{dim}_tension"], dim)
-            panels += _loads(run, "tension", "N", series)
-    panels += [*_joint_motions(run), *_by_unit(run, "drive_force", "drive force"), *_links(run)]
-    return [*panels, *_utilisation(run)]
+            series = _series_by_spring(run[f"{dim}_tension"], dim)
+            panels += _load_panels(run, "tension", "N", series)
+    panels += [
+        *_joint_motions(run),
+        *_panels_by_unit(run, "drive_force", "drive force"),
+        *_link_panels(run),
+    ]
+    return [*panels, *_utilisation_panels(run)]
 
 
 def motions(run: xr.Dataset) -> list[Panel]:
     """Panels for each degree of freedom that moves, with all bodies, and for the waves."""
-    single, order = run.sizes["body"] == 1, _labels(run, "body")
+    single, order = run.sizes["body"] == 1, _labels_of_dim(run, "body")
     panels = []
-    for dof, bodies in _moving(run).items():
-        positions = {"" if single else body: _position(run, body, dof) for body in bodies}
-        panels.append(_lines(run, dof, unit_of_dof(dof), positions, [] if single else order))
-    return [*panels, *_elevation(run)]
+    for dof, bodies in _moving_dofs(run).items():
+        positions = {"" if single else body: _position_of_body(run, body, dof) for body in bodies}
+        panels.append(_line_panel(run, dof, unit_of_dof(dof), positions, [] if single else order))
+    return [*panels, *_elevation_panels(run)]
 
 
 def fender_forces(run: xr.Dataset) -> list[Panel]:
     """Panels of the normal force of each contact point, with its friction components beside it."""
     if "fender" not in run.dims:
         return []
-    time, order = run.time.values, _labels(run, "axis")
+    time, order = run.time.values, _labels_of_dim(run, "axis")
     normal = _contact_lines(run, run.fender_normal_force)
     axes = {axis: _contact_lines(run, run.fender_friction.sel(axis=axis)) for axis in order}
     together = {
@@ -93,7 +99,7 @@ def fender_forces(run: xr.Dataset) -> list[Panel]:
         time, "normal force", shown, {name: normal[first] for name, first in merged}
     )
     by_contact = [{axis: values[first] for axis, values in axes.items()} for _, first in merged]
-    right = _components(time, "friction", shown, by_contact)
+    right = _component_panels(time, "friction", shown, by_contact)
     return [panel for row in zip(left, right, strict=True) for panel in row]
 
 
@@ -107,10 +113,16 @@ def contact(run: xr.Dataset) -> list[Panel]:
         "friction loss": ("J", run.fender_dissipated),
     }
     return [
-        _modes(run),
-        *(_lines(run, name, unit, _by_fender(run, x)) for name, (unit, x) in by.items()),
-        *_crawl(run),
-        *(_lines(run, name, unit, _by_fender(run, x)) for name, (unit, x) in then.items()),
+        _mode_panel(run),
+        *(
+            _line_panel(run, name, unit, _series_by_fender(run, x))
+            for name, (unit, x) in by.items()
+        ),
+        *_crawl_panels(run),
+        *(
+            _line_panel(run, name, unit, _series_by_fender(run, x))
+            for name, (unit, x) in then.items()
+        ),
     ]
 
 
@@ -124,21 +136,25 @@ def transfer(run: xr.Dataset) -> list[Panel]:
     taken = run.isel(fender=np.isin(run.fender_group.values, groups))
     gaps = -taken.fender_compression.clip(max=0.0)
     return [
-        _lines(run, "transferred", "1", {g: share.sel(contact_group=g).values for g in groups}),
-        _lines(run, "load", "N", {g: load.sel(contact_group=g).values for g in groups}),
-        _lines(run, "load of each group", "N", _by_fender(taken, taken.fender_normal_force)),
-        _lines(run, "gap", "m", _by_fender(taken, gaps)),
-        *_clearances(run),
+        _line_panel(
+            run, "transferred", "1", {g: share.sel(contact_group=g).values for g in groups}
+        ),
+        _line_panel(run, "load", "N", {g: load.sel(contact_group=g).values for g in groups}),
+        _line_panel(
+            run, "load of each group", "N", _series_by_fender(taken, taken.fender_normal_force)
+        ),
+        _line_panel(run, "gap", "m", _series_by_fender(taken, gaps)),
+        *_clearance_panels(run),
     ]
 
 
 def tensions(run: xr.Dataset) -> list[Panel]:
     """Panels of the tension of each line, all over one range, of the loads of struts and torsion
     springs, of absorbed powers, and of the utilisation of capacities."""
-    links = list(_links(run))
+    links = list(_link_panels(run))
     dims = [dim for dim in ("spring", "line", "winch", "compensator") if dim in run.dims]
     if not dims:
-        return [*links, *_utilisation(run)] if links else []
+        return [*links, *_utilisation_panels(run)] if links else []
     tension: dict[str, np.ndarray] = {}
     for dim in dims:
         tension |= _contact_lines(run, run[f"{dim}_tension"], dim)
@@ -146,7 +162,7 @@ def tensions(run: xr.Dataset) -> list[Panel]:
     return [
         *separate_panels(run.time.values, "tension", shown, tension),
         *links,
-        *_utilisation(run),
+        *_utilisation_panels(run),
     ]
 
 
@@ -154,7 +170,7 @@ def joints(run: xr.Dataset) -> list[Panel]:
     """Panels of the motions of joints, of what acts in them, and of their loads."""
     if "joint" not in run.dims:
         return []
-    acting = _by_unit(run, "joint_motion_force", "spring, damping, stops and friction")
+    acting = _panels_by_unit(run, "joint_motion_force", "spring, damping, stops and friction")
     return [*_joint_motions(run), *acting, *_joint_loads(run)]
 
 
@@ -162,8 +178,11 @@ def tanks(run: xr.Dataset) -> list[Panel]:
     """Panels of tank levels and pump rates."""
     variables = {"tank": ("tank_level", "level", "m"), "pump": ("pump_rate", "pumped", "kg/s")}
     return [
-        _lines(
-            run, label, unit, {name: run[of].sel({dim: name}).values for name in _labels(run, dim)}
+        _line_panel(
+            run,
+            label,
+            unit,
+            {name: run[of].sel({dim: name}).values for name in _labels_of_dim(run, dim)},
         )
         for dim, (of, label, unit) in variables.items()
         if of in run and run.sizes[dim]
@@ -172,7 +191,7 @@ def tanks(run: xr.Dataset) -> list[Panel]:
 
 def energies(run: xr.Dataset) -> list[Panel]:
     """Panels of the energy balance: energy held, work, losses, residual."""
-    panels = [_lines(run, "kinetic energy", "J", {"": run.energy_kinetic.values})]
+    panels = [_line_panel(run, "kinetic energy", "J", {"": run.energy_kinetic.values})]
     for part, label in {"stored": "stored", "work": "work done", "dissipated": "lost"}.items():
         start = f"energy_{part}_"
         stores = {
@@ -180,8 +199,8 @@ def energies(run: xr.Dataset) -> list[Panel]:
             for name in map(str, run.data_vars)
             if name.startswith(start) and run[name].any()
         }
-        panels += [_lines(run, label, "J", stores)] if stores else []
-    return [*panels, _lines(run, "residual", "J", {"": run.energy_residual.values})]
+        panels += [_line_panel(run, label, "J", stores)] if stores else []
+    return [*panels, _line_panel(run, "residual", "J", {"": run.energy_residual.values})]
 
 
 PICTURES: dict[str, Callable[[xr.Dataset], list[Panel]]] = {
@@ -214,25 +233,25 @@ def channels(run: xr.Dataset, chosen: Sequence[str]) -> list[Panel]:
         panels += (
             several
             if len(merge_equal_lines(series)) > MAX_LINES_PER_PANEL
-            else [_lines(run, kind, unit, series)]
+            else [_line_panel(run, kind, unit, series)]
         )
     return panels
 
 
-def _lines(
+def _line_panel(
     run: xr.Dataset, label: str, unit: str, series: Series, order: Sequence[str] = ()
 ) -> Panel:
     """A panel of lines in SI ``unit``, in the unit that the run is read in."""
     return lines(run.time.values, label, units_of(run.attrs).display_unit(unit), series, order)
 
 
-def _loads(run: xr.Dataset, label: str, unit: str, series: Series) -> Iterator[Panel]:
+def _load_panels(run: xr.Dataset, label: str, unit: str, series: Series) -> Iterator[Panel]:
     """Panels of lines; small ones have a panel of their own beside large ones."""
     for group in group_by_size(series):
-        yield _lines(run, label, unit, group, [*series])
+        yield _line_panel(run, label, unit, group, [*series])
 
 
-def _components(
+def _component_panels(
     time: np.ndarray, label: str, shown: DisplayUnit, panels: Sequence[Series]
 ) -> Iterator[Panel]:
     """A panel for each contact or line, with the same components, without components that are small
@@ -248,20 +267,22 @@ def _components(
 
 def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
     """For each body, a panel of all translations and a panel of all rotations."""
-    moving = _moving(run)
-    for body in _labels(run, "body"):
+    moving = _moving_dofs(run)
+    for body in _labels_of_dim(run, "body"):
         for kind, dofs in MOTION_DOFS.items():
             moving_dofs = [dof for dof in dofs if body in moving.get(dof, ())]
             of = f"{body}\n" if run.sizes["body"] > 1 else ""
             if len(moving_dofs) == 1:
-                position = {"": _position(run, body, moving_dofs[0])}
-                yield _lines(run, f"{of}{moving_dofs[0]}", unit_of_dof(moving_dofs[0]), position)
+                position = {"": _position_of_body(run, body, moving_dofs[0])}
+                yield _line_panel(
+                    run, f"{of}{moving_dofs[0]}", unit_of_dof(moving_dofs[0]), position
+                )
             elif moving_dofs:
-                positions = {dof: _position(run, body, dof) for dof in moving_dofs}
-                yield _lines(run, f"{of}{kind}", unit_of_dof(moving_dofs[0]), positions, dofs)
+                positions = {dof: _position_of_body(run, body, dof) for dof in moving_dofs}
+                yield _line_panel(run, f"{of}{kind}", unit_of_dof(moving_dofs[0]), positions, dofs)
 
 
-def _moving(run: xr.Dataset) -> dict[str, list[str]]:
+def _moving_dofs(run: xr.Dataset) -> dict[str, list[str]]:
     """Bodies that move in each degree of freedom; all bodies if none moves at all."""
     reach = run.position.max("time") - run.position.min("time")
     moves = reach > NEGLIGIBLE_MOTION if (reach > NEGLIGIBLE_MOTION).any() else reach >= 0.0
@@ -272,18 +293,18 @@ def _moving(run: xr.Dataset) -> dict[str, list[str]]:
     }
 
 
-def _position(run: xr.Dataset, body: str, dof: str) -> np.ndarray:
+def _position_of_body(run: xr.Dataset, body: str, dof: str) -> np.ndarray:
     return np.asarray(run.position.sel(body=body, dof=dof).values)
 
 
-def _elevation(run: xr.Dataset) -> Iterator[Panel]:
+def _elevation_panels(run: xr.Dataset) -> Iterator[Panel]:
     if run.wave_elevation.any():
-        yield _lines(run, "wave elevation", "m", {"": run.wave_elevation.values})
+        yield _line_panel(run, "wave elevation", "m", {"": run.wave_elevation.values})
     if "wind_speed" in run:
-        yield _lines(run, "wind speed", "m/s", {"": run.wind_speed.values})
+        yield _line_panel(run, "wind speed", "m/s", {"": run.wind_speed.values})
 
 
-def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
+def _utilisation_panels(run: xr.Dataset) -> Iterator[Panel]:
     """Panels of forces over capacities; a fully used capacity is at 1."""
     utilisations = {
         n.partition(".")[2]: channel_series(run, n)[0]
@@ -291,11 +312,11 @@ def _utilisation(run: xr.Dataset) -> Iterator[Panel]:
         if n.startswith("utilisation.")
     }
     if utilisations:
-        yield _lines(run, "utilisation", "1", utilisations)
+        yield _line_panel(run, "utilisation", "1", utilisations)
 
 
 def _joint_motions(run: xr.Dataset) -> Iterator[Panel]:
-    return _by_unit(run, "joint_position", "joint motion")
+    return _panels_by_unit(run, "joint_position", "joint motion")
 
 
 def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
@@ -308,20 +329,20 @@ def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
     largest = max(float(size.max()) for size in loads.values())
     for (label, unit), size in loads.items():
         if float(size.max()) > NEGLIGIBLE_LOAD_RATIO * largest:
-            yield _lines(run, label, unit, _lines_of(size, "joint"))
+            yield _line_panel(run, label, unit, _lines_of(size, "joint"))
 
 
-def _by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
+def _panels_by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
     """A panel of a variable of joint motions or drives for slides, and one for turns."""
     if name not in run or not run[name].any():
         return
     every = _lines_of(run[name], str(run[name].dims[-1]))
     units = {motion: unit_of(run[name].attrs, [motion]) for motion in every}
     for unit in dict.fromkeys(units.values()):
-        yield _lines(run, label, unit, {n: x for n, x in every.items() if units[n] == unit})
+        yield _line_panel(run, label, unit, {n: x for n, x in every.items() if units[n] == unit})
 
 
-def _links(run: xr.Dataset) -> Iterator[Panel]:
+def _link_panels(run: xr.Dataset) -> Iterator[Panel]:
     """Loads of struts and torsion springs, and powers of power take-offs."""
     for name, dim, label, unit in (
         ("strut_force", "strut", "strut force", "N"),
@@ -331,37 +352,43 @@ def _links(run: xr.Dataset) -> Iterator[Panel]:
         ("pto_power", "pto", "absorbed power", "W"),
     ):
         if dim in run.dims:
-            yield from _loads(run, label, unit, _lines_of(run[name], dim))
+            yield from _load_panels(run, label, unit, _lines_of(run[name], dim))
 
 
-def _clearances(run: xr.Dataset) -> Iterator[Panel]:
+def _clearance_panels(run: xr.Dataset) -> Iterator[Panel]:
     if "gap" in run.dims:
-        clearances = {name: run.clearance.sel(gap=name).values for name in _labels(run, "gap")}
-        yield _lines(run, "clearance", "m", clearances)
+        clearances = {
+            name: run.clearance.sel(gap=name).values for name in _labels_of_dim(run, "gap")
+        }
+        yield _line_panel(run, "clearance", "m", clearances)
 
 
-def _modes(run: xr.Dataset) -> Panel:
-    return bands(run.time.values, _lines_of(run.fender_mode, "fender"))
+def _mode_panel(run: xr.Dataset) -> Panel:
+    return mode_strips(run.time.values, _lines_of(run.fender_mode, "fender"))
 
 
-def _crawl(run: xr.Dataset) -> Iterator[Panel]:
+def _crawl_panels(run: xr.Dataset) -> Iterator[Panel]:
     """Path length of the contact nodes since the start, along axes where it exceeds rounding. While
     open, a node stays at the point of last contact."""
     gone = crawl(run)
-    by_axis = {axis: gone.sel(axis=axis) for axis in _labels(run, "axis")}
+    by_axis = {axis: gone.sel(axis=axis) for axis in _labels_of_dim(run, "axis")}
     largest = max(peak({"": x.values}) for x in by_axis.values())
     for axis, x in by_axis.items():
         if peak({"": x.values}) > NEGLIGIBLE_MOTION * largest:
-            yield _lines(run, f"crawl {axis}", "m", _by_fender(run, x))
+            yield _line_panel(run, f"crawl {axis}", "m", _series_by_fender(run, x))
 
 
-def _by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
+def _series_by_fender(run: xr.Dataset, values: xr.DataArray) -> Series:
     """A line for each contact point; for each group if there are more than one panel can show."""
     lines = _lines_of(values, "fender")
-    return lines if len(merge_equal_lines(lines)) <= MAX_LINES_PER_PANEL else _by_group(run, values)
+    return (
+        lines
+        if len(merge_equal_lines(lines)) <= MAX_LINES_PER_PANEL
+        else _series_by_group(run, values)
+    )
 
 
-def _by_spring(values: xr.DataArray, dim: str = "spring") -> Series:
+def _series_by_spring(values: xr.DataArray, dim: str = "spring") -> Series:
     """Lines as they are, because tensions are smooth; if there are very many, a band from the
     smallest to the largest."""
     lines = _lines_of(values, dim)
@@ -375,10 +402,10 @@ def _by_spring(values: xr.DataArray, dim: str = "spring") -> Series:
 def _contact_lines(run: xr.Dataset, values: xr.DataArray, dim: str = "fender") -> Series:
     """A line for each contact; for each group if there are very many."""
     many = run.sizes[dim] > MANY and dim == "fender"
-    return _by_group(run, values) if many else _lines_of(values, dim)
+    return _series_by_group(run, values) if many else _lines_of(values, dim)
 
 
-def _by_group(run: xr.Dataset, values: xr.DataArray) -> Series:
+def _series_by_group(run: xr.Dataset, values: xr.DataArray) -> Series:
     """Several lines (n, nt) for each group of contact points."""
     of = run.fender_group.values
     lines = {str(group): values.values.T[of == group] for group in dict.fromkeys(of)}
@@ -389,7 +416,7 @@ def _lines_of(values: xr.DataArray, dim: str) -> dict[str, np.ndarray]:
     return {str(name): values.sel({dim: name}).values for name in values[dim].values}
 
 
-def _labels(run: xr.Dataset, dim: str) -> list[str]:
+def _labels_of_dim(run: xr.Dataset, dim: str) -> list[str]:
     return [str(name) for name in run[dim].values] if dim in run.coords else []
 
 
@@ -438,14 +465,15 @@ def draw(
     Raises InputError if the folder cannot be made, if a picture would replace a file that is no
     earlier picture of the run ``origin``, or if the run has fewer than two records in the
     window."""
-    _check(run, view.window)
+    _check_window(run, view.window)
     outputs = picture_outputs(folder, stem, origin, overwrite, view)
     suffixes_and_outputs = zip(view.pictures(), outputs, strict=True)
     drawn = (
-        (_panels(run, suffix, view), suffix, output) for suffix, output in suffixes_and_outputs
+        (_panels_of_picture(run, suffix, view), suffix, output)
+        for suffix, output in suffixes_and_outputs
     )
     return [
-        save_picture(picture(panels, _frame(run, suffix, view.window)), output)
+        save_picture(picture(panels, _picture_frame(run, suffix, view.window)), output)
         for panels, suffix, output in drawn
         if panels
     ]
@@ -476,8 +504,8 @@ def figure(run: xr.Dataset, name: str = "overview", window: TimeWindow = ALWAYS)
     if not panels:
         there = [name for name, suffix in suffixes.items() if PICTURES[suffix](run)]
         raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
-    _check(run, window)
-    return picture(panels, _frame(run, suffixes[name], window))
+    _check_window(run, window)
+    return picture(panels, _picture_frame(run, suffixes[name], window))
 
 
 def phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
@@ -500,11 +528,11 @@ def phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
     return [], ""
 
 
-def _panels(run: xr.Dataset, suffix: str, view: View) -> list[Panel]:
+def _panels_of_picture(run: xr.Dataset, suffix: str, view: View) -> list[Panel]:
     return channels(run, view.channels) if view.channels else PICTURES[suffix](run)
 
 
-def _frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureFrame:
+def _picture_frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureFrame:
     title = run.attrs.get("title", "")
     status = run.attrs.get("status", "complete")
     title = title if status == "complete" else f"{title} ({status})"
@@ -523,7 +551,7 @@ def _frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureFrame:
     )
 
 
-def _check(run: xr.Dataset, window: TimeWindow) -> None:
+def _check_window(run: xr.Dataset, window: TimeWindow) -> None:
     time = run.time.values
     if time[window.record_slice(time)].size < 2:
         raise InputError(

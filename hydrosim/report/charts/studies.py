@@ -94,9 +94,9 @@ def planned_of(runs: xr.Dataset, output: Output) -> list[tuple[PlanRuns, Output]
 def page(plan: PlanRuns) -> Figure:
     """Picture of a plan: a panel for each figure; for samples, a panel for each figure and
     parameter."""
-    draw = _chart(plan)
-    columns = len(plan.parameters) if draw is _points else 1
-    across = columns if draw is _points else _columns(len(plan.figures))
+    draw = _chart_of_plan(plan)
+    columns = len(plan.parameters) if draw is _draw_points else 1
+    across = columns if draw is _draw_points else _column_count(len(plan.figures))
     down = -(-columns * len(plan.figures) // across)
     figure = Figure(
         (EFFECT_PANEL_INCH[0] * max(across, 1.3), EFFECT_PANEL_INCH[1] * down),
@@ -112,27 +112,27 @@ def page(plan: PlanRuns) -> Figure:
     for name, axes in zip(plan.figures, drawn.reshape(-1, columns).tolist(), strict=True):
         draw(axes, plan, name, names)
         for axis in axes:
-            _dress(axis)
-    _explain(figure, drawn[0])
+            _style_axis(axis)
+    _add_shared_legend(figure, drawn[0])
     _add_letter_key(figure, names.key())
     title = str(runs_title(plan.runs))
-    title = f"{title}: {_words(plan.name)}" if plan.name else title
+    title = f"{title}: {_words_of_name(plan.name)}" if plan.name else title
     figure.suptitle(wrap_title(title, figure.get_figwidth()))
     return figure
 
 
-def _columns(figures: int) -> int:
+def _column_count(figures: int) -> int:
     """How many panels stand beside each other, so that a picture of many fits a page."""
     return min(-(-figures // TALLEST), WIDEST)
 
 
-def _dress(axis: Axes) -> None:
+def _style_axis(axis: Axes) -> None:
     axis.grid(alpha=0.3)
     axis.set_axisbelow(True)
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def _explain(figure: Figure, axis: Axes) -> None:
+def _add_shared_legend(figure: Figure, axis: Axes) -> None:
     """One legend for all panels, below them, where it hides nothing."""
     lines, names = axis.get_legend_handles_labels()
     if names:
@@ -152,7 +152,7 @@ def _add_letter_key(figure: Figure, key: Sequence[str]) -> None:
         figure.legend(blank, key, loc="outside right center", frameon=False, **look)
 
 
-def _words(name: str) -> str:
+def _words_of_name(name: str) -> str:
     return name.replace("_", " ")
 
 
@@ -161,20 +161,20 @@ def runs_title(runs: xr.Dataset) -> str:
     return str(runs.attrs.get("title", "study"))
 
 
-def _chart(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueNames], None]:
+def _chart_of_plan(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, ValueNames], None]:
     if plan.design == "sobol_indices":
-        return _bars
+        return _draw_bars
     if plan.design in effects.SAMPLED_DESIGNS:
-        return _points
+        return _draw_points
     if not plan.parameters:
-        return _by_seed
+        return _draw_by_seed
     if plan.design == "one_at_a_time":
-        return _tornado
-    return _draw_heat_map if len(plan.parameters) == 2 else _band
+        return _draw_tornado
+    return _draw_heat_map if len(plan.parameters) == 2 else _draw_band
 
 
 def _quantity_label(plan: PlanRuns, figure: str) -> str:
-    return axis_label(_words(figure), _display_unit(plan, figure).unit)
+    return axis_label(_words_of_name(figure), _display_unit(plan, figure).unit)
 
 
 def _parameter_label(plan: PlanRuns, parameter: str) -> str:
@@ -187,18 +187,18 @@ def _display_unit(plan: PlanRuns, name: str) -> DisplayUnit:
     return units_of(plan.runs.attrs).display_unit(plan.unit(name))
 
 
-def _read(plan: PlanRuns, name: str, values: Any) -> Any:
+def _read_values(plan: PlanRuns, name: str, values: Any) -> Any:
     """A value of a figure or a parameter, or many, in the unit that it is read in. Texts stay."""
     kind = np.asarray(values).dtype.kind
     return _display_unit(plan, name).factor * values if kind == "f" else values
 
 
-def _rows(plan: PlanRuns, figure: str) -> list[EffectRow]:
+def _effect_rows(plan: PlanRuns, figure: str) -> list[EffectRow]:
     """The rows of a figure, in the units that they are read in."""
     factor = _display_unit(plan, figure).factor
     return [
         row._replace(
-            values={name: _read(plan, name, value) for name, value in row.values.items()},
+            values={name: _read_values(plan, name, value) for name, value in row.values.items()},
             spread=SeedSpread(row.spread.n, *(factor * value for value in row.spread[1:])),
         )
         for row in effects.rows(plan)
@@ -206,27 +206,27 @@ def _rows(plan: PlanRuns, figure: str) -> list[EffectRow]:
     ]
 
 
-def _by_seed(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+def _draw_by_seed(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw a plan that varies seeds only: each seed, the mean with its interval, and the band of 90
     % of the seeds."""
-    axis, (row,) = axes[0], _rows(plan, figure)
+    axis, (row,) = axes[0], _effect_rows(plan, figure)
     seeds = plan.runs["seed"].values if "seed" in plan.runs else np.arange(row.runs.size)
     seed_numbers = seeds if seeds.ndim == 1 else seeds[:, 0]
     s = row.spread
     axis.axhspan(s.another_low, s.another_high, color=COLOURS[0], alpha=0.15, label="90 % of seeds")
     axis.axhspan(s.low, s.high, color=COLOURS[0], alpha=0.35, label="mean, 90 %")
     axis.axhline(s.mean, color=COLOURS[0])
-    axis.plot(seed_numbers, _read(plan, figure, plan.runs[figure].values), ".", color="0.4")
+    axis.plot(seed_numbers, _read_values(plan, figure, plan.runs[figure].values), ".", color="0.4")
     axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("seed")
     axis.set_ylabel(_quantity_label(plan, figure))
 
 
-def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+def _draw_band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw the mean over the values with its interval, and the band of 90 % of the seeds. A line
     joins numbers; other values have no order, so they are points with bars. Several parameters are
     in the order of their combinations."""
-    rows, axis = _rows(plan, figure), axes[0]
+    rows, axis = _effect_rows(plan, figure), axes[0]
     parameters = list(rows[0].values)
     combinations = [
         row.values[parameters[0]]
@@ -235,7 +235,7 @@ def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
         for row in rows
     ]
     numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in combinations)
-    place = _places(combinations, axis) if numbers else np.arange(len(rows), dtype=float)
+    place = _positions_on_axis(combinations, axis) if numbers else np.arange(len(rows), dtype=float)
     if not any(row.spread.n for row in rows):
         axis.text(0.5, 0.5, "no run has a value", transform=axis.transAxes, ha="center")
     order = np.argsort(place)
@@ -252,7 +252,7 @@ def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
     line["linestyle"] = "-" if numbers else "none"
     axis.errorbar(x, mean, apart, label="mean, 90 %", **line)
     for k, row in enumerate(rows):
-        values = _read(plan, figure, plan.runs[figure].values[row.runs])
+        values = _read_values(plan, figure, plan.runs[figure].values[row.runs])
         axis.plot(np.full(values.size, place[k]), values, ".", color="0.4", markersize=3)
     if not numbers:
         axis.set_xticks(place, names.names_of(combinations))
@@ -262,7 +262,7 @@ def _band(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
     axis.set_xlabel(", ".join(_parameter_label(plan, parameter) for parameter in shown))
 
 
-def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
+def _positions_on_axis(values: Sequence[Any], axis: Axes) -> np.ndarray:
     """Positions of numbers on an axis, which is logarithmic if they span decades."""
     x = np.array(values, dtype=float)
     above = x[x > 0.0]
@@ -277,7 +277,7 @@ def _places(values: Sequence[Any], axis: Axes) -> np.ndarray:
 
 def _draw_heat_map(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw the mean over the values of two parameters."""
-    rows, axis = _rows(plan, figure), axes[0]
+    rows, axis = _effect_rows(plan, figure), axes[0]
     first, second = (plan.axis(parameter) for parameter in plan.parameters)
     x, y = ([*dict.fromkeys(row.values[name] for row in rows)] for name in (first, second))
     mean = np.full((len(y), len(x)), np.nan)
@@ -298,10 +298,10 @@ def _draw_heat_map(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: Val
     axis.figure.colorbar(image, ax=axis, label=f"mean {_quantity_label(plan, figure)}")
 
 
-def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+def _draw_tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw a bar from the smallest to the largest mean of each parameter, including that of the
     case, the widest on top."""
-    rows, axis = _rows(plan, figure), axes[0]
+    rows, axis = _effect_rows(plan, figure), axes[0]
     base = next(row.spread.mean for row in rows if not row.values["varied"])
     bars: list[tuple[float, float, list[EffectRow], str]] = []
     for parameter in plan.parameters:
@@ -334,17 +334,17 @@ def _tornado(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueName
     axis.set_xlabel(f"mean {_quantity_label(plan, figure)}, line: the case")
 
 
-def _points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+def _draw_points(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     for axis, parameter in zip(axes, plan.parameters, strict=True):
         name = plan.axis(parameter)
-        x = _read(plan, name, plan.runs[name].values)
-        y = _read(plan, figure, plan.runs[figure].values)
+        x = _read_values(plan, name, plan.runs[name].values)
+        y = _read_values(plan, figure, plan.runs[figure].values)
         axis.plot(x, y, ".", color=COLOURS[0])
         axis.set_xlabel(_parameter_label(plan, parameter))
     axes[0].set_ylabel(_quantity_label(plan, figure))
 
 
-def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
+def _draw_bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) -> None:
     """Draw first-order and total indices with their intervals."""
     sobol_indices, axis = (
         [index for index in effects.indices(plan) if index.figure == figure],
@@ -360,7 +360,7 @@ def _bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNames) 
         range(len(sobol_indices)),
         [_parameter_label(plan, index.parameter) for index in sobol_indices],
     )
-    axis.set_xlabel(f"share of the variance of {_words(figure)}")
+    axis.set_xlabel(f"share of the variance of {_words_of_name(figure)}")
 
 
 # Limits: significant height over peak period, with the governing criterion.
@@ -388,7 +388,7 @@ def draw_limits(limits: xr.Dataset, output: Path | Output) -> None:
     names = sorted({str(name) for name in limits.governing.values.ravel() if name})
     axes = figure.subplots(len(stages), 1, squeeze=False, sharex=True)[:, 0]
     for axis, stage in zip(axes, stages, strict=True):
-        _panel(axis, limits.sel(stage=stage), names)
+        _draw_limits(axis, limits.sel(stage=stage), names)
         axis.set_title(stage if len(stages) > 1 else "", loc="left", fontsize="medium")
     axes[-1].set_xlabel("peak period [s]")
     share = f"{limits.attrs['probability']:.3g} of the seas meet all criteria"
@@ -398,7 +398,7 @@ def draw_limits(limits: xr.Dataset, output: Path | Output) -> None:
     save_picture(figure, output)
 
 
-def _panel(axis: Axes, limits: xr.Dataset, names: list[str]) -> None:
+def _draw_limits(axis: Axes, limits: xr.Dataset, names: list[str]) -> None:
     """Limits over the peak period. A sea without a limit within the heights has no point on a line
     but a mark at the first or the last height; lines that are the same are drawn once."""
     sides: set[str] = set()

@@ -50,16 +50,16 @@ RESPONSE_COLUMNS = {
 
 def linear_document(analysis: xr.Dataset, raos: bool = False) -> Document:
     """Motions, natural modes and, if so asked, ``raos`` over the period."""
-    nodes = [*_remarks(analysis), _motions(analysis), _modes(analysis)]
+    nodes = [*_describe_remarks(analysis), _motion_table(analysis), _mode_table(analysis)]
     nodes += [*_rao_tables(analysis), *_joint_rao_tables(analysis)] if raos else []
     return Document(title_of(analysis), nodes, units=units_of(analysis.attrs))
 
 
-def _remarks(analysis: xr.Dataset) -> Iterator[Node]:
+def _describe_remarks(analysis: xr.Dataset) -> Iterator[Node]:
     return (Verdict(Outcome.WARNING, line) for line in lines_of(analysis, "remarks"))
 
 
-def _motions(analysis: xr.Dataset) -> Table:
+def _motion_table(analysis: xr.Dataset) -> Table:
     columns = {
         name: variable for name, variable in RESPONSE_COLUMNS.items() if variable in analysis
     }
@@ -68,33 +68,35 @@ def _motions(analysis: xr.Dataset) -> Table:
     for body in map(str, analysis.body.values):
         for dof in map(str, analysis.dof.values):
             at = analysis.sel(body=body, dof=dof)
-            figures = [_figure(at, variable, dof) for variable in columns.values()]
-            harmonics = [_harmonic(at.isel(wave=k), "regular", unit_of_dof(dof)) for k in waves]
+            figures = [_statistic_value(at, variable, dof) for variable in columns.values()]
+            harmonics = [
+                _harmonic_cell(at.isel(wave=k), "regular", unit_of_dof(dof)) for k in waves
+            ]
             rows.append([f"{body} {dof}", *figures, *harmonics])
-    return Table(("motion", *columns, *(_wave(analysis, k) for k in waves)), rows, "Motions")
+    return Table(("motion", *columns, *(_wave_text(analysis, k) for k in waves)), rows, "Motions")
 
 
-def _wave(analysis: xr.Dataset, k: int) -> str:
+def _wave_text(analysis: xr.Dataset, k: int) -> str:
     at = analysis.isel(wave=k)
     where = f"wave of {float(at.wave_period):g} s to {degrees(float(at.wave_heading)):g} deg"
     return f"{where}: amplitude, phase"
 
 
-def _figure(at: xr.Dataset, variable: str, dof: str) -> Value:
+def _statistic_value(at: xr.Dataset, variable: str, dof: str) -> Value:
     number = float(at[variable])
     if variable == "response_period":
         return Value(number, "s")
     return Value(0.0 if abs(number) <= ROUNDING_BELOW else number, unit_of_dof(dof))
 
 
-def _modes(analysis: xr.Dataset) -> Table:
+def _mode_table(analysis: xr.Dataset) -> Table:
     head = ("mode", "natural period", "damped period", "damping ratio", "moves")
     modes = {str(mode): analysis.sel(mode=mode) for mode in analysis.mode.values}
-    rows = [[mode, *_decay(at), _moves(at)] for mode, at in modes.items()]
+    rows = [[mode, *_decay_cells(at), _motion_text(at)] for mode, at in modes.items()]
     return Table(head, rows, "Natural modes")
 
 
-def _decay(at: xr.Dataset) -> list[Cell]:
+def _decay_cells(at: xr.Dataset) -> list[Cell]:
     """Periods and damping of a mode, or what it is instead."""
     kind = str(at.mode_kind.values)
     if kind == "free":
@@ -106,7 +108,7 @@ def _decay(at: xr.Dataset) -> list[Cell]:
     return [period, Value(float(at.damped_period), "s"), Value(float(at.damping_ratio), "", 3)]
 
 
-def _moves(at: xr.Dataset) -> str:
+def _motion_text(at: xr.Dataset) -> str:
     """The coordinates that have most of the energy of a mode."""
     share = at.mode_share.stack(coordinate=("body", "dof"))
     largest = share.sortby(share, ascending=False)[:MAX_SHARES]
@@ -131,7 +133,9 @@ def _rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
             moving = [
                 d for d in DOFS if d in at.dof and float(at.rao_amplitude.sel(dof=d).max()) > 0.0
             ]
-            rows = [_rao(at.sel(frequency=omega), moving) for omega in at.frequency.values[::-1]]
+            rows = [
+                _rao_cells(at.sel(frequency=omega), moving) for omega in at.frequency.values[::-1]
+            ]
             title = f"RAOs of {body}, waves to {degrees(float(heading)):g} deg: amplitude, phase"
             yield Table(("period", *moving), rows, title)
 
@@ -145,7 +149,11 @@ def _joint_rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
             [
                 Value(2.0 * pi / float(omega), "s"),
                 *(
-                    _harmonic(at.sel(frequency=omega, joint_motion=name), "joint_rao", _unit(name))
+                    _harmonic_cell(
+                        at.sel(frequency=omega, joint_motion=name),
+                        "joint_rao",
+                        _unit_of_motion(name),
+                    )
                     for name in names
                 ),
             ]
@@ -155,17 +163,17 @@ def _joint_rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
         yield Table(("period", *names), rows, title)
 
 
-def _unit(joint_motion: str) -> str:
+def _unit_of_motion(joint_motion: str) -> str:
     """Unit of the RAO of a motion of a joint."""
     return "m/m" if joint_motion.endswith("offset") else "rad/m"
 
 
-def _rao(at: xr.Dataset, moving: list[str]) -> list[Cell]:
-    of = [_harmonic(at.sel(dof=dof), "rao", f"{unit_of_dof(dof)}/m") for dof in moving]
+def _rao_cells(at: xr.Dataset, moving: list[str]) -> list[Cell]:
+    of = [_harmonic_cell(at.sel(dof=dof), "rao", f"{unit_of_dof(dof)}/m") for dof in moving]
     return [Value(2.0 * pi / float(at.frequency), "s"), *of]
 
 
-def _harmonic(at: xr.Dataset, name: str, unit: str) -> Cell:
+def _harmonic_cell(at: xr.Dataset, name: str, unit: str) -> Cell:
     """Amplitude and phase lead; no phase of what does not move."""
     size = float(at[f"{name}_amplitude"])
     phase = Value(float(at[f"{name}_phase"]), "rad", 3)
@@ -193,11 +201,11 @@ def line_document(
 ) -> Document:
     """The lines at rest, and the ``responses`` of one of them; before them what is ``left_out`` of
     their file."""
-    nodes: list[Node] = [*warnings(left_out), *_unsolved_lines(lines), _at_rest(lines)]
+    nodes: list[Node] = [*warnings(left_out), *_unsolved_lines(lines), _rest_table(lines)]
     if any(line.friction > 0.0 for line in lines):
         nodes.append(Sentence(FRICTION_NOTE, detail=True))
     for response in responses:
-        nodes += [_over_offsets(response), *_gaps(response)]
+        nodes += [_offset_table(response), *_describe_gaps(response)]
     return Document(title, nodes, units=units)
 
 
@@ -208,7 +216,7 @@ def _unsolved_lines(lines: Sequence[StillLine]) -> Iterator[Verdict]:
             yield Verdict(Outcome.BAD, f"line {line.name} has no shape: {REASONS[pull.reason]}")
 
 
-def _at_rest(lines: Sequence[StillLine]) -> Table:
+def _rest_table(lines: Sequence[StillLine]) -> Table:
     return Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest")
 
 
@@ -228,7 +236,7 @@ def _row_at_rest(line: StillLine) -> list[Cell]:
     ]
 
 
-def _over_offsets(response: LineResponse) -> Table:
+def _offset_table(response: LineResponse) -> Table:
     way = "upward" if response.up else "away from the anchor"
     head = (
         *("offset", "tension", "horizontal pull", "down at fairlead", "anchor tension"),
@@ -249,7 +257,7 @@ def _over_offsets(response: LineResponse) -> Table:
     return Table(head, rows, f"Offset of the fairlead {way}")
 
 
-def _gaps(response: LineResponse) -> Iterator[Node]:
+def _describe_gaps(response: LineResponse) -> Iterator[Node]:
     for reason in response.reasons:
         yield Sentence(f"A dash is where the line has no shape: {reason}.")
 
@@ -277,22 +285,30 @@ def ballast_document(
         text = "These pumps wait for events and are taken as not started: {}."
         nodes.append(Verdict(Outcome.WARNING, text, [", ".join(waiting)]))
     for condition in conditions:
-        nodes += [Heading(f"{condition.body.name} at {time:g} s"), *_condition(condition, angle)]
+        nodes += [
+            Heading(f"{condition.body.name} at {time:g} s"),
+            *_describe_condition(condition, angle),
+        ]
     nodes += [] if plan is None else _pump_plan(plan)
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
-def _condition(condition: Condition, angle: float | None) -> Iterator[Node]:
+def _describe_condition(condition: Condition, angle: float | None) -> Iterator[Node]:
     """What a body weighs and how it floats; its tanks; its mass matrix."""
     weights = (("lightship", condition.lightship), ("with its tanks", condition.loading))
-    rows: list[list[Cell]] = [[name, _mass(x.mass), *_lengths(x.centre)] for name, x in weights]
+    rows: list[list[Cell]] = [
+        [name, _mass_value(x.mass), *_length_values(x.centre)] for name, x in weights
+    ]
     yield Table(("", "mass", *COORDINATES), rows)
     heave, heel, trim = condition.position[2:5]
-    at_rest: list[Cell] = [_length(round(heave, 4)), *(_angle(round(x, 6)) for x in (heel, trim))]
+    at_rest: list[Cell] = [
+        _length_value(round(heave, 4)),
+        *(_angle_value(round(x, 6)) for x in (heel, trim)),
+    ]
     yield Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
-    yield _metacentric(condition, angle)
+    yield _metacentric_table(condition, angle)
     head = ("tank", "level", "mass", "filled", "free to a heel", "free to a trim")
-    yield Table(head, [_tank(tank) for tank in condition.tanks])
+    yield Table(head, [_tank_cells(tank) for tank in condition.tanks])
     origin = np.array(condition.body.centre_of_gravity)
     matrix = condition.loading._replace(centre=condition.loading.centre - origin).matrix
     rows = [[dof, *(_four_digits(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
@@ -300,7 +316,7 @@ def _condition(condition: Condition, angle: float | None) -> Iterator[Node]:
     yield Table(("", *DOFS), rows, title, detail=True)
 
 
-def _metacentric(condition: Condition, angle: float | None) -> Table:
+def _metacentric_table(condition: Condition, angle: float | None) -> Table:
     """Metacentric heights in heel and trim, and what free surfaces take of them."""
     head = ["", "GM", "taken by free surfaces"]
     columns = [condition.metacentric, condition.loss]
@@ -308,24 +324,29 @@ def _metacentric(condition: Condition, angle: float | None) -> Table:
         head.append(f"taken at {np.degrees(angle):g} deg of heel")
         columns.append(np.array([condition.secant, np.nan]))
     rows = zip(("heel", "trim"), np.transpose([*columns, condition.held]), strict=True)
-    cells: list[list[Cell]] = [[of, *(_length(x) for x in row)] for of, row in rows]
+    cells: list[list[Cell]] = [[of, *(_length_value(x) for x in row)] for of, row in rows]
     return Table([*head, "with lines and contacts"], cells, "Metacentric heights at rest")
 
 
-def _tank(tank: TankState) -> list[Cell]:
-    reach = ("" if isnan(x) else _angle(x) for x in tank.reach)
+def _tank_cells(tank: TankState) -> list[Cell]:
+    reach = ("" if isnan(x) else _angle_value(x) for x in tank.reach)
     filled = Value(tank.filled, "share")
-    return [tank.tank.name, _length(tank.level), _mass(tank.mass), filled, *reach]
+    return [tank.tank.name, _length_value(tank.level), _mass_value(tank.mass), filled, *reach]
 
 
 def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
     heave, heel, trim = plan.position[0, 2:5]
-    parts: list[Part] = [Value(plan.within, "s", 6), _length(heave), _angle(heel), _angle(trim)]
+    parts: list[Part] = [
+        Value(plan.within, "s", 6),
+        _length_value(heave),
+        _angle_value(heel),
+        _angle_value(trim),
+    ]
     yield Heading("Plan of the pumps")
     yield Sentence("After {} the body is at rest at heave {}, heel {}, trim {}.", parts)
     runs = zip(plan.pumps, plan.rate, plan.mass, strict=True)
     rows: list[list[Cell]] = [
-        [name, Value(rate, "kg/s", 5), _mass(mass)] for name, rate, mass in runs
+        [name, Value(rate, "kg/s", 5), _mass_value(mass)] for name, rate, mass in runs
     ]
     yield Table(("pump", "rate", "mass"), rows)
 
@@ -339,7 +360,7 @@ def _shallow_surfaces(conditions: Sequence[Condition]) -> Iterator[Node]:
                     Outcome.WARNING,
                     "{}: its surface meets bottom or top at {} of heel. GM is the slope at rest. At"
                     " a larger heel the free surface takes less: see --heel.",
-                    [_key(condition, tank), _angle(tank.reach[0], 2)],
+                    [_key_text(condition, tank), _angle_value(tank.reach[0], 2)],
                 )
 
 
@@ -352,27 +373,27 @@ def _upright_walls(conditions: Sequence[Condition], angle: float) -> Iterator[No
                     Outcome.WARNING,
                     "{}: a table has upright walls at every heel, but its surface meets bottom or"
                     " top at {}. It takes less than is printed. Give it as a box or a mesh.",
-                    [_key(condition, tank), _angle(tank.reach[0], 3)],
+                    [_key_text(condition, tank), _angle_value(tank.reach[0], 3)],
                 )
 
 
-def _key(of: Condition, tank: TankState) -> str:
+def _key_text(of: Condition, tank: TankState) -> str:
     return f"bodies.{of.body.name}.tanks.{tank.tank.name}"
 
 
-def _mass(value: float) -> Value:
+def _mass_value(value: float) -> Value:
     return Value(float(value), "kg", 6)
 
 
-def _length(value: float) -> Value:
+def _length_value(value: float) -> Value:
     return Value(float(value), "m")
 
 
-def _lengths(values: np.ndarray) -> list[Value]:
-    return [_length(value) for value in values]
+def _length_values(values: np.ndarray) -> list[Value]:
+    return [_length_value(value) for value in values]
 
 
-def _angle(value: float, digits: int = 3) -> Value:
+def _angle_value(value: float, digits: int = 3) -> Value:
     return Value(float(value), "rad", digits)
 
 
@@ -394,7 +415,14 @@ def calibration_document(fit: DecayFit) -> Document:
     """Damping of the decays, how well the records tell it, and where the equation does not fit."""
     doubts = [Verdict(Outcome.WARNING, "{}", [text]) for text in fit.doubts]
     notes = [Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
-    nodes = [*doubts, _terms(fit), _undetermined_terms(fit), _ratios(fit), _records(fit), *notes]
+    nodes = [
+        *doubts,
+        _term_table(fit),
+        _undetermined_terms(fit),
+        _ratio_table(fit),
+        _record_table(fit),
+        *notes,
+    ]
     return Document("Decay of roll", nodes)
 
 
@@ -411,23 +439,23 @@ def keys_of(fit: DecayFit, body: str) -> list[str]:
     ]
 
 
-def _terms(fit: DecayFit) -> Table:
+def _term_table(fit: DecayFit) -> Table:
     rows = [
-        _row(f"{name} [{unit}]", fit.terms.interval(k), fit.damping[k])
+        _term_cells(f"{name} [{unit}]", fit.terms.interval(k), fit.damping[k])
         for k, (name, unit) in enumerate(TERMS)
     ]
-    rows.append(_row("natural period [s]", fit.period, fit.period.value))
-    rows.append(_row("cubic restoring [1/rad^2]", fit.restoring, fit.restoring.value))
+    rows.append(_term_cells("natural period [s]", fit.period, fit.period.value))
+    rows.append(_term_cells("cubic restoring [1/rad^2]", fit.restoring, fit.restoring.value))
     return Table(("", "fitted", "90 % from", "to", "for use"), rows, "Fit")
 
 
-def _row(name: str, interval: Interval, used: float) -> list[Cell]:
+def _term_cells(name: str, interval: Interval, used: float) -> list[Cell]:
     return [name, *(f"{x:.{COEFFICIENT_DIGITS}g}" for x in (*interval, used))]
 
 
 def _undetermined_terms(fit: DecayFit) -> Node:
     """Terms that the records do not tell from zero."""
-    names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).holds_zero]
+    names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).includes_zero]
     if not names:
         return Sentence("The records tell p1, p2 and p3 from zero.", [])
     text = (
@@ -437,7 +465,7 @@ def _undetermined_terms(fit: DecayFit) -> Node:
     return Sentence(text, [", ".join(names)])
 
 
-def _ratios(fit: DecayFit) -> Table:
+def _ratio_table(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
     for amplitude in np.linspace(*fit.amplitudes, MAX_RATIO_ROWS):
         ratio = fit.terms.damping_ratio(amplitude)
@@ -448,7 +476,7 @@ def _ratios(fit: DecayFit) -> Table:
     return Table(head, rows, "Equivalent linear damping, of critical")
 
 
-def _records(fit: DecayFit) -> Table:
+def _record_table(fit: DecayFit) -> Table:
     rows: list[list[Cell]] = []
     for decay, deviation in zip(fit.decays, fit.deviations, strict=True):
         begin, end = decay.time[0], decay.time[-1]

@@ -16,7 +16,7 @@ from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import add_waves, compile_calm, compile_scene
 from hydrosim.compile.compiled import Compiled, Notes, solution
 from hydrosim.compile.drives import drives_of, is_turn, motion_at, sample_times
-from hydrosim.compile.hydrodynamic_groups import in_states
+from hydrosim.compile.hydrodynamic_groups import scene_with_states
 from hydrosim.compile.questions.query import SceneContext, describe_start, extents
 from hydrosim.compile.restart import resumed_state, started_from
 from hydrosim.database.database import HydroDatabase, require_array
@@ -64,7 +64,7 @@ def describe_joints(scene: Scene) -> Iterator[str]:
     for branch in joint_tree.branches:
         motions = ", ".join(motion.name.replace("_", " ") for motion in branch.joint.motions)
         how = f"coordinates: {motions}" if motions else "no motion"
-        restoring = _restoring(bodies[branch.child])
+        restoring = _restoring_text(bodies[branch.child])
         yield f"{branch.name}: {_bodies_of_joint(branch.joint)}; {how}{restoring}"
     for name in joint_tree.loops:
         joint = scene.joints[name]
@@ -79,7 +79,7 @@ def _bodies_of_joint(joint: Joint) -> str:
     return f"{joint.type} between {joint.body} and {other}"
 
 
-def _restoring(body: Body) -> str:
+def _restoring_text(body: Body) -> str:
     """What restores a body that a joint carries, and where that is valid."""
     if body.hydrodynamics is None:
         return ""
@@ -99,7 +99,7 @@ def describe_drives(scene: Scene, begin: float = 0.0) -> Iterator[Sentence]:
         times = sample_times(drive, begin, begin + scene.duration)
         position, speed, acceleration = np.array([motion_at(drive, float(t)) for t in times]).T
         parts: list[Part] = [
-            *(name, drive.driven, _form(drive)),
+            *(name, drive.driven, _drive_form_text(drive)),
             *(Value(float(position.min()), unit), Value(float(position.max()), unit)),
             *(Value(float(position[0]), unit), Value(float(speed[0]), f"{unit}/s")),
             Value(float(np.abs(speed).max()), f"{unit}/s"),
@@ -109,7 +109,7 @@ def describe_drives(scene: Scene, begin: float = 0.0) -> Iterator[Sentence]:
         yield Sentence(text, parts)
 
 
-def _form(drive: Drive) -> str:
+def _drive_form_text(drive: Drive) -> str:
     signal = drive.position
     if isinstance(signal, Harmonic):
         return f"a sine of {signal.period:g} s"
@@ -201,7 +201,7 @@ def _floating_row(
     size = extents(body, db)
     stiffness = require_array(db, "hydrostatic_stiffness")
     transverse, longitudinal = (float(stiffness[k, k]) / (body.mass * gravity) for k in (3, 4))
-    height = float(about.centre(about.index[body.name])[2])
+    height = float(about.centre(about.body_numbers[body.name])[2])
     return [
         body.name,
         Value(heading, "rad", 3),
@@ -284,7 +284,7 @@ def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
     empty for other lines."""
     if not isinstance(line, Catenary) or line.anchor_body is not None:
         return ["", ""]
-    b = about.index[line.body]
+    b = about.body_numbers[line.body]
     place = about.centre(b) + about.motion.rotation[b] @ np.array(line.point, float)
     above = about.scene.environment.water_depth + line.anchor[2]
     return [Value(float(place[2]), "m", 3), Value(above, "m", 3) if isfinite(above) else ""]
@@ -302,9 +302,9 @@ def check_document(
     whole_scene = compile_scene(scene, in_plane=True)
     with source_context(scene.places):
         check_criteria(whole_scene)
-    compiled = with_linear_memory(whole_scene)
-    whole = with_linear_memory(whole_scene.whole) if whole_scene.whole else compiled
-    nodes: list[Node] = [*_verdicts(whole_scene, compiled, watch)]
+    compiled = with_linearisable_memory(whole_scene)
+    whole = with_linearisable_memory(whole_scene.whole) if whole_scene.whole else compiled
+    nodes: list[Node] = [*_describe_verdicts(whole_scene, compiled, watch)]
     nodes += _lists({"Waves": whole_scene.notes.seas})
     nodes += describe_floating(whole_scene.whole or whole_scene)
     nodes += _lists({"Trees of joints": list(_describe_roots(whole_scene.scene))})
@@ -319,7 +319,7 @@ def check_document(
         nodes += _limits_at(
             with_contents_at(compiled, time), with_contents_at(whole, time), watch, time
         )
-    nodes += [Heading("Details", "details", detail=True), *_details(whole_scene, compiled)]
+    nodes += [Heading("Details", "details", detail=True), *_describe_details(whole_scene, compiled)]
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
@@ -332,30 +332,30 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
     return check_document(scene, times)
 
 
-def _verdicts(whole: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
+def _describe_verdicts(whole: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
     yield from warnings(
         [add_source_lines(text, whole.scene.places) for text in whole.notes.warnings]
     )
     if not whole.derived.exact:
-        yield from _of_step(compiled, watch)
+        yield from _describe_step(compiled, watch)
     if isfinite(whole.notes.radiation_error):
         yield radiation_verdict(whole.notes.radiation_error)
     yield Sentence("{}.", [_capitalise(solution(whole.scene, whole.derived))])
 
 
-def _of_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
+def _describe_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
     """Whether the step is stable, and what it resolves."""
     mode_combinations = scene_combinations(compiled, each_alone=True, watch=watch)
     limits = scene_step_limits(compiled, mode_combinations)
     solver = compiled.scene.solver
-    yield from (_of_limit(limit, solver.step) for limit in limits)
+    yield from (_limit_verdict(limit, solver.step) for limit in limits)
     if not limits:
         yield Verdict(Outcome.GOOD, "{} is stable at any step.", [str(solver.method)])
     if not compiled.method.adapts:
         yield Sentence("{}.", [_capitalise(accuracy_limit(compiled, mode_combinations))])
 
 
-def _of_limit(limit: StepLimit, step: float) -> Verdict:
+def _limit_verdict(limit: StepLimit, step: float) -> Verdict:
     stable = step <= limit.step
     text = (
         "The step of {} is stable: the largest stable step is {} ({}, {})."
@@ -387,7 +387,7 @@ def _limits_at(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -
     """Step limits and natural periods at a ``time`` [s]."""
     yield Heading(f"At {time:g} s")
     if not compiled.derived.exact:
-        yield from _of_step(compiled, watch)
+        yield from _describe_step(compiled, watch)
     yield from _periods_of(whole, f"at {time:g} s", time)
 
 
@@ -395,15 +395,15 @@ def _periods_of(whole: Compiled, when: str, time: float | None = None) -> Iterat
     linear = linearise(whole.model, whole.state, time=whole.begin if time is None else time)
     held = len(linear.constraints)
     when = f"{when}, {held} directions held" if held else when
-    yield _periods(whole.scene, natural_modes(linear), when)
+    yield _period_table(whole.scene, natural_modes(linear), when)
 
 
-def _periods(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
+def _period_table(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
     head = ("body", "mode", "natural period", "damped period", "damping ratio")
-    return Table(head, [_mode(scene, mode) for mode in modes], f"Natural periods {when}")
+    return Table(head, [_mode_cells(scene, mode) for mode in modes], f"Natural periods {when}")
 
 
-def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
+def _mode_cells(scene: Scene, mode: NaturalMode) -> list[Cell]:
     coordinate = coordinate_at(scene, mode.coordinate)
     cells: list[Cell] = [coordinate.body, coordinate.dof]
     if mode.kind == ModeKind.FREE:
@@ -414,10 +414,10 @@ def _mode(scene: Scene, mode: NaturalMode) -> list[Cell]:
     return [*cells, Value(mode.damped_period, "s"), Value(mode.damping_ratio, digits=3)]
 
 
-def _details(whole: Compiled, compiled: Compiled) -> Iterator[Node]:
+def _describe_details(whole: Compiled, compiled: Compiled) -> Iterator[Node]:
     """How large the problem is, how it is solved, what it reads and what is skipped."""
     notes = whole.notes
-    yield List(list(_size(whole, compiled)))
+    yield List(list(_size_texts(whole, compiled)))
     for wet in whole.wet:
         provenance = [
             f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()
@@ -433,7 +433,7 @@ def _lists(lists: dict[str, Sequence[str]]) -> Iterator[List]:
     return (List(items, title) for title, items in lists.items() if items)
 
 
-def _size(whole: Compiled, compiled: Compiled) -> Iterator[str]:
+def _size_texts(whole: Compiled, compiled: Compiled) -> Iterator[str]:
     scene = compiled.scene
     model = whole.model
     for key, value in started_from(scene).items():
@@ -449,10 +449,10 @@ def _size(whole: Compiled, compiled: Compiled) -> Iterator[str]:
         yield f"solved {whole.notes.symmetry}"
     if compiled is not whole:
         yield "radiation by convolution; states are for step limits and natural periods alone"
-    yield from _steps(whole, compiled)
+    yield from _step_texts(whole, compiled)
 
 
-def _steps(whole: Compiled, compiled: Compiled) -> Iterator[str]:
+def _step_texts(whole: Compiled, compiled: Compiled) -> Iterator[str]:
     scene = compiled.scene
     clock = compile_clock(compiled)
     if whole.derived.exact:
@@ -465,11 +465,11 @@ def _steps(whole: Compiled, compiled: Compiled) -> Iterator[str]:
         yield f"{clock.points:,} steps of {clock.step:g} s by {scene.solver.method}"
 
 
-def with_linear_memory(compiled: Compiled) -> Compiled:
+def with_linearisable_memory(compiled: Compiled) -> Compiled:
     """A compiled scene with states instead of a convolution, whose memory cannot be linearised."""
     if compiled.model.convolution.row.size == 0:
         return compiled
-    scene, wet = in_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
+    scene, wet = scene_with_states(compiled.scene, compiled.wet, CLOSE_ENOUGH)
     fresh = compile_calm(replace(scene, initial=None), wet)
     state = fresh.state
     if scene.initial is not None:

@@ -57,24 +57,24 @@ def comparison_document(comparison: xr.Dataset) -> Document:
     time = comparison.time.values.astype(float)
     nodes = build_sections(COMPARISON_SECTIONS, comparison)
     return Document(
-        names_compared(comparison), nodes, _span(time), units_of(comparison.attrs), time
+        names_compared(comparison), nodes, _span_text(time), units_of(comparison.attrs), time
     )
 
 
 def comparison_tables(comparison: xr.Dataset) -> Document:
     """What differs, and how it was compared, without both series."""
-    bands = (replace(node, detail=True) for node in _bands(comparison))
+    bands = (replace(node, detail=True) for node in _describe_bands(comparison))
     nodes = [
-        *_outcome(comparison),
-        *_contacts(comparison),
+        *_describe_outcome(comparison),
+        *_describe_contacts(comparison),
         *bands,
         *_comparison_assumptions(comparison),
     ]
-    span = _span(comparison.time.values.astype(float))
+    span = _span_text(comparison.time.values.astype(float))
     return Document(names_compared(comparison), nodes, span, units_of(comparison.attrs))
 
 
-def _span(time: np.ndarray) -> str:
+def _span_text(time: np.ndarray) -> str:
     """Which times were compared."""
     return (
         f"Comparison channel by channel, from {time[0]:g} s to {time[-1]:g} s, at {time.size} times"
@@ -94,21 +94,21 @@ def compared_files(comparison: xr.Dataset, other: str) -> Iterator[tuple[str, st
     yield other, str(comparison.attrs.get("recording", "unknown"))
 
 
-def _outcome(comparison: xr.Dataset) -> Iterator[Node]:
+def _describe_outcome(comparison: xr.Dataset) -> Iterator[Node]:
     yield Table(("", "file"), list(compared_files(comparison, "recorded")))
     yield Sentence(_counts_by_difference(comparison))
-    yield from _tolerances(comparison)
+    yield from _describe_tolerances(comparison)
     channels = [comparison.isel(channel=k) for k in _order_by_difference(comparison)]
     verdicts = [(str(channel.channel.values), str(channel.verdict.values)) for channel in channels]
     yield Table(("channel", "what is recorded is"), verdicts)
     title = "Ours less recorded; std is that of what is recorded"
-    yield Table(CHANNEL_COLUMNS, [_row(channel) for channel in channels], title)
+    yield Table(CHANNEL_COLUMNS, [_channel_cells(channel) for channel in channels], title)
     yield List(RULES, "What the words mean:", detail=True)
 
 
 def _counts_by_difference(comparison: xr.Dataset) -> str:
     """How many channels differ by how much."""
-    size = _error(comparison)
+    size = _error_ratios(comparison)
     edges = [f"{100.0 * share:g}" for share in RMS_SHARES]
     ranges = [
         f"below {edges[0]} %",
@@ -124,7 +124,7 @@ def _counts_by_difference(comparison: xr.Dataset) -> str:
     )
 
 
-def _error(comparison: xr.Dataset) -> np.ndarray:
+def _error_ratios(comparison: xr.Dataset) -> np.ndarray:
     """The rms of each difference (n,) over the std recorded, or the largest value of a constant."""
     largest = np.abs(np.stack([comparison.ours, comparison.recorded])).max(axis=(0, 1))
     alone = comparison.rms.values / np.where(largest > 0.0, largest, 1.0)
@@ -134,7 +134,7 @@ def _error(comparison: xr.Dataset) -> np.ndarray:
 def _order_by_difference(comparison: xr.Dataset) -> np.ndarray:
     """Channels in the `KIND_ORDER` of their kinds, of each kind those first that differ most."""
     kinds = np.array([_kind(str(name)) for name in comparison.channel.values])
-    return np.lexsort((-_error(comparison), kinds))
+    return np.lexsort((-_error_ratios(comparison), kinds))
 
 
 def _kind(name: str) -> int:
@@ -142,7 +142,7 @@ def _kind(name: str) -> int:
     return KIND_ORDER.index(of)
 
 
-def _tolerances(comparison: xr.Dataset) -> Iterator[Node]:
+def _describe_tolerances(comparison: xr.Dataset) -> Iterator[Node]:
     """Which channels are beyond what they may be."""
     limit = (
         comparison.tolerance.values
@@ -166,7 +166,7 @@ def _tolerances(comparison: xr.Dataset) -> Iterator[Node]:
         yield Verdict(Outcome.BAD, "{}: {}, tolerance {}", parts)
 
 
-def _row(channel: xr.Dataset) -> list[Cell]:
+def _channel_cells(channel: xr.Dataset) -> list[Cell]:
     unit = str(channel.units.values)
     rms, peak = (Value(float(channel[name]), unit) for name in ("rms", "peak"))
     relative = float(channel.relative)
@@ -188,7 +188,7 @@ def _channel_charts(comparison: xr.Dataset) -> Iterator[Node]:
         yield Chart(f"{name}: difference", unit, apart, folded=True)
 
 
-def _bands(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
+def _describe_bands(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
     low, high = np.ravel(comparison.attrs["band_edges"])
     yield Sentence(
         "Rms of the difference without its mean over the std recorded, and in brackets std of ours"
@@ -196,21 +196,23 @@ def _bands(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
         " between. Drift is the mean of the last tenth of the time less that of the first."
     )
     names = [str(band) for band in comparison.band.values]
-    rows = [_of_bands(comparison.isel(channel=k), names) for k in _order_by_difference(comparison)]
+    rows = [
+        _band_cells(comparison.isel(channel=k), names) for k in _order_by_difference(comparison)
+    ]
     head = ("channel", "mean difference", "difference of drifts", "gain", "lag", *names)
     yield Table(head, rows)
 
 
-def _of_bands(channel: xr.Dataset, names: list[str]) -> list[Cell]:
+def _band_cells(channel: xr.Dataset, names: list[str]) -> list[Cell]:
     unit = str(channel.units.values)
     std = float(channel["std"])
-    bands = [_band(channel.sel(band=name), std) for name in names]
+    bands = [_band_text(channel.sel(band=name), std) for name in names]
     ends = [Value(float(channel[name]), unit) for name in ("mean", "drift")]
     fit = [Value(float(channel.gain)), Value(float(channel.lag), "s")]
     return [str(channel.channel.values), *ends, *fit, *bands]
 
 
-def _band(at: xr.Dataset, std: float) -> str:
+def _band_text(at: xr.Dataset, std: float) -> str:
     if std == 0.0:
         return "–"
     share = f"{100.0 * float(at.band_rms) / std:.3g} %"
@@ -218,7 +220,7 @@ def _band(at: xr.Dataset, std: float) -> str:
     return f"{share} ({float(at.band_ours / at.band_recorded):.3f})" if is_large else share
 
 
-def _contacts(comparison: xr.Dataset) -> Iterator[Node]:
+def _describe_contacts(comparison: xr.Dataset) -> Iterator[Node]:
     contacts = comparison.isel(channel=np.flatnonzero(~np.isnan(comparison.share_ours.values)))
     if contacts.sizes["channel"] == 0:
         return
@@ -239,7 +241,7 @@ def _contacts(comparison: xr.Dataset) -> Iterator[Node]:
 def _comparison_assumptions(comparison: xr.Dataset) -> Iterator[Node]:
     rows = [("times", str(comparison.attrs.get("compared", "unknown")))]
     if "shift" in comparison.attrs:
-        rows.append(("added to the recorded times", _shift(float(comparison.attrs["shift"]))))
+        rows.append(("added to the recorded times", _shift_text(float(comparison.attrs["shift"]))))
     yield Table(("assumption", ""), rows)
     guessed = bool(comparison.attrs.get("guessed"))
     if guessed:
@@ -269,15 +271,15 @@ def _comparison_assumptions(comparison: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _shift(seconds: float) -> str:
+def _shift_text(seconds: float) -> str:
     return "none: no channel correlates" if np.isnan(seconds) else f"{seconds:+.3f} s (estimated)"
 
 
 COMPARISON_SECTIONS: Sections[xr.Dataset] = {
-    "outcome": ("What differs", _outcome),
+    "outcome": ("What differs", _describe_outcome),
     "series": ("Both over time", _channel_charts),
-    "contacts": ("Contacts", _contacts),
-    "bands": ("Slow, waves, fast", _bands),
+    "contacts": ("Contacts", _describe_contacts),
+    "bands": ("Slow, waves, fast", _describe_bands),
     "assumptions": ("How it was compared", _comparison_assumptions),
 }
 """Sections by name: the heading, and what gives the nodes below it, of a comparison."""
@@ -340,10 +342,10 @@ def _study_outcome(comparison: xr.Dataset) -> Iterator[Node]:
         )
     if differing.sizes["channel"]:
         yield Sentence("What differs, the most certain first:")
-        yield _table(differing)
+        yield _difference_table(differing)
 
 
-def _pictures(comparison: xr.Dataset) -> Iterator[Node]:
+def _channel_pictures(comparison: xr.Dataset) -> Iterator[Node]:
     differing, paired = _differing_channels(comparison), bool(comparison.attrs.get("paired"))
     if not differing.sizes["channel"]:
         return
@@ -356,15 +358,15 @@ def _pictures(comparison: xr.Dataset) -> Iterator[Node]:
         channel.theirs.values.tobytes(): channel for channel in reversed(list(_rows(differing)))
     }
     for channel in list(reversed(alike.values()))[:MAX_PICTURES]:
-        yield _picture(channel, paired)
+        yield _channel_curves(channel, paired)
 
 
-def _picture(channel: xr.Dataset, paired: bool) -> Curves:
+def _channel_curves(channel: xr.Dataset, paired: bool) -> Curves:
     unit = str(channel.units.values)
     ours, theirs = (channel[name].values for name in ("ours", "theirs"))
     order = np.argsort(theirs)
     sets = {"ours": ours[order] if paired else np.sort(ours), "theirs": theirs[order]}
-    curves = {name: _curve(values) for name, values in sets.items()}
+    curves = {name: _plotted_curve(values) for name, values in sets.items()}
     label = "share of the runs, in this order"
     return Curves(str(channel.channel.values), label, "share", "value", unit, curves)
 
@@ -375,7 +377,7 @@ def _other_channels(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
     )
     rest = rest.isel(channel=np.argsort(rest.chance.values))
     if rest.sizes["channel"]:
-        yield _table(rest.isel(channel=slice(MAX_TABLE_ROWS)))
+        yield _difference_table(rest.isel(channel=slice(MAX_TABLE_ROWS)))
     if names := [str(name) for name in comparison.channel.values[_is_equal(comparison)]]:
         yield Sentence(f"Equal in all runs: {', '.join(names)}.")
 
@@ -416,7 +418,7 @@ def _rows(comparison: xr.Dataset) -> Iterator[xr.Dataset]:
     return (comparison.isel(channel=k) for k in range(comparison.sizes["channel"]))
 
 
-def _table(rows: xr.Dataset) -> Table:
+def _difference_table(rows: xr.Dataset) -> Table:
     interval = f"{float(rows.attrs['interval_probability']):.0%} interval"
     head = ("channel", "ours", "theirs", "ours less theirs", "of theirs", interval, "by chance")
     return Table(head, [_study_row(channel) for channel in _rows(rows)])
@@ -432,7 +434,7 @@ def _study_row(channel: xr.Dataset) -> list[Cell]:
     return [str(channel.channel.values), *mean, apart, share, interval, chance]
 
 
-def _curve(values: np.ndarray) -> PlottedCurve:
+def _plotted_curve(values: np.ndarray) -> PlottedCurve:
     none = np.full(values.size, np.nan)
     share = (np.arange(values.size) + 0.5) / max(values.size, 1)
     return PlottedCurve(share, values, none, none)
@@ -440,7 +442,7 @@ def _curve(values: np.ndarray) -> PlottedCurve:
 
 STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("What differs", _study_outcome),
-    "pictures": ("Both sets of runs", _pictures),
+    "pictures": ("Both sets of runs", _channel_pictures),
     "others": ("What may be chance", _other_channels),
     "assumptions": ("How it was tested", _test_assumptions),
 }

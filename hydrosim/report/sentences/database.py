@@ -31,7 +31,13 @@ _OPTIONAL = (
 def contents(db: HydroDatabase, form: str) -> Document:
     """Document with a table of what the database holds: water, frequencies, headings, bodies
     and optional arrays. ``form`` is the name of the format of its file."""
-    rows = (("format", form), *_water(db), *_ranges(db), *_bodies(db), *_rest(db))
+    rows = (
+        ("format", form),
+        *_water_entries(db),
+        *_range_entries(db),
+        *_body_entries(db),
+        *_other_entries(db),
+    )
     return Document(db.attributes.get("title", db.source), [Table(("", ""), list(rows))])
 
 
@@ -41,7 +47,7 @@ def verdicts(db: HydroDatabase, findings: Sequence[Finding]) -> Document:
     if not nodes:
         nodes.append(Verdict(Outcome.GOOD, "All checks are passed."))
     head = ("check", "found", "at most", "refused above", "")
-    nodes.append(Table(head, [_row(finding) for finding in findings]))
+    nodes.append(Table(head, [_finding_cells(finding) for finding in findings]))
     left = [finding for finding in findings if finding.left_out]
     if left:
         reasons = [
@@ -58,10 +64,10 @@ def _verdict_of(finding: Finding) -> Verdict:
     return Verdict(outcome, "{}: {}", [finding.name, finding.advice])
 
 
-def _row(finding: Finding) -> list[Cell]:
+def _finding_cells(finding: Finding) -> list[Cell]:
     figure = "" if finding.left_out else f"{finding.figure:.2g}"
     refusal = "" if np.isinf(finding.refusal) else f"{finding.refusal:g}"
-    return [finding.name, figure, f"{finding.limit:g}", refusal, _verdict(finding)]
+    return [finding.name, figure, f"{finding.limit:g}", refusal, _verdict_text(finding)]
 
 
 def memory(db: HydroDatabase) -> str:
@@ -70,7 +76,7 @@ def memory(db: HydroDatabase) -> str:
     return f"retardation functions to {functions.time[-1]:g} s: {functions.report}"
 
 
-def _verdict(finding: Finding) -> str:
+def _verdict_text(finding: Finding) -> str:
     if finding.left_out:
         return "left out"
     if finding.is_refused:
@@ -78,23 +84,26 @@ def _verdict(finding: Finding) -> str:
     return "passed" if finding.has_passed else "look closer"
 
 
-def _water(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+def _water_entries(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     depth = "deep water" if np.isinf(db.water_depth) else f"{db.water_depth:g} m"
     yield "water", f"{depth}, {db.water_density:g} kg/m³, gravity {db.gravity:g} m/s²"
 
 
-def _ranges(db: HydroDatabase) -> Iterator[tuple[str, str]]:
-    yield "frequencies", f"{_range(db.frequency, 'rad/s')}; periods {_periods(db.frequency)}"
-    loads = _range(np.degrees(db.heading), "deg") if db.heading.size else "none, no wave loads"
+def _range_entries(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+    yield (
+        "frequencies",
+        f"{_range_text(db.frequency, 'rad/s')}; periods {_periods_text(db.frequency)}",
+    )
+    loads = _range_text(np.degrees(db.heading), "deg") if db.heading.size else "none, no wave loads"
     yield "headings", loads
     if db.qtf_frequency is not None and db.qtf_heading is not None:
         pairs = f"{len(db.qtf_heading)} pairs of headings"
-        yield "QTF", f"{_range(db.qtf_frequency, 'rad/s')}; {pairs}"
+        yield "QTF", f"{_range_text(db.qtf_frequency, 'rad/s')}; {pairs}"
     symmetry = "symmetric about y = 0" if db.port_starboard_symmetric else "none"
     yield "symmetry", symmetry
 
 
-def _bodies(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+def _body_entries(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     yield "bodies", str(db.bodies)
     quantities = {"volume": "m³", "centre_of_buoyancy": "m", "centre_of_gravity": "m"}
     for body in range(db.bodies):
@@ -104,10 +113,10 @@ def _bodies(db: HydroDatabase) -> Iterator[tuple[str, str]]:
             if value is not None:
                 figures = ", ".join(f"{x:.6g}" for x in np.atleast_1d(value[body]))
                 yield prefix + name.replace("_", " "), f"{figures} {unit}"
-        yield from ((prefix + key, value) for key, value in _metacentres(db, body))
+        yield from ((prefix + key, value) for key, value in _metacentre_entries(db, body))
 
 
-def _metacentres(db: HydroDatabase, body: int) -> Iterator[tuple[str, str]]:
+def _metacentre_entries(db: HydroDatabase, body: int) -> Iterator[tuple[str, str]]:
     if db.hydrostatic_stiffness is None or db.volume is None:
         return
     weight = db.water_density * db.gravity * db.volume[body]
@@ -115,7 +124,7 @@ def _metacentres(db: HydroDatabase, body: int) -> Iterator[tuple[str, str]]:
     yield "metacentric heights", f"transverse {roll:.4g}, longitudinal {pitch:.4g} m"
 
 
-def _rest(db: HydroDatabase) -> Iterator[tuple[str, str]]:
+def _other_entries(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     lacking = [name.replace("_", " ") for name in _OPTIONAL if getattr(db, name) is None]
     yield "lacks", ", ".join(lacking) or "nothing"
     attributes = ("solver", "recipe", "assumed", "changed", "accepted")
@@ -123,9 +132,9 @@ def _rest(db: HydroDatabase) -> Iterator[tuple[str, str]]:
     yield "checksum", db.checksum[:16]
 
 
-def _range(values: Real, unit: str) -> str:
+def _range_text(values: Real, unit: str) -> str:
     return f"{values.size}, from {values[0]:.4g} to {values[-1]:.4g} {unit}"
 
 
-def _periods(frequency: Real) -> str:
+def _periods_text(frequency: Real) -> str:
     return f"{2 * np.pi / frequency[-1]:.3g} to {2 * np.pi / frequency[0]:.3g} s"

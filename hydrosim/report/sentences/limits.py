@@ -23,15 +23,7 @@ from hydrosim.files.document_nodes import (
     Value,
     Verdict,
 )
-from hydrosim.report.sentences.sections import (
-    Sections,
-    attribute_text,
-    build_sections,
-    case_nodes,
-    lines_of,
-    title_block,
-    title_of,
-)
+from hydrosim.report.sentences import sections
 from hydrosim.statistics.weather import MAX_HEADING_GAP, image_of, without_images
 from hydrosim.statistics.weather import MIRROR_REASON as SIDES
 
@@ -73,44 +65,47 @@ def is_limits(limits: xr.Dataset) -> bool:
 def limits_document(limits: xr.Dataset) -> Document:
     """The report of limits of operation."""
     units = units_of(limits.attrs)
-    nodes = [*title_block(limits), *build_sections(LIMIT_SECTIONS, limits)]
-    return Document(title_of(limits), nodes, _subtitle(limits), units)
+    nodes = [*sections.title_block(limits), *sections.build_sections(LIMIT_SECTIONS, limits)]
+    return Document(sections.title_of(limits), nodes, _subtitle_text(limits), units)
 
 
 def limits_tables(limits: xr.Dataset) -> Document:
     """Criteria, limits and what they are worth, without the case and its assumptions."""
     return Document(
-        title_of(limits), list(_outcome(limits)), _subtitle(limits), units_of(limits.attrs)
+        sections.title_of(limits),
+        list(_describe_outcome(limits)),
+        _subtitle_text(limits),
+        units_of(limits.attrs),
     )
 
 
-def _subtitle(limits: xr.Dataset) -> str:
+def _subtitle_text(limits: xr.Dataset) -> str:
     share = float(limits.attrs.get("probability", np.nan))
     return f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
 
 
-def _outcome(limits: xr.Dataset) -> Iterator[Node]:
-    criteria = lines_of(limits, "criteria") or ["none are named"]
+def _describe_outcome(limits: xr.Dataset) -> Iterator[Node]:
+    criteria = sections.lines_of(limits, "criteria") or ["none are named"]
     yield List(criteria, "Criteria")
     if "failed" in limits.attrs:
         yield Verdict(Outcome.BAD, "{}", [str(limits.attrs["failed"])])
-    yield from _method(limits)
+    yield from _describe_method(limits)
     if SIDES in limits.attrs:
         yield Sentence("{}", [str(limits.attrs[SIDES])])
     for stage in limits.stage.values:
         at = limits.sel(stage=stage)
         title = f"Limits of {stage}" if limits.sizes["stage"] > 1 else "Limits"
-        curves = {name: _curve(line, limits) for name, line in distinct_lines(at)}
+        curves = {name: _plotted_curve(line, limits) for name, line in distinct_lines(at)}
         yield Curves(title, "peak period", "s", "significant height", "m", curves)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
-    yield Table(head, list(_rows(limits)))
+    yield Table(head, list(_limit_rows(limits)))
     yield from weather_nodes(limits)
 
 
-def _method(limits: xr.Dataset) -> Iterator[Sentence]:
+def _describe_method(limits: xr.Dataset) -> Iterator[Sentence]:
     """How the limits were found; how often what was inferred of other heights proved wrong."""
     method = str(limits.attrs.get("method", ""))
-    if _by_spectra(limits):
+    if _are_from_spectra(limits):
         yield Sentence("The limits are by response spectra ({}).", [method], detail=True)
         return
     runs, of = (int(limits.attrs.get(name, 0)) for name in ("runs", "runs_of_all"))
@@ -149,12 +144,12 @@ def weather_nodes(limits: xr.Dataset) -> Iterator[Node]:
             [Value(planned / HOUR_S, "h"), Value((window - planned) / HOUR_S, "h")],
         )
     if "alpha" in limits:
-        yield from _alpha(limits)
+        yield from _describe_alpha_factors(limits)
     if "waiting" in limits:
-        yield from _hindcast(limits)
+        yield from _describe_hindcast(limits)
 
 
-def _alpha(limits: xr.Dataset) -> Iterator[Node]:
+def _describe_alpha_factors(limits: xr.Dataset) -> Iterator[Node]:
     """The alpha factor of each limit."""
     unmirrored = without_images(limits)
     head = (
@@ -177,7 +172,7 @@ def _alpha(limits: xr.Dataset) -> Iterator[Node]:
         )
 
 
-def _hindcast(limits: xr.Dataset) -> Iterator[Node]:
+def _describe_hindcast(limits: xr.Dataset) -> Iterator[Node]:
     """Windows and waiting times in a hindcast."""
     yield Sentence("Hindcast: {}.", [str(limits.attrs.get("hindcast", ""))])
     if "bearing" in limits.attrs:
@@ -201,11 +196,11 @@ def _hindcast(limits: xr.Dataset) -> Iterator[Node]:
         yield Verdict(Outcome.WARNING, text, [share])
     window = float(limits.waiting.attrs["window"]) / HOUR_S
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
-    rows = [_season(limits.sel(season=season)) for season in limits.season.values]
+    rows = [_season_cells(limits.sel(season=season)) for season in limits.season.values]
     yield Table(head, rows, f"Windows of {window:g} h")
 
 
-def _season(at: xr.Dataset) -> list[Cell]:
+def _season_cells(at: xr.Dataset) -> list[Cell]:
     workable, startable, never = (
         Value(float(at[f"hindcast_{name}"]), "share", 3)
         for name in ("workable", "startable", "never")
@@ -234,7 +229,8 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     for name, line in _limits_by_heading(at):
         for k, (other, earlier) in enumerate(lines):
             if all(
-                _arrays_equal(line[part].values, earlier[part].values) for part in LIMIT_VARIABLES
+                _are_arrays_equal(line[part].values, earlier[part].values)
+                for part in LIMIT_VARIABLES
             ):
                 lines[k] = f"{other}; {name}", earlier
                 break
@@ -243,21 +239,21 @@ def distinct_lines(at: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return lines
 
 
-def _arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
+def _are_arrays_equal(first: np.ndarray, second: np.ndarray) -> bool:
     return np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
 
 
 def _heading_words(heading: float, limits: xr.Dataset) -> str:
     image = image_of(heading, limits)
-    other = "" if image is None else f" and {_degrees(image)}"
-    return f"to {_degrees(heading)}{other} deg"
+    other = "" if image is None else f" and {_degrees_text(image)}"
+    return f"to {_degrees_text(heading)}{other} deg"
 
 
-def _degrees(heading: float) -> str:
+def _degrees_text(heading: float) -> str:
     return f"{round(np.degrees(heading), 6):g}"
 
 
-def _curve(at: xr.Dataset, limits: xr.Dataset) -> PlottedCurve:
+def _plotted_curve(at: xr.Dataset, limits: xr.Dataset) -> PlottedCurve:
     """A curve of the limits that lie within the heights; a sea without one has no point."""
     top = float(limits.attrs.get("highest", np.inf))
     points = zip(at.peak_period.values, at.governing.values, strict=True)
@@ -279,17 +275,17 @@ def side_of(limit: float, limits: xr.Dataset) -> str:
     return "above" if limit >= limits.attrs["highest"] - near else ""
 
 
-def _rows(limits: xr.Dataset) -> Iterator[list[Cell]]:
+def _limit_rows(limits: xr.Dataset) -> Iterator[list[Cell]]:
     for stage in limits.stage.values:
         for name, at in _limits_by_heading(limits.sel(stage=stage)):
             for k, period in enumerate(at.peak_period.values):
                 at_period = at.isel(peak_period=k)
-                limit, interval = _limit(at_period)
+                limit, interval = _limit_cells(at_period)
                 by = str(at_period.governing.values)
                 yield [str(stage), name, Value(float(period), "s"), limit, interval, by]
 
 
-def _limit(at_period: xr.Dataset) -> tuple[Cell, Cell]:
+def _limit_cells(at_period: xr.Dataset) -> tuple[Cell, Cell]:
     """A limit with its interval, or on which side of the heights it lies."""
     limit, low, high = (float(at_period[name]) for name in ("limit", "low", "high"))
     side = side_of(limit, at_period)
@@ -299,23 +295,23 @@ def _limit(at_period: xr.Dataset) -> tuple[Cell, Cell]:
         ), "the first is too high"
     if side == "above":
         return Sentence("above {}", [Value(at_period.attrs["highest"], "m")]), "all hold"
-    if _by_spectra(at_period):
+    if _are_from_spectra(at_period):
         return Value(limit, "m"), "none, without runs"
     top = high if high <= at_period.attrs["highest"] else np.inf
     return Value(limit, "m"), Between(max(low, 0.0), top, "m", 3)
 
 
-def _case(limits: xr.Dataset) -> Iterator[Node]:
+def _describe_case(limits: xr.Dataset) -> Iterator[Node]:
     yield Sentence(
         "The case of all seas. Heights, peak periods, headings and seeds are those of the study."
     )
-    yield from case_nodes(limits)
+    yield from sections.case_nodes(limits)
 
 
 def _limit_assumptions(limits: xr.Dataset) -> Iterator[Node]:
-    spectra = _by_spectra(limits)
+    spectra = _are_from_spectra(limits)
     assumptions = {
-        label: attribute_text(limits.attrs[name])
+        label: sections.attribute_text(limits.attrs[name])
         for name, label in ASSUMPTION_LABELS.items()
         if name in limits.attrs and not (spectra and name in RUN_ATTRIBUTES)
     }
@@ -326,19 +322,19 @@ def _limit_assumptions(limits: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _by_spectra(limits: xr.Dataset) -> bool:
+def _are_from_spectra(limits: xr.Dataset) -> bool:
     """Whether limits are from response spectra, of all seeds that there could be."""
     return int(limits.attrs.get("runs", 1)) == 0
 
 
-def _convergence(limits: xr.Dataset) -> Iterator[Node]:
+def _describe_convergence(limits: xr.Dataset) -> Iterator[Node]:
     yield Sentence("This study does not assess how limits change with the step of the solver.")
 
 
-LIMIT_SECTIONS: Sections[xr.Dataset] = {
-    "outcome": ("Limits", _outcome),
-    "case": ("Case", _case),
+LIMIT_SECTIONS: sections.Sections[xr.Dataset] = {
+    "outcome": ("Limits", _describe_outcome),
+    "case": ("Case", _describe_case),
     "assumptions": ("Assumptions", _limit_assumptions),
-    "convergence": ("Convergence", _convergence),
+    "convergence": ("Convergence", _describe_convergence),
 }
 """Sections by name: the heading, and what gives the nodes below it."""

@@ -58,10 +58,10 @@ def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
     groups = run.isel(contact_group=np.flatnonzero(reached.values))
     if groups.sizes["contact_group"]:
         head = ("stage or figure", *map(str, groups.contact_group.values))
-        yield Table(head, [*_times(groups), *_figures(groups)], "Stages")
+        yield Table(head, [*_stage_time_rows(groups), *_stage_figure_rows(groups)], "Stages")
 
 
-def _times(groups: xr.Dataset) -> Iterator[list[Cell]]:
+def _stage_time_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
     """The time of each stage that a group has come to."""
     for stage in groups.stage.values:
         times = groups[STAGE_TIME].sel(stage=stage).values
@@ -69,7 +69,7 @@ def _times(groups: xr.Dataset) -> Iterator[list[Cell]]:
             yield [str(stage), *(Value(float(time), "s", 6) for time in times)]
 
 
-def _figures(groups: xr.Dataset) -> Iterator[list[Cell]]:
+def _stage_figure_rows(groups: xr.Dataset) -> Iterator[list[Cell]]:
     for name, (what, unit) in FIGURES.items():
         yield [what, *(Value(float(figure), unit) for figure in groups[name].values)]
 
@@ -119,17 +119,17 @@ def criterion_not_met(of: Criterion, at: str = "", more: str = "") -> Verdict:
     return Verdict(
         Outcome.BAD,
         "{}: {} is {}{}; allowed is {} {}.{}",
-        [of.name, of.what, _value(of), at, side, Value(of.limit, of.unit), more],
+        [of.name, of.what, _shown_value(of), at, side, Value(of.limit, of.unit), more],
     )
 
 
 def criterion_figures(of: Criterion) -> list[Cell]:
     """Name, value, limit, margin, and the share of the limit that is used."""
     limit, margin = (Value(number, of.unit) for number in (of.limit, of.margin))
-    return [of.name, _value(of), limit, margin, Value(of.utilisation, "share", 3)]
+    return [of.name, _shown_value(of), limit, margin, Value(of.utilisation, "share", 3)]
 
 
-def _value(of: Criterion) -> Value | str:
+def _shown_value(of: Criterion) -> Value | str:
     return "never" if isinf(of.value) else Value(of.value, of.unit)
 
 
@@ -186,7 +186,7 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
     """Motions, contacts, lines and clearances."""
     head = ("motion", "mean", "std", "smallest", "largest", "at the end")
     measured = "position_error" in run and not is_part(run)
-    yield Table((*head, "error") if measured else head, list(_motions(run, measured)))
+    yield Table((*head, "error") if measured else head, list(_motion_rows(run, measured)))
     if "joint_motion" in run.dims:
         moved = ("joint", "mean", "std", "smallest", "largest", "at the end")
         yield Table(moved, list(_joint_motions(run)))
@@ -194,41 +194,41 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
         yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
     if "drive" in run.dims and run.time.size:
         driven = ("drive", "largest force", "work done")
-        yield Table(driven, list(_drives(run)), "Prescribed motion")
-    if rows := list(_locks(run)):
+        yield Table(driven, list(_drive_rows(run)), "Prescribed motion")
+    if rows := list(_lock_rows(run)):
         held = ("joint", "first closed", "last closed", "closed", "energy lost")
         yield Table(held, rows, "Joints that come and go, at output times")
     if "fender" in run.dims:
         head = ("contact", "first", "open", "stick", "slip", "slipped")
         title = "Contacts: time of the first, then the share of the time since it in each mode"
-        yield Table(head, list(_contacts(run)), title)
+        yield Table(head, list(_contact_rows(run)), title)
         if not is_part(run):
             yield from stage_nodes(run)
     if "spring" in run.dims:
-        yield Table(("line", *TENSION_COLUMNS, "slack"), list(_lines(run)))
+        yield Table(("line", *TENSION_COLUMNS, "slack"), list(_line_rows(run)))
     if "line" in run.dims:
         columns = ("catenary", *TENSION_COLUMNS, "smallest on the seabed")
-        yield Table(columns, list(_catenaries(run)))
+        yield Table(columns, list(_catenary_rows(run)))
     if "winch" in run.dims:
         lengths = ("winch", *TENSION_COLUMNS, "slack", "shortest", "longest")
-        yield Table(lengths, list(_winches(run)))
+        yield Table(lengths, list(_winch_rows(run)))
     if "compensator" in run.dims:
-        loads = list(_compensators(run))
+        loads = list(_compensator_rows(run))
         yield Table(("compensator", *TENSION_COLUMNS, "smallest"), loads)
-    yield from _links(run)
-    if rows := list(_capacities(run)):
+    yield from _describe_links(run)
+    if rows := list(_capacity_rows(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
         yield Table(shares, rows, "Loads beside capacities, at output times")
-    yield from _externals(run)
+    yield from _describe_externals(run)
     if "gap" in run.dims:
-        yield Table(("clearance", "smallest", "at the end"), list(_clearances(run)))
+        yield Table(("clearance", "smallest", "at the end"), list(_clearance_rows(run)))
 
 
 def solver_tables(run: xr.Dataset) -> Iterator[Node]:
     """Method and steps of the solver, and models of radiation."""
     if not is_part(run):
-        yield Table(("solver", ""), list(_solver(run)), detail=True)
-    if told := list(_radiation(run)):
+        yield Table(("solver", ""), list(_solver_rows(run)), detail=True)
+    if told := list(_radiation_texts(run)):
         yield List(told, "Radiation", detail=True)
 
 
@@ -243,9 +243,9 @@ def verdicts(run: xr.Dataset) -> Iterator[Node]:
 def solution_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
     """Whether energy adds up, how large errors of steps are, how good radiation is."""
     if "energy_residual_relative" in run.attrs and not is_part(run):
-        yield _energy(float(run.attrs["energy_residual_relative"]))
+        yield _energy_verdict(float(run.attrs["energy_residual_relative"]))
     if RELATIVE in run.attrs and not is_part(run):
-        yield from _error(run)
+        yield from _error_verdicts(run)
     if "radiation_error" in run.attrs:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
 
@@ -253,7 +253,7 @@ def solution_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
 def element_verdicts(run: xr.Dataset) -> Iterator[Node]:
     """Elements that have not begun, joints that have not closed, loads above capacities."""
     if "trigger" in run.dims:
-        yield from _waiting(run)
+        yield from _describe_waiting(run)
     yield from _never_closed(run)
     yield from _overload_warnings(run)
 
@@ -278,7 +278,7 @@ def status_verdict(run: xr.Dataset) -> Verdict:
     return Verdict(Outcome.BAD, "The run is {} after {}{}: {}", parts)
 
 
-def _energy(residual: float) -> Verdict:
+def _energy_verdict(residual: float) -> Verdict:
     outcome = Outcome.GOOD if residual <= MAX_RESIDUAL_FRACTION else Outcome.WARNING
     text = "The energy balance closes to {} of the energy exchanged; the limit is {}."
     return Verdict(
@@ -286,7 +286,7 @@ def _energy(residual: float) -> Verdict:
     )
 
 
-def _error(run: xr.Dataset) -> Iterator[Verdict]:
+def _error_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
     """The measured error of motions; what is too large is a warning of the run."""
     error = float(run.attrs[RELATIVE])
     if error <= reported_beyond(run):
@@ -301,7 +301,7 @@ def radiation_verdict(error: float) -> Verdict:
     return Verdict(outcome, text, [Value(error, "share", 2), Value(RADIATION_GOOD, "share", 2)])
 
 
-def _waiting(run: xr.Dataset) -> Iterator[Node]:
+def _describe_waiting(run: xr.Dataset) -> Iterator[Node]:
     """Elements and pumps that have not begun by the end."""
     before = np.all(run.trigger_stage.values == BEFORE, axis=0)
     for name in run.trigger.values[before]:
@@ -328,7 +328,7 @@ def _overload_warnings(run: xr.Dataset) -> Iterator[Node]:
             yield Verdict(Outcome.WARNING, text, parts)
 
 
-def _capacities(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _capacity_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     """Largest loads beside capacities."""
     for load in largest_loads(run):
         used = Value(load.largest / load.capacity, "share", 3)
@@ -336,7 +336,7 @@ def _capacities(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [load.unit, largest, Value(load.time, "s"), Value(load.capacity, "N"), used]
 
 
-def _motions(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
+def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
     """How bodies move about their place at rest, where they do; with their ``measured`` errors."""
     for body in map(str, run.body.values):
         for dof in map(str, run.dof.values):
@@ -366,7 +366,7 @@ def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, Value(float(force), "N"), Value(float(moment), "N m")]
 
 
-def _drives(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _drive_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     """The largest force of each drive, and its work over the run."""
     for label in map(str, run.drive.values):
         force = run.drive_force.sel(drive=label).values
@@ -376,7 +376,7 @@ def _drives(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [label, largest, Value(float(work[-1] - work[0]), "J")]
 
 
-def _locks(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _lock_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     """When joints that come and go hold, and what their closing costs."""
     for name in _names_of_locks(run):
         closed = run.lock_mode.sel(lock=name).values == CLOSED_JOINT
@@ -393,7 +393,7 @@ def _names_of_locks(run: xr.Dataset) -> list[str]:
     return list(map(str, run.lock.values)) if "lock" in run.dims else []
 
 
-def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     modes = run.fender_mode.values
     time = run.time.values
     for i, name in enumerate(map(str, run.fender.values)):
@@ -409,33 +409,33 @@ def _contacts(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, first, *shares, Value(float(slip[-1] - before), "m")]
 
 
-def _lines(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _line_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.spring.values):
         line = run.sel(spring=name)
         slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
-        yield [name, *_tension(run, line.spring_tension), slack]
+        yield [name, *_tension_cells(run, line.spring_tension), slack]
 
 
-def _catenaries(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _catenary_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.line.values):
         line = run.sel(line=name)
         least = Value(float(line.line_grounded.min()), "m")
-        yield [name, *_tension(run, line.line_tension), least]
+        yield [name, *_tension_cells(run, line.line_tension), least]
 
 
-def _compensators(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _compensator_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.compensator.values):
         tension = run.compensator_tension.sel(compensator=name)
-        yield [name, *_tension(run, tension), Value(float(tension.min()), "N")]
+        yield [name, *_tension_cells(run, tension), Value(float(tension.min()), "N")]
 
 
-def _tension(run: xr.Dataset, tension: xr.DataArray) -> list[Cell]:
+def _tension_cells(run: xr.Dataset, tension: xr.DataArray) -> list[Cell]:
     """Tension (nt,) at the start of a run, its mean, its largest value."""
     start: Cell = "" if is_part(run) else Value(float(tension[0]), "N")
     return [start, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N")]
 
 
-def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _winch_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.winch.values):
         winch = run.sel(winch=name)
         tension = winch.winch_tension.values
@@ -443,24 +443,24 @@ def _winches(run: xr.Dataset) -> Iterator[list[Cell]]:
         slack = Value(float(np.mean(tension == 0.0)), "share", 2)
         off = winch.winch_length.values
         ends = (Value(float(off.min()), "m"), Value(float(off.max()), "m"))
-        start, mean, _ = _tension(run, winch.winch_tension)
+        start, mean, _ = _tension_cells(run, winch.winch_tension)
         yield [name, start, mean, largest, slack, *ends]
 
 
-def _links(run: xr.Dataset) -> Iterator[Node]:
+def _describe_links(run: xr.Dataset) -> Iterator[Node]:
     """Tables of struts, torsion springs and power take-offs."""
     if "strut" in run.dims:
-        rows = _ranges(run.strut_force, "strut", "N")
+        rows = _range_rows(run.strut_force, "strut", "N")
         yield Table(("strut", "mean force", "smallest", "largest"), list(rows))
     if "torsion_spring" in run.dims:
-        rows = _ranges(run.torsion_moment, "torsion_spring", "N m")
+        rows = _range_rows(run.torsion_moment, "torsion_spring", "N m")
         yield Table(("torsion spring", "mean moment", "smallest", "largest"), list(rows))
     if "pto" in run.dims:
         head = ("power take-off", "mean power", "largest", "absorbed")
         yield Table(head, list(_pto_rows(run)))
 
 
-def _externals(run: xr.Dataset) -> Iterator[Node]:
+def _describe_externals(run: xr.Dataset) -> Iterator[Node]:
     """Functions of Python that gave forces, and the energy that a delay of theirs made."""
     if acted := lines_of(run, "external_forces"):
         yield List(acted, "External forces, by functions of Python", detail=True)
@@ -477,7 +477,7 @@ def _externals(run: xr.Dataset) -> Iterator[Node]:
         yield Table(("external force", "calls", "energy of its delay"), rows)
 
 
-def _ranges(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:
+def _range_rows(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:
     """Mean, smallest and largest load of each unit."""
     for name in map(str, loads[dim].values):
         load = loads.sel({dim: name}).values
@@ -496,13 +496,13 @@ def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, Value(mean, "W"), Value(largest, "W"), Value(energy, "J")]
 
 
-def _clearances(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _clearance_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.gap.values):
         gap = run.clearance.sel(gap=name).values
         yield [name, Value(float(gap.min()), "m"), Value(float(gap[-1]), "m")]
 
 
-def _solver(run: xr.Dataset) -> Iterator[list[Cell]]:
+def _solver_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for key, label in SOLVER.items():
         if key in run.attrs:
             yield [label, attribute_text(run.attrs[key])]
@@ -511,7 +511,7 @@ def _solver(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield ["steps in a second", attribute_text(float(run.attrs["solver_steps"]) / seconds)]
 
 
-def _radiation(run: xr.Dataset) -> Iterator[str]:
+def _radiation_texts(run: xr.Dataset) -> Iterator[str]:
     """The model of each body, once for those of one database, and what its errors come to."""
     models = {str(body): str(run.attrs.get(f"radiation_{body}", "")) for body in run.body.values}
     first = {model: body for body, model in models.items() if model}
@@ -531,7 +531,7 @@ def convergence(run: xr.Dataset) -> Iterator[Node]:
         " sweep compares seeds. hydrosim converge {} compares steps and methods.",
         [name],
     )
-    if rows := list(_evidence(run)):
+    if rows := list(_evidence_entries(run)):
         yield Table(("evidence", "found", "warned of beyond"), rows)
         yield Sentence(
             "The residual is relative to the energy exchanged, over the worst stretch of time. A"
@@ -552,7 +552,7 @@ def _step_errors(run: xr.Dataset) -> Iterator[Node]:
         yield Sentence("Errors by the steps of the solver were not measured.")
 
 
-def _evidence(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
+def _evidence_entries(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
     """Measured errors and the residual of the energy balance, each with its limit."""
     limit = Value(reported_beyond(run), digits=2)
     for text, figure in (
@@ -574,10 +574,10 @@ def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) 
         "Errors are against rk4 at {}, whose own error is {}.",
         [Value(study.reference_step, "s"), Value(study.reference_error, "m", 2)],
     )
-    return Document(title, [reference, Table(head, list(_trials(study)))], units=units)
+    return Document(title, [reference, Table(head, list(_trial_rows(study)))], units=units)
 
 
-def _trials(study: ConvergenceStudy) -> Iterator[list[Cell]]:
+def _trial_rows(study: ConvergenceStudy) -> Iterator[list[Cell]]:
     last: ConvergenceTrial | None = None
     for trial in study.trials:
         same = last is not None and last.method is trial.method

@@ -92,14 +92,14 @@ def title_block(result: xr.Dataset) -> Iterator[Node]:
     """Project, client, author and revision as the case gives them; remarks; the seas."""
     block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
     rows: list[list[Cell]] = [[label, block[key]] for key, label in LABELS.items() if key in block]
-    rows += [["Sea", sea] for sea in _seas(result)]
+    rows += [["Sea", sea] for sea in _sea_texts(result)]
     rows.append(["Computed by", str(result.attrs.get("program", "hydrosim"))])
     yield Table(("", ""), rows)
     if "remarks" in block:
         yield Sentence("{}", [block["remarks"]])
 
 
-def _seas(result: xr.Dataset) -> list[str]:
+def _sea_texts(result: xr.Dataset) -> list[str]:
     if told := lines_of(result, "seas"):
         return told
     data = plain(str(result.attrs.get("case_resolved", "")))

@@ -122,26 +122,28 @@ FOLDED_CHARTS = {
 def main_charts(run: xr.Dataset) -> Iterator[Chart]:
     """What people look at first."""
     for body in map(str, run.body.values):
-        yield from _motions(run.position, body, DISPLACEMENTS, "displacement", "rotation")
+        yield from _motion_charts(run.position, body, DISPLACEMENTS, "displacement", "rotation")
     if np.any(run.wave_elevation):
-        yield Chart("Wave elevation at the origin", "m", {"wave": _over_time(run.wave_elevation)})
+        yield Chart(
+            "Wave elevation at the origin", "m", {"wave": _values_over_time(run.wave_elevation)}
+        )
     if "wind_speed" in run:
-        yield Chart("Wind speed at 10 m", "m/s", {"wind": _over_time(run.wind_speed)})
+        yield Chart("Wind speed at 10 m", "m/s", {"wind": _values_over_time(run.wind_speed)})
     if "fender_mode" in run:
         yield Chart(
             "Contact modes", "share of time", _series_by_label(run, "fender_mode", "fender"), True
         )
-    yield from _of_joints(run, "joint_position", "Motions of joints")
-    yield from _lines(run, MAIN_CHARTS)
+    yield from _joint_charts(run, "joint_position", "Motions of joints")
+    yield from _line_charts(run, MAIN_CHARTS)
     used = {n: channel(run, n)[0] for n in channel_names(run) if n.startswith("utilisation.")}
-    yield from _without_rounding(Chart("Utilisation of capacities", "1", used))
+    yield from _drop_rounding(Chart("Utilisation of capacities", "1", used))
     if "fender_node" in run:
         gone = crawl(run)
         for axis in map(str, gone.axis.values):
             lost_by_fender = _series_by_label(
                 gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender"
             )
-            yield from _without_rounding(
+            yield from _drop_rounding(
                 Chart(f"Crawl of contact points in {axis}", "m", lost_by_fender)
             )
     if CONTACT_WEIGHT in run.coords and GROUP_IMPULSE in run:
@@ -152,27 +154,27 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
 
 def more_charts(run: xr.Dataset) -> Iterator[Chart]:
     """What is folded away: velocities, forces one by one, and more of the contacts."""
-    yield from _lines(run, FOLDED_CHARTS, folded=True)
-    yield from _of_joints(run, "joint_velocity", "Rates of joints", folded=True)
+    yield from _line_charts(run, FOLDED_CHARTS, folded=True)
+    yield from _joint_charts(run, "joint_velocity", "Rates of joints", folded=True)
     title = "Springs, damping, stops and friction in joints"
-    yield from _of_joints(run, "joint_motion_force", title, folded=True)
+    yield from _joint_charts(run, "joint_motion_force", title, folded=True)
     for joint in map(str, run.joint.values) if "joint_force" in run else ():
         load = run.joint_force.rename(joint="body")
         of = JOINT_LOADS._replace(title=f"load of joint {joint}: ")
-        yield from _motions(load, joint, of, "force", "moment", True)
+        yield from _motion_charts(load, joint, of, "force", "moment", True)
     for axis in map(str, run.axis.values) if "fender_friction" in run else ():
         friction = _series_by_label(run.sel(axis=axis), "fender_friction", "fender")
-        yield from _without_rounding(
+        yield from _drop_rounding(
             Chart(f"Friction of contacts in {axis}", "N", friction, folded=True)
         )
     for body in map(str, run.body.values):
         if "velocity" in run:
-            yield from _motions(
+            yield from _motion_charts(
                 run.velocity, body, VELOCITIES, "of translation", "of rotation", True
             )
         for row in sorted(str(name) for name in run.data_vars if str(name).startswith("force_")):
             of = JOINT_LOADS._replace(title=f"{row.removeprefix('force_').replace('_', ' ')}, ")
-            yield from _motions(run[row], body, of, "force", "moment", True)
+            yield from _motion_charts(run[row], body, of, "force", "moment", True)
 
 
 def energies(run: xr.Dataset) -> Iterator[Chart]:
@@ -182,7 +184,7 @@ def energies(run: xr.Dataset) -> Iterator[Chart]:
         energies_by_name = {
             name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)
         }
-        yield from _without_rounding(Chart(f"Energy {label}", "J", energies_by_name, folded=True))
+        yield from _drop_rounding(Chart(f"Energy {label}", "J", energies_by_name, folded=True))
     residual = {"residual": run.energy_residual.values}
     yield Chart("Residual of the ledger", "J", residual, folded=True)
 
@@ -208,7 +210,7 @@ def _ledger_names(run: xr.Dataset, part: str) -> list[str]:
     return [name.removeprefix(start) for name in names if run[name].any()]
 
 
-def _motions(
+def _motion_charts(
     of: xr.DataArray, body: str, how: Motions, linear: str, angular: str, folded: bool = False
 ) -> Iterator[Chart]:
     body_motions = of.sel(body=body)
@@ -216,12 +218,12 @@ def _motions(
         (linear, DOFS[:3], how.linear),
         (angular, DOFS[3:], how.angular),
     ):
-        series = {dof: _over_time(body_motions.sel(dof=dof)) for dof in dofs}
+        series = {dof: _values_over_time(body_motions.sel(dof=dof)) for dof in dofs}
         title = f"{body}: {how.title}{label}"
-        yield from _without_rounding(Chart(title, unit, series, folded=folded))
+        yield from _drop_rounding(Chart(title, unit, series, folded=folded))
 
 
-def _of_joints(run: xr.Dataset, name: str, title: str, folded: bool = False) -> Iterator[Chart]:
+def _joint_charts(run: xr.Dataset, name: str, title: str, folded: bool = False) -> Iterator[Chart]:
     """A chart of a variable of joint motions for slides, and one for turns."""
     if name not in run:
         return
@@ -229,43 +231,45 @@ def _of_joints(run: xr.Dataset, name: str, title: str, folded: bool = False) -> 
     every = _series_by_label(run, name, "joint_motion")
     for unit in dict.fromkeys(units.values()):
         alike = {n: x for n, x in every.items() if units[n] == unit}
-        yield from _without_rounding(Chart(title, unit, alike, folded=folded))
+        yield from _drop_rounding(Chart(title, unit, alike, folded=folded))
 
 
-def _lines(run: xr.Dataset, table: dict[str, LineChart], folded: bool = False) -> Iterator[Chart]:
+def _line_charts(
+    run: xr.Dataset, table: dict[str, LineChart], folded: bool = False
+) -> Iterator[Chart]:
     for name, of in table.items():
         if name in run and run[name].dims:
             series = _series_by_label(run, name, of.dim)
             groups = group_by_size(series) if of.unit in LOAD_UNITS else [series]
             for k, group in enumerate(groups):
-                title = f"{of.title}: {_names(group)}" if k else of.title
-                yield from _without_rounding(Chart(title, of.unit, group, folded=folded))
+                title = f"{of.title}: {_names_text(group)}" if k else of.title
+                yield from _drop_rounding(Chart(title, of.unit, group, folded=folded))
 
 
-def _names(series: Mapping[str, np.ndarray]) -> str:
+def _names_text(series: Mapping[str, np.ndarray]) -> str:
     """Names of series, or the first of many."""
     first, *others = series
     return f"{first} and {len(others)} more" if len(others) > 1 else ", ".join(series)
 
 
-def _without_rounding(chart: Chart) -> Iterator[Chart]:
+def _drop_rounding(chart: Chart) -> Iterator[Chart]:
     """The chart of those lines that are more than rounding; none where there is none."""
-    peaks = {name: _peak(values) for name, values in chart.series.items()}
+    peaks = {name: _peak_size(values) for name, values in chart.series.items()}
     least = CHART_ROUNDING_FRACTION * max(peaks.values(), default=0.0)
     visible = {name: values for name, values in chart.series.items() if peaks[name] > least}
     if visible:
         yield replace(chart, series=visible)
 
 
-def _peak(values: np.ndarray) -> float:
+def _peak_size(values: np.ndarray) -> float:
     return float(np.abs(np.nan_to_num(values)).max(initial=0.0))
 
 
 def _series_by_label(run: xr.Dataset, name: str, dim: str) -> dict[str, np.ndarray]:
-    return {str(label): _over_time(run[name].sel({dim: label})) for label in run[dim].values}
+    return {str(label): _values_over_time(run[name].sel({dim: label})) for label in run[dim].values}
 
 
-def _over_time(values: xr.DataArray) -> np.ndarray:
+def _values_over_time(values: xr.DataArray) -> np.ndarray:
     return np.asarray(values.values)
 
 
@@ -311,21 +315,27 @@ def explanation(explanations: xr.Dataset, body: str, direction: str) -> Iterator
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
     explanations = explanations.sel(span=reported_spans(explanations))
-    yield _table(f"{body} in {direction}", _balance(explanations.sel(body=body, dof=direction)))
+    yield _table(
+        f"{body} in {direction}", _balance_figures(explanations.sel(body=body, dof=direction))
+    )
     if "friction_part" in explanations:
         for group in dict.fromkeys(explanations.fender_group.values.ravel()):
             group_explanations = explanations.sel(
                 fender=explanations.fender_group == group, direction=DIRECTION_AXES[direction]
             )
-            group_explanations = group_explanations.sel(span=_of_group(explanations, str(group)))
+            group_explanations = group_explanations.sel(
+                span=_spans_of_group(explanations, str(group))
+            )
             if group_explanations.friction_part.fillna(0.0).any():
                 yield _table(
-                    f"mean friction of {group} in {direction}", _friction(group_explanations)
+                    f"mean friction of {group} in {direction}",
+                    _friction_figures(group_explanations),
                 )
                 yield _table(
-                    f"mean of the points of {group} in {direction}", _points(group_explanations)
+                    f"mean of the points of {group} in {direction}",
+                    _point_figures(group_explanations),
                 )
-    yield _closing(explanations)
+    yield _closing_sentence(explanations)
 
 
 def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
@@ -349,7 +359,7 @@ def mean_cell(values: xr.DataArray, unit: str) -> Cell:
     return Value(of.mean + 0.0, unit)
 
 
-def _of_group(explanations: xr.Dataset, group: str) -> list[str]:
+def _spans_of_group(explanations: xr.Dataset, group: str) -> list[str]:
     """The spans that are not those of other groups."""
     return [
         s for s in map(str, explanations.span.values) if ": " not in s or s.startswith(f"{group}: ")
@@ -364,10 +374,10 @@ def reported_spans(explanations: xr.Dataset) -> list[str]:
         if explanations.span_end.sel(span=s).notnull().any()
     }
     names = [str(s) for s in explanations.span.values]
-    return [s for s in names if _phase(s) is None or is_operation(_phases_beside(s, there))]
+    return [s for s in names if _phase_number(s) is None or is_operation(_phases_beside(s, there))]
 
 
-def _phase(span: str) -> int | None:
+def _phase_number(span: str) -> int | None:
     """The phase that a span is; none if it is no phase."""
     name = span.rpartition(": ")[2]
     return EXPLAINED_PHASES.index(name) if name in EXPLAINED_PHASES else None
@@ -379,7 +389,7 @@ def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
     yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
 
 
-def _balance(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _balance_figures(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Times, displacements, mean forces by what exerts them."""
     yield ExplainedFigure("duration", explanations.span_end - explanations.span_begin, "s")
     yield ExplainedFigure("displacement", explanations.displacement, "m")
@@ -390,7 +400,7 @@ def _balance(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     yield ExplainedFigure("change of momentum", explanations.momentum_rate, "N")
 
 
-def _friction(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _friction_figures(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Mean friction of a group, by what it comes from."""
     part = explanations.friction_part.sum("fender").where(explanations.span_end.notnull())
     for name in FRICTION_PARTS:
@@ -399,7 +409,7 @@ def _friction(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
 
 
-def _points(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
+def _point_figures(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """How a point of the group slips, on average, and what it does in each mode."""
     for mode in map(str, explanations.contact_mode.values):
         of = explanations.sel(contact_mode=mode)
@@ -409,7 +419,7 @@ def _points(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
         yield ExplainedFigure(name, explanations[variable].mean("fender"), unit)
 
 
-def _closing(explanations: xr.Dataset) -> Sentence:
+def _closing_sentence(explanations: xr.Dataset) -> Sentence:
     """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
     missed = float(np.abs(explanations.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
     done = float(np.abs(explanations.force_work).sum(["body", "dof", "force"]).max())
@@ -461,18 +471,19 @@ def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
     for k, (values, at) in enumerate(plan_combinations):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
-        figures += [[name, *row] for row in _rows(ends_of_figures(of, plan.figures))]
+        figures += [[name, *row] for row in _extremes_over_runs(ends_of_figures(of, plan.figures))]
         if k < MAX_COMBINATIONS:
             channels += [
-                [name, *row] for row in _rows([*ends_of_motions(of), *ends_of_channels(of)])
+                [name, *row]
+                for row in _extremes_over_runs([*ends_of_motions(of), *ends_of_channels(of)])
             ]
-    yield from _tables("figure", figures, of=True)
-    yield from _tables("channel", channels, of=True, detail=True)
+    yield from _extreme_tables("figure", figures, of=True)
+    yield from _extreme_tables("channel", channels, of=True, detail=True)
     if figures or channels:
         yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
 
 
-def _tables(
+def _extreme_tables(
     what: str, rows: list[list[Cell]], of: bool = False, detail: bool = False
 ) -> Iterator[Node]:
     """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
@@ -503,8 +514,8 @@ def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
         if motion.low is not None and motion.high is not None
     ]
     yield Table(head, ends, title)
-    yield from _tables("channel", _rows([*moving, *ends_of_channels(runs)]))
-    if stages := list(_stages(runs)):
+    yield from _extreme_tables("channel", _extremes_over_runs([*moving, *ends_of_channels(runs)]))
+    if stages := list(_stage_rows(runs)):
         yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
 
 
@@ -530,29 +541,29 @@ def value_of(value: object, unit: str) -> Value | str:
     return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
 
 
-def _rows(ends: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
+def _extremes_over_runs(ends: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
     """Extremes of channels that enough runs have values of."""
-    return [row for ends in ends for row in _extremes(ends)]
+    return [row for ends in ends for row in _extreme_rows(ends)]
 
 
-def _extremes(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
+def _extreme_rows(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
     """Of the smallest and of the largest value of each run."""
     for side, extreme in find_extremes(ends):
-        yield [ends.name, side, *_cells(extreme, ends.unit)]
+        yield [ends.name, side, *_extreme_cells(extreme, ends.unit)]
 
 
-def _cells(extreme: SeedExtremes, unit: str) -> list[Cell]:
+def _extreme_cells(extreme: SeedExtremes, unit: str) -> list[Cell]:
     return [
         Value(extreme.probable, unit),
         Between(*extreme.interval, unit),
         Between(*extreme.another, unit),
         Value(extreme.p90, unit),
         Between(*extreme.p90_interval, unit),
-        _method(extreme),
+        _method_text(extreme),
     ]
 
 
-def _method(extreme: SeedExtremes) -> str:
+def _method_text(extreme: SeedExtremes) -> str:
     """The law, or the order of the runs and what their interval of another run holds."""
     if extreme.method == GUMBEL_METHOD:
         return GUMBEL_METHOD
@@ -565,7 +576,7 @@ def _method(extreme: SeedExtremes) -> str:
     return f"{extreme.method} ({held}{more})"
 
 
-def _stages(runs: xr.Dataset) -> Iterator[list[Cell]]:
+def _stage_rows(runs: xr.Dataset) -> Iterator[list[Cell]]:
     """Stages and figures of each group over runs: mean with its interval, and their range."""
     for name in runs.contact_group.values if STAGE_TIME in runs else ():
         of = runs.sel(contact_group=name)

@@ -222,14 +222,14 @@ def figures(statistics: xr.Dataset) -> Iterator[Node]:
     """Moments of each channel that varies, its extremes, and why there are none."""
     channels = list(channels_of(statistics))
     yield from _mean_verdicts(statistics, channels)
-    moments = [_moments(statistics, channel) for channel in channels]
+    moments = [_moment_cells(statistics, channel) for channel in channels]
     yield Table(("channel", *MOMENTS), moments)
     yield Sentence(
         "Significant is the double amplitude, four standard deviations. The period is the mean"
         " between upcrossings.",
         detail=True,
     )
-    rows = [row for channel in channels for row in _extremes(statistics, channel)]
+    rows = [row for channel in channels for row in _extreme_rows(statistics, channel)]
     if rows:
         percent = 100.0 * statistics.motion_extreme.attrs["interval_probability"]
         yield Sentence(
@@ -243,7 +243,7 @@ def figures(statistics: xr.Dataset) -> Iterator[Node]:
         yield List(without, "No extremes:")
         if any(SEEDS_HINT in item.text for item in without):
             yield Sentence(STATISTICS_METHOD_NOTE)
-    yield from _in_phases(statistics, channels)
+    yield from _describe_phases(statistics, channels)
 
 
 def contact_nodes(statistics: xr.Dataset) -> Iterator[Node]:
@@ -253,9 +253,11 @@ def contact_nodes(statistics: xr.Dataset) -> Iterator[Node]:
     yield from stage_nodes(statistics)
     if "fender_share" in statistics:
         modes = [str(mode) for mode in statistics["mode"].values]
-        rows = [_modes(statistics.sel(fender=name), modes) for name in statistics.fender.values]
+        rows = [
+            _mode_cells(statistics.sel(fender=name), modes) for name in statistics.fender.values
+        ]
         yield Table(("contact", *modes, "slipped"), rows, "Share of time in each contact mode")
-    if rows := list(_phases(statistics)):
+    if rows := list(_phase_rows(statistics)):
         head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
         yield Table(head, rows, "Crawl by phase")
 
@@ -280,11 +282,11 @@ def _mean_verdicts(statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
             yield Verdict(Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded])
 
 
-def _moments(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+def _moment_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
     return [channel.title, *(channel.figure(statistics, name) for name in MOMENTS)]
 
 
-def _extremes(statistics: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
+def _extreme_rows(statistics: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
     for side in EXTREME_SIDES:
         basis = channel.basis(statistics, side)
         if basis in LAWS:
@@ -308,7 +310,7 @@ def _reasons_without_extremes(
         bases = {side: channel.basis(statistics, side) for side in EXTREME_SIDES}
         for side, basis in bases.items():
             if basis not in LAWS:
-                reason = _reason(statistics, channel, basis)
+                reason = _reason_sentence(statistics, channel, basis)
                 names.setdefault(reason, []).append(f"{channel.title}, {side}")
     for reason, channel_names in names.items():
         told = ", ".join(_both_sides(channel_names))
@@ -324,19 +326,23 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
     )
 
 
-def _reason(statistics: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel) -> Sentence:
+def _reason_sentence(
+    statistics: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel
+) -> Sentence:
     text, names = REASONS[basis]
     text = text.replace("{ramp:g}", f"{float(statistics.attrs['wave_ramp']):g}")
     return Sentence(text, tuple(channel.figure(statistics, name) for name in names))
 
 
-def _in_phases(statistics: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
+def _describe_phases(
+    statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
+) -> Iterator[Node]:
     """Figures of the channels that were asked for by name, in each phase."""
     if "named_phase" not in statistics:
         return
     rows: list[list[Cell]] = []
     for channel in (channel for channel in channels if channel.kind == "named"):
-        for group in _operations(statistics):
+        for group in _groups_in_operation(statistics):
             for phase in map(str, statistics.phase.values):
                 at = statistics.named_phase.sel(contact_group=group, phase=phase, **channel.at)
                 of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
@@ -348,7 +354,7 @@ def _in_phases(statistics: xr.Dataset, channels: Sequence[StatisticsChannel]) ->
         yield Table(("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows)
 
 
-def _operations(statistics: xr.Dataset) -> list[str]:
+def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
     """The groups of contacts that go through an operation, whose phases are told."""
     if "phase_duration" not in statistics:
         return []
@@ -359,13 +365,13 @@ def _operations(statistics: xr.Dataset) -> list[str]:
     return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
 
 
-def _modes(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
+def _mode_cells(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
     shares = (Value(float(contact.fender_share.sel(mode=mode)), "share", 3) for mode in modes)
     return [str(contact.fender.values), *shares, Value(float(contact.fender_slipped), "m")]
 
 
-def _phases(statistics: xr.Dataset) -> Iterator[list[Cell]]:
-    for group in _operations(statistics):
+def _phase_rows(statistics: xr.Dataset) -> Iterator[list[Cell]]:
+    for group in _groups_in_operation(statistics):
         for phase in map(str, statistics.phase.values):
             at = statistics.sel(contact_group=group, phase=phase)
             seconds = float(at.phase_duration)
@@ -424,7 +430,7 @@ def _is_of_random_waves(run: xr.Dataset) -> bool:
 
 def largest_values(statistics: xr.Dataset) -> Iterator[Node]:
     """The extreme of each channel on the side that is further from zero."""
-    rows = [_largest(statistics, channel) for channel in channels_of(statistics)]
+    rows = [_largest_cells(statistics, channel) for channel in channels_of(statistics)]
     head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
     yield Table(head, rows, "Largest values")
     yield Sentence(
@@ -433,7 +439,7 @@ def largest_values(statistics: xr.Dataset) -> Iterator[Node]:
     )
 
 
-def _largest(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+def _largest_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
     side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(statistics, side).number))
     seen = channel.figure(statistics, side)
     if channel.basis(statistics, side) not in LAWS:

@@ -80,7 +80,7 @@ def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
     several = len(plans) > 1
     columns = [name for figure in figures for name in (figure, "±")]
     head = (*(("study",) if several else ()), "value", *columns, "runs")
-    rows = [row for plan in plans_with_results for row in _of_plan(plan, figures, several)]
+    rows = [row for plan in plans_with_results for row in _plan_rows(plan, figures, several)]
     yield Table(head, rows[:MAX_TABLE_ROWS], "All figures")
     yield Sentence(METHOD_NOTE)
     for name in figures:
@@ -88,7 +88,7 @@ def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
         yield Sentence("{}: {}.", [name, text], detail=True)
 
 
-def _of_plan(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
+def _plan_rows(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
     rows_by_values: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
         rows_by_values.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
@@ -118,7 +118,7 @@ def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node
     if not judged:
         return
     worst = [criterion.worst for criterion in judged]
-    yield _verdict(runs, worst)
+    yield _judge_runs(runs, worst)
     yield from (_broken_in(criterion, plans) for criterion in judged if not criterion.is_met)
     head = ("criterion", "worst value", "limit", "margin", "used", "")
     more = ("runs within", "worst run", "source of the limit")
@@ -127,18 +127,18 @@ def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node
             *criterion_figures(criterion.worst),
             met_or_not(criterion.worst),
             _met_count_text(criterion),
-            _place(criterion, plans),
+            _place_text(criterion, plans),
             criterion.worst.source,
         ]
         for criterion in judged
     ]
     yield Table((*head, *more), rows, "Criteria")
     yield from (_runs_without_event(criterion) for criterion in judged if criterion.without)
-    yield from _by_value(plans)
+    yield from _describe_by_value(plans)
     yield meanings(worst)
 
 
-def _verdict(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
+def _judge_runs(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
     """What is not complete is not judged, so that what is met by the rest is no pass."""
     complete = int((runs.status == COMPLETE).sum())
     count = runs.sizes["run"]
@@ -149,7 +149,7 @@ def _verdict(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
 
 
 def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
-    place = _place(of, plans)
+    place = _place_text(of, plans)
     at = f" in the worst run ({place})" if place else " in the worst run"
     return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
 
@@ -158,13 +158,13 @@ def _met_count_text(of: JudgedCriterion) -> str:
     return f"{of.met}/{of.runs}"
 
 
-def _place(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
+def _place_text(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     """The plan, the values of the parameters and the seed of the worst run."""
     seed = f"seed {of.seed}" if of.seed else ""
-    return ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values), seed]))
+    return ", ".join(filter(None, [_plan_text(of, plans), named_values(of.plan, of.values), seed]))
 
 
-def _plan(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
+def _plan_text(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     return of.plan.name.replace("_", " ") if len(plans) > 1 else ""
 
 
@@ -175,7 +175,7 @@ def _runs_without_event(of: JudgedCriterion) -> Sentence:
     )
 
 
-def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
+def _describe_by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
     """Each criterion at each value of the parameters, of plans that have values."""
     plans_by_value = [
         plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS
@@ -194,7 +194,7 @@ def _by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
 
 def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
     name, worst, _, margin, _ = criterion_figures(of.worst)
-    at = ", ".join(filter(None, [_plan(of, plans), named_values(of.plan, of.values)]))
+    at = ", ".join(filter(None, [_plan_text(of, plans), named_values(of.plan, of.values)]))
     return [name, at, worst, margin, met_or_not(of.worst), _met_count_text(of)]
 
 
@@ -220,26 +220,30 @@ def study_document(runs: xr.Dataset) -> Document:
 
 def study_tables(runs: xr.Dataset) -> Document:
     """Criteria, how the runs went, what they warn of and what parameters do, without the case."""
-    nodes = [*_outcome(runs), *_frequent_warnings(runs, MAX_WARNINGS_TOLD), *_results(runs)]
+    nodes = [
+        *_describe_outcome(runs),
+        *_frequent_warnings(runs, MAX_WARNINGS_TOLD),
+        *_describe_results(runs),
+    ]
     return Document(title_of(runs), nodes, units=units_of(runs.attrs))
 
 
 def counts_by_status(runs: xr.Dataset) -> str:
     """How many runs came to which end."""
-    ends = ", ".join(f"{number} {name}" for name, number in _counts(runs).items())
+    ends = ", ".join(f"{number} {name}" for name, number in _outcome_counts(runs).items())
     return f"{runs.sizes['run']} runs: {ends}"
 
 
-def _counts(runs: xr.Dataset) -> Counter[str]:
+def _outcome_counts(runs: xr.Dataset) -> Counter[str]:
     return Counter(map(str, runs.status.values))
 
 
-def _outcome(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_outcome(runs: xr.Dataset) -> Iterator[Node]:
     """Whether criteria are met, how many runs are complete, why others are not, and what not all of
     them have."""
     if DESIGN in runs.attrs:
         yield from study_criteria(runs, effects.plans(runs))
-    yield from _ends(runs)
+    yield from _describe_ends(runs)
     if differ := runs.attrs.get(DIFFERING_ATTRIBUTE):
         yield List(
             [f"{line}." for line in differ.splitlines()],
@@ -247,11 +251,11 @@ def _outcome(runs: xr.Dataset) -> Iterator[Node]:
         )
 
 
-def _ends(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_ends(runs: xr.Dataset) -> Iterator[Node]:
     if GATHERED in runs.attrs:
         yield Verdict(Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])])
         return
-    complete = _counts(runs)[COMPLETE]
+    complete = _outcome_counts(runs)[COMPLETE]
     count = runs.sizes["run"]
     if complete == count:
         yield Verdict(Outcome.GOOD, "All {} runs are complete.", [str(count)])
@@ -259,8 +263,11 @@ def _ends(runs: xr.Dataset) -> Iterator[Node]:
     text = "{} of {} runs are complete. Figures are of these."
     yield Verdict(Outcome.BAD, text, [str(complete), str(count)])
     yield List(
-        _at_most(
-            [_of_runs(text, run_numbers) for text, run_numbers in _unfinished_runs(runs).items()]
+        _shorten_list(
+            [
+                _sentence_with_runs(text, run_numbers)
+                for text, run_numbers in _unfinished_runs(runs).items()
+            ]
         )
     )
 
@@ -275,7 +282,7 @@ def _unfinished_runs(runs: xr.Dataset) -> dict[str, list[int]]:
     return numbers_by_text
 
 
-def _of_runs(text: str, run_numbers: list[int]) -> Sentence:
+def _sentence_with_runs(text: str, run_numbers: list[int]) -> Sentence:
     """A remark with the numbers of the runs that it is of."""
     named = ", ".join(map(str, run_numbers[:MAX_RUNS_NAMED])) + (
         ", ..." if len(run_numbers) > MAX_RUNS_NAMED else ""
@@ -284,7 +291,7 @@ def _of_runs(text: str, run_numbers: list[int]) -> Sentence:
     return Sentence("{} ({} {})", [text, runs, named])
 
 
-def _results(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_results(runs: xr.Dataset) -> Iterator[Node]:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if DESIGN not in runs.attrs:
         text = "The file does not say its plan: it comes from simulate_many or an earlier version."
@@ -296,7 +303,11 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
         yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
         if plan.figures:
-            yield from _of_samples(plan) if plan.design in SAMPLED_DESIGNS else _of_values(plan)
+            yield from (
+                _describe_samples(plan)
+                if plan.design in SAMPLED_DESIGNS
+                else _describe_values(plan)
+            )
             if plan.design not in SAMPLED_DESIGNS and "motion" in runs:
                 yield from extreme_nodes(plan)
         elif "motion" in runs:
@@ -305,22 +316,26 @@ def _results(runs: xr.Dataset) -> Iterator[Node]:
             yield Sentence("The study file asks for no figures.")
 
 
-def _of_values(plan: PlanRuns) -> Iterator[Node]:
+def _describe_values(plan: PlanRuns) -> Iterator[Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
     head = ("figure", *map(short_key, names), "mean", "90 % interval", "another seed", "runs")
     again = has_results_table(plan)
-    yield Table(head, [_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again)
+    yield Table(
+        head, [_statistic_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again
+    )
     yield Sentence(INTERVALS_NOTE, detail=True)
     if len(rows) > MAX_TABLE_ROWS:
         more = str(len(rows) - MAX_TABLE_ROWS)
         yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
-    if told := [_difference(plan, difference) for difference in _differences(plan)]:
+    if told := [
+        _difference_sentence(plan, difference) for difference in _differences_of_plan(plan)
+    ]:
         yield List(told, "What the parameters change:", detail=again)
-    yield from _pictures(plan, rows)
+    yield from _plan_pictures(plan, rows)
 
 
-def _cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> list[Cell]:
+def _statistic_cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> list[Cell]:
     s = row.spread
     values = [value_of(row.values[name], plan.unit(name)) for name in names]
     mean = Value(s.mean, row.unit) if s.n else "no run has a value"
@@ -329,14 +344,14 @@ def _cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> list[Cell]:
     return [row.figure, *values, mean, interval, another, str(s.n)]
 
 
-def _differences(plan: PlanRuns) -> list[Difference]:
+def _differences_of_plan(plan: PlanRuns) -> list[Difference]:
     """Differences between the ends of a parameter, of plans that have them."""
     if plan.design != "one_at_a_time" and len(plan.parameters) != 1:
         return []
     return list(effects.differences(plan))
 
 
-def _difference(plan: PlanRuns, of: Difference) -> Sentence:
+def _difference_sentence(plan: PlanRuns, of: Difference) -> Sentence:
     """A change in words; its interval where there are seeds to have one of, what contacts did where
     there are contacts."""
     axis = plan.axis(of.parameter)
@@ -360,7 +375,7 @@ def _difference(plan: PlanRuns, of: Difference) -> Sentence:
     return Sentence(f"{text}.", parts)
 
 
-def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
+def _plan_pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
     """Each figure over the first parameter that is a number, a line for each value of others."""
     axes = [plan.axis(parameter) for parameter in plan.parameters]
     numbers = [a for a in axes if np.asarray(plan.runs[a].values).dtype.kind in "if"]
@@ -373,7 +388,7 @@ def _pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
         kinds = list(dict.fromkeys(others))
         if len(kinds) <= MAX_LINES_PER_CHART:
             curves = {
-                ", ".join(kind) or figure: _curve(
+                ", ".join(kind) or figure: _plotted_curve(
                     [row for row, other in zip(figure_rows, others, strict=True) if other == kind],
                     axis,
                 )
@@ -392,14 +407,14 @@ def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, .
     return tuple(text_of(value, units) for value in values)
 
 
-def _curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
+def _plotted_curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
     rows = sorted(rows, key=lambda row: float(row.values[axis]))
     x = np.array([float(row.values[axis]) for row in rows])
     y, low, high = np.array([row.spread[1:4] for row in rows], float).T
     return PlottedCurve(x, y, low, high)
 
 
-def _of_samples(plan: PlanRuns) -> Iterator[Node]:
+def _describe_samples(plan: PlanRuns) -> Iterator[Node]:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
         rows = [(f, short_key(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
@@ -423,7 +438,7 @@ def _share_cells(of: tuple[float, float, float]) -> tuple[Value, Between]:
     return Value(of[0], digits=2), Between(of[1], of[2], digits=2)
 
 
-def _case(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_case(runs: xr.Dataset) -> Iterator[Node]:
     """The case that all have, or that of the first run; parameters and seeds vary about it."""
     yield Sentence("The case of the first run. Parameters of the study and seeds differ in others.")
     first = {name: str(runs[name].values[0]) for name in ("case", "case_resolved") if name in runs}
@@ -450,7 +465,7 @@ def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[Node]:
         yield Sentence("{} more warnings are in the report.", [str(len(lines) - most)])
 
 
-def _convergence(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_convergence(runs: xr.Dataset) -> Iterator[Node]:
     yield Sentence(
         "Intervals are over seeds alone. hydrosim converge compares steps and methods for the case."
     )
@@ -482,7 +497,7 @@ def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
     yield Sentence("A run has a warning beyond {}.", [Value(reported_beyond(runs), digits=1)])
 
 
-def _at_most(items: list[Sentence]) -> list[Sentence]:
+def _shorten_list(items: list[Sentence]) -> list[Sentence]:
     more = len(items) - MAX_TABLE_ROWS
     if more <= 0:
         return items
@@ -490,10 +505,10 @@ def _at_most(items: list[Sentence]) -> list[Sentence]:
 
 
 STUDY_SECTIONS: Sections[xr.Dataset] = {
-    "outcome": ("Outcome", _outcome),
-    "results": ("What parameters do", _results),
-    "case": ("Case", _case),
+    "outcome": ("Outcome", _describe_outcome),
+    "results": ("What parameters do", _describe_results),
+    "case": ("Case", _describe_case),
     "assumptions": ("Assumptions and warnings", _study_assumptions),
-    "convergence": ("Convergence", _convergence),
+    "convergence": ("Convergence", _describe_convergence),
 }
 """Sections by name: the heading, and what gives the nodes below it."""

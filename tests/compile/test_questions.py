@@ -1,0 +1,703 @@
+"""What is asked of scenes that are possible and hardly meant; nothing is asked of others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from markers import few
+from scenes import block, in_waves, moving, on_floor, scene_of, with_body
+from scipy.spatial import ConvexHull
+
+import hydrosim as hs
+from hydrosim.analysis.response import responder
+from hydrosim.case import load_case
+from hydrosim.compile.compile import compile_scene
+from hydrosim.compile.questions import QUESTIONS
+from hydrosim.compile.questions.query import extents, text_beyond
+from hydrosim.compile.questions.waters import mode_period, surface_width
+from hydrosim.database import HydroDatabase, load
+from hydrosim.elements import (
+    AppliedForce,
+    Catenary,
+    Coulomb,
+    CurrentLoad,
+    Fender,
+    Frictionless,
+    LinearDamping,
+    LinearMooring,
+    NormalCurve,
+    Plane,
+    QuadraticDamping,
+    Spring,
+    StreamLoad,
+    Strut,
+    TorsionSpring,
+    WindLoad,
+    constant,
+)
+from hydrosim.errors import InputError
+from hydrosim.scene import (
+    Body,
+    Box,
+    FreeSurface,
+    Hull,
+    Joint,
+    JointResistance,
+    JointType,
+    Jonswap,
+    LinearScenes,
+    Plan,
+    Question,
+    RegularWave,
+    Scene,
+    Stops,
+    Stream,
+    Tank,
+    TankMesh,
+    TankTable,
+    Weight,
+)
+
+ROOT = Path(__file__).parents[2]
+CASES = sorted((ROOT / "cases").glob("*/*.yaml"))
+
+
+def warnings(scene: Scene) -> list[str]:
+    return [text for text in compile_scene(scene).notes.warnings if "accept: [" in text]
+
+
+def afloat(**changes: object) -> Scene:
+    """The moored barge of the base case in calm water, its body changed."""
+    return with_body(in_waves(scene_of("free_floating")), **changes)
+
+
+def in_sea(spectrum: Jonswap | RegularWave, **train: float) -> Scene:
+    """The barge in another sea."""
+    (waves,) = scene_of("free_floating").environment.waves
+    return in_waves(afloat(), replace(waves, spectrum=spectrum, **train))  # type: ignore[arg-type]
+
+
+def around(**changes: object) -> Scene:
+    """The barge in another environment."""
+    scene = afloat()
+    return replace(scene, environment=replace(scene.environment, **changes))  # type: ignore[arg-type]
+
+
+def in_brine() -> Scene:
+    """The barge in another liquid, which its database was made for."""
+    scene = around(water_density=1200.0)
+    (body,) = scene.bodies
+    assert isinstance(body.hydrodynamics, HydroDatabase)
+    database = replace(body.hydrodynamics, water_density=1200.0)
+    return replace(scene, bodies=(replace(body, hydrodynamics=database),))
+
+
+def with_force(element: object, name: str = "it") -> Scene:
+    scene = afloat()
+    return replace(scene, forces={**scene.forces, name: element})  # type: ignore[dict-item]
+
+
+def dry(forces: dict[str, object], **changes: object) -> Scene:
+    return Scene("dry", 1.0, (block(1e4, **changes),), forces=forces)  # type: ignore[arg-type]
+
+
+def with_ratio(ratio: float) -> LinearMooring:
+    stiffness = np.diag([1e6, 0.0, 0.0, 0.0, 0.0, 0.0])
+    return LinearMooring("barge", stiffness, damping_ratio=np.array([ratio, 0, 0, 0, 0, 0]))
+
+
+def stiff(k: float) -> LinearMooring:
+    return LinearMooring("barge", np.diag([k, 0.0, 0.0, 0.0, 0.0, 0.0]))
+
+
+def line(length: float) -> Spring:
+    table = np.array([0.0, 1.0])
+    return Spring("block", (0, 0, 0), (10.0, 0, 0), length, table, 1e3 * table)
+
+
+def lifted(force: float) -> AppliedForce:
+    return AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": constant(force)})
+
+
+def alongside(
+    side: float, stiffness: float = 1e8, thickness: float = 0.5, **changes: float
+) -> Scene:
+    """The barge, 57 m broad, at a quay, with two fenders ``side`` [m] from its middle."""
+    points = np.array([[60.0, side, 6.0], [-60.0, side, 6.0]])
+    quay = Plane((0.0, side + thickness, 0.0), (0.0, -1.0, 0.0))
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]))
+    return with_force(Fender("barge", points, quay, curve, Frictionless()))
+
+
+def two_boxes(apart: float, heading: float = 0.0) -> Scene:
+    """Two boxes of 100 m by 20 m, abeam of each other with that much water between."""
+    scene = in_sea(Jonswap(1.0, 9.0))
+    mass = 1025.0 * 100.0 * 20.0 * 5.0
+    box = Body("a", mass, mass * np.diag([49.0, 676.0, 676.0]), ROOT / "hydro_db" / "box.nc")
+    other = replace(box, name="b", location=(0.0, 20.0 + apart), heading=heading)
+    return replace(scene, bodies=(box, other), forces={})
+
+
+def filled(level: float, heading: float, breadth: float = 54.0, **more: object) -> Scene:
+    """The barge with a tank across it, in a sea of 12 s."""
+    tank = Tank("mid", Box((-50, -breadth / 2, -12), (50, breadth / 2, 2)), level, **more)  # type: ignore[arg-type]
+    scene = in_sea(RegularWave(1.0, 12.0), heading=heading)
+    (body,) = scene.bodies
+    body = replace(body, tanks=(tank,), weight=Weight.CARRIED)
+    return replace(scene, bodies=(body,))
+
+
+def pressed_through(capacity: float) -> Scene:
+    """The block on a line that pulls it with 1 kN at the start."""
+    return dry({"l": replace(line(9.0), capacity=capacity)})
+
+
+def hinged(axis: tuple[float, ...], point: tuple[float, ...] = (0.0, 0.0, -1.0)) -> Scene:
+    """The block on a hinge about y to the earth, with a torsion spring about another axis."""
+    spring = TorsionSpring("block", np.array([0.0, 1.0]), np.array([0.0, 1e4]), axis=axis)
+    hinge = Joint(JointType.HINGE, "block", point=point, axis=(0.0, 1.0, 0.0))
+    return replace(dry({"s": spring}), joints={"hinge": hinge})
+
+
+def with_mesh(aside: float) -> Scene:
+    """The block with a box of 4 m as its hull, this far [m] aside of its centre of gravity."""
+    corners = np.array(np.meshgrid([-2.0, 2.0], [-2.0, 2.0], [-2.0, 2.0])).reshape(3, -1).T
+    hull = ConvexHull(corners)
+    triangles = corners[hull.simplices] + [aside, 0.0, 0.0]
+    first, second, third = triangles.swapaxes(0, 1)
+    normals = np.cross(second - first, third - first)
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return dry({}, hydrostatics=Hull(triangles), weight=Weight.CARRIED)
+
+
+HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
+DRAG = np.array([1e5, 0.0, -1e5, 0.0])
+THIN = 1e4 * np.diag([1.0, 1.0, 3.0])
+BELOW = Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
+REVERSED = Plane((0.0, 0.0, -1.0), (0.0, 0.0, -1.0))
+POINTS = [[0.0, 0.0, -0.9]]
+LOW, FAR = [[0.0, 0.0, -0.9]], Plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0))
+ODD = {
+    Question.ANGLES: (in_sea(Jonswap(1.5, 8.0), heading=45.0), "2578.3 deg"),
+    Question.SPEED: (dry({}, velocity=moving(surge=50.0)), "50 m/s"),
+    Question.OVERLAP: (
+        dry({"f": on_floor(1e5, Frictionless(), [[0, 0, -4.0]], BELOW)}),
+        "that point 1 is 3.0 m behind",
+    ),
+    Question.PLANE: (
+        dry({"f": on_floor(1e5, Frictionless(), POINTS, REVERSED)}),
+        "which is 1.0 m behind the plane",
+    ),
+    Question.LINES: (dry({"l": line(5.0)}), "5 m further"),
+    Question.FALL: (
+        dry({"f": on_floor(1e5, Frictionless(), LOW, FAR)}, weight=Weight.CARRIED),
+        "a gap of 9.1 m between block and all contacts",
+    ),
+    Question.POINTS: (alongside(20.0), "point 1 inside the hull of barge"),
+    Question.MASS: (afloat(mass=1.4e8), "a displaced mass of 1.568e+08 kg"),
+    Question.INERTIA: (dry({}, inertia=THIN), "principal moments"),
+    Question.TRIM: (afloat(centre_of_gravity=(5.0, 0.0, -4.9)), "a pitch of 0.59 deg"),
+    Question.STABILITY: (afloat(centre_of_gravity=(0.0, 0.0, 40.0)), "metacentric height of -"),
+    Question.PERIODS: (with_force(stiff(1e11)), "natural period of 0.2"),
+    Question.LIFT: (with_force(lifted(1e9)), "lift by 65% of the weight"),
+    Question.SOFTNESS: (alongside(28.5, 2000.0), "4e+03 N/m in all: 1.57e+08 kg at 0.1 m/s"),
+    Question.FRICTION: (
+        dry({"f": on_floor(1e5, Coulomb(20.0, 20.0), POINTS, BELOW)}),
+        "coefficient of 20",
+    ),
+    Question.DAMPING: (with_force(with_ratio(20.0)), 'Then it is "20 %"'),
+    Question.WATER: (in_brine(), "1200 kg/m^3"),
+    Question.STREAMS: (around(current=Stream(1.0)), "1 m/s and no force element that it loads"),
+    Question.SHIELDING: (two_boxes(10.0), "10 m apart, with a breadth of 20 m"),
+    Question.SLOSHING: (
+        filled(9.0, np.pi / 2),
+        "sloshes along y with a period of 12 s at levels of 9 m",
+    ),
+    Question.WAVES: (in_sea(RegularWave(0.1, 40.0)), "a period of 40 s"),
+    Question.STEEPNESS: (in_sea(Jonswap(15.0, 8.0)), "waves break above 0.1"),
+    Question.RAMP: (in_sea(Jonswap(1.5, 8.0), ramp=1e5), "The sea never reaches its full height"),
+    Question.CAPACITY: (pressed_through(900.0), "900 N, and 1000 N of tension at the start"),
+    Question.AXES: (hinged((1.0, 0.0, 0.0)), "an axis at 90 deg to that of hinge"),
+    Question.HULL: (with_mesh(34.0), "a hull 32 m aside of the centre of gravity of block"),
+    Question.STEP: (
+        replace(
+            scene_of("free_floating"),
+            solver=replace(afloat().solver, step=1.0, linear=LinearScenes.STEP),
+            output_step=1.0,
+        ),
+        "a tenth of the waves' period",
+    ),
+}
+
+
+BY_OTHER_TESTS = {Question.RANGE, Question.BENDING, Question.FILES}
+"""Refusals; what files of other programs say is in tests/case/test_mooring_files.py."""
+
+
+def test_a_lightship_without_inertia_is_asked_about() -> None:
+    """A moment of 1e9 kg m^2, and 2000 t at 30 m from the middle: m y^2 = 1.8e9 kg m^2."""
+    wings = [Tank(f"{y:g}", Box((-1, y - 1, -5), (1, y + 1, 0)), 2.5, 1e5) for y in (-30.0, 30.0)]
+    little, enough = (
+        afloat(weight=Weight.CARRIED, inertia=moment * np.eye(3), tanks=tuple(wings))
+        for moment in (1e9, 3e9)
+    )
+    (said,) = [text for text in warnings(little) if "accept: [inertia]" in text]
+    assert "bodies.barge.inertia, radii_of_gyration: found a moment of inertia of -8" in said
+    assert not [text for text in warnings(enough) if "accept: [inertia]" in text]
+
+
+@pytest.mark.parametrize("question", ODD)
+def test_an_odd_value_is_asked_about_once_and_not_if_it_is_accepted(question: Question) -> None:
+    scene, found = ODD[question]
+    (text,) = [text for text in warnings(scene) if text.endswith(f"accept: [{question}].")]
+    assert found in text
+    assert not [text for text in warnings(replace(scene, accept=(question,))) if question in text]
+
+
+def test_every_question_has_a_function_and_an_example() -> None:
+    assert set(QUESTIONS) == set(Question) == {*ODD, *BY_OTHER_TESTS}
+
+
+@pytest.mark.parametrize("path", few(CASES, 8), ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_nothing_is_asked_of_the_shipped_cases(path: Path) -> None:
+    case = load_case(path)
+    if case.stages():
+        pytest.skip("needs the run of another case first")
+    assert warnings(case.scene()) == []
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 1e3])
+def test_a_mass_that_cannot_float_is_refused_unless_accepted(ratio: float) -> None:
+    scene = afloat(mass=1.568e8 * ratio, inertia=ratio * afloat().bodies[0].inertia)
+    with pytest.raises(InputError, match=r"bodies\.barge\.mass: found .* No body of that mass"):
+        compile_scene(scene)
+    accepted = replace(scene, accept=(Question.MASS,))
+    assert not [text for text in warnings(accepted) if "displaced mass" in text]
+
+
+def test_a_sea_beyond_the_database_is_refused_unless_accepted() -> None:
+    """Short waves that load the barge with nothing; a sea of 5 s, of which 5 per cent are outside,
+    with a thousandth of the loads, is none."""
+    short = in_sea(Jonswap(0.2, 2.5))
+    with pytest.raises(InputError, match=r"environment\.waves: found .*accept: \[range\]"):
+        compile_scene(short)
+    accepted = compile_scene(replace(short, accept=(Question.RANGE,)))
+    assert any("of the energy of its loads" in text for text in accepted.notes.skipped)
+    usable = compile_scene(in_sea(Jonswap(0.5, 5.0))).notes
+    assert any("4.9% of the waves' energy outside" in text for text in usable.skipped)
+
+
+def test_a_lift_of_more_than_the_weight_is_refused() -> None:
+    with pytest.raises(InputError, match="lift by 130% of the weight"):
+        compile_scene(with_force(lifted(2e9)))
+
+
+def test_a_value_close_to_its_limit_differs_from_it_in_the_message() -> None:
+    (body,) = scene_of("free_floating").bodies
+    force = 0.503 * body.mass * 9.81
+    (text,) = warnings(with_force(lifted(force)))
+    assert "lift by 50.3% of the weight; usual is up to 50%" in text
+    assert text_beyond(0.1421, 0.142, ".2g") == "0.1421"
+    assert text_beyond(3.7, 3.0) == "3.7"
+    assert text_beyond(0.65, 0.5, ".0%") == "65%"
+
+
+def test_a_wrong_mass_is_asked_about_before_a_lift_that_follows_from_it() -> None:
+    """The barge in kg, as if they were tonnes: its cargo lifts it by thousands of its weight."""
+    light = with_force(lifted(1e9))
+    body = replace(light.bodies[0], mass=1.568e5, inertia=1e-3 * light.bodies[0].inertia)
+    scene = replace(light, bodies=(body, *light.bodies[1:]))
+    with pytest.raises(InputError) as refused:
+        compile_scene(scene)
+    assert "bodies.barge.mass: found 1.568e+05 kg" in str(refused.value)
+    assert "of the weight" not in str(refused.value)
+    with pytest.raises(InputError, match="lift by 65011% of the weight"):
+        compile_scene(replace(scene, accept=(Question.MASS,)))
+
+
+def test_an_unknown_question_is_refused_with_the_list(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(
+        "{title: t, duration: 1, accept: [heading], bodies: {b: {mass: 1, dofs: [surge]}}}"
+    )
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    assert "accept" in str(caught.value)
+    assert all(question in str(caught.value) for question in Question)
+
+
+def test_a_question_is_a_warning_of_the_run(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    fender = (
+        "{type: fender, body: b, points: [[0, 0, -3]], normal: {stiffness: 1e5},"
+        " plane: {point: [0, 0, -1], normal: [0, 0, 1]}, friction: {law: none}}"
+    )
+    text = "{title: t, duration: 1, bodies: {b: {mass: 1e4, dofs: [heave]}}, forces: {f: %s}}"
+    path.write_text(text % fender)
+    warning = "forces.f: found that point 1 is 2.0 m behind its plane at the start"
+    assert str(hs.simulate(load_case(path)).attrs["warnings"]).count(warning) == 1
+    path.write_text((text % fender)[:-1] + ", accept: [overlap]}")
+    assert warning not in str(hs.simulate(load_case(path)).attrs.get("warnings", ""))
+
+
+def asked_of(scene: Scene, question: Question) -> list[str]:
+    return [text for text in warnings(scene) if text.endswith(f"accept: [{question}].")]
+
+
+def test_extents_of_a_box_are_its_own() -> None:
+    scene = two_boxes(10.0)
+    database = compile_scene(scene).derived.databases["a"]
+    size = extents(replace(scene.bodies[0], centre_of_gravity=(0.0, 0.0, 0.0)), database)
+    assert size is not None
+    assert size.half == pytest.approx([50.0, 10.0], rel=1e-6)
+    assert (size.filled, size.draught) == pytest.approx((1.0, 5.0), rel=1e-6)
+
+
+def test_a_centre_of_gravity_is_asked_about_where_the_weight_would_tilt_the_hull() -> None:
+    """By m g d over the hydrostatic stiffness; a body that carries its weight does tilt."""
+    level = afloat(centre_of_gravity=(2.0, 0.05, -4.9))
+    assert not asked_of(level, Question.TRIM)
+    (text,) = asked_of(afloat(centre_of_gravity=(0.0, -2.0, -4.9)), Question.TRIM)
+    assert f"a roll of {np.degrees(2.0 / 18.82):.2g} deg" in text  # GM of hydro_db/README
+    carried = afloat(centre_of_gravity=(5.0, 0.0, -4.9), weight=Weight.CARRIED)
+    assert not asked_of(carried, Question.TRIM)
+
+
+@pytest.mark.parametrize(("feet", "asked"), [(1.0, 0), (1.0 / 0.3048, 3)])
+def test_radii_of_gyration_in_feet_are_asked_about(feet: float, asked: int) -> None:
+    radii = feet * np.array([0.4 * 57.0, 0.28 * 260.0, 0.28 * 260.0])
+    texts = asked_of(afloat(inertia=1.56758e8 * np.diag(radii**2)), Question.INERTIA)
+    assert len(texts) == asked
+
+
+@pytest.mark.parametrize(
+    ("side", "found"), [(5.0, "inside"), (28.5, ""), (31.5, ""), (28.5 / 0.3048, "outside")]
+)
+def test_fenders_belong_at_the_side_of_a_hull(side: float, found: str) -> None:
+    texts = asked_of(alongside(side), Question.POINTS)
+    assert bool(texts) == bool(found)
+    assert all(found in text for text in texts)
+
+
+def test_fenders_on_deck_are_not_asked_about() -> None:
+    """Neither below a topside, nor a stop against the wall of a dry body."""
+    points = np.array([[20.0, 5.0, 9.5]])
+    above = Plane((0.0, 0.0, 5.5), (0.0, 0.0, -1.0))
+    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8]))
+    for plane in (above, Plane((0.0, 6.0, 0.0), (0.0, -1.0, 0.0))):
+        scene = with_force(Fender("barge", points, plane, curve, Frictionless()))
+        assert not asked_of(scene, Question.POINTS)
+
+
+def test_many_soft_fenders_are_as_good_as_a_few_stiff_ones() -> None:
+    """Half m v^2 = half k x^2: 100 kN/m are pressed by 4 m, 20 of them by 0.9 m."""
+    one = alongside(28.5, 5e4)
+    assert "by 3.96 m" in asked_of(one, Question.SOFTNESS)[0]
+    fender = one.forces["it"]
+    many = replace(one, forces={**one.forces, **{f"f{i}": fender for i in range(19)}})
+    assert not asked_of(many, Question.SOFTNESS)
+
+
+def test_a_dry_body_whose_weight_presses_its_fenders_by_metres_is_asked_about() -> None:
+    """98.1 kN on 2 kN/m, for 2 MN/m: 49 m; a line that carries it, or enough points, do."""
+    soft = on_floor(2e3, Frictionless(), [[0, 0, -1.0]], BELOW)
+    (text,) = asked_of(dry({"f": soft}, weight=Weight.CARRIED), Question.SOFTNESS)
+    assert "whose weight of 9.81e+04 N compresses it by 49 m" in text
+    assert not asked_of(dry({"f": soft, "l": line(9.9)}, weight=Weight.CARRIED), Question.SOFTNESS)
+    stiff_one = on_floor(2e6, Frictionless(), [[0, 0, -1.0]], BELOW)
+    assert not asked_of(dry({"f": stiff_one}, weight=Weight.CARRIED), Question.SOFTNESS)
+    assert not asked_of(dry({"f": soft}), Question.SOFTNESS)
+
+
+def test_a_body_that_hangs_or_is_held_does_not_fall() -> None:
+    high = on_floor(1e5, Frictionless(), LOW, FAR)
+    hanging = dry({"f": high, "l": line(9.9)}, weight=Weight.CARRIED)
+    assert not asked_of(hanging, Question.FALL)
+    assert not asked_of(dry({"f": high}), Question.FALL)
+
+
+def test_a_run_that_presses_a_fender_by_metres_says_so() -> None:
+    """A block of 1e4 kg at 0.5 m/s against 100 N/m: v sqrt(m / k) = 5 m deep."""
+    fender = on_floor(100.0, Frictionless(), [[0, 0, -1.0]], BELOW)
+    scene = replace(dry({"f": fender}, velocity=moving(heave=-0.5)), duration=20.0)
+    run = hs.simulate(scene)
+    assert "forces.f: point 1 was compressed by 5 m at 15.5 s" in str(run.attrs["warnings"])
+    accepted = hs.simulate(replace(scene, accept=(Question.SOFTNESS,)))
+    assert "was compressed" not in str(accepted.attrs.get("warnings", ""))
+
+
+LOADS = [
+    (CurrentLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "current"),
+    (QuadraticDamping("barge", np.eye(6)), "current"),
+    (LinearDamping("barge", np.eye(6), relative_to_current=True), "current"),
+    (WindLoad("barge", (0, 0, 0), HEADINGS, DRAG, DRAG, 0 * DRAG), "wind"),
+]
+
+
+@pytest.mark.parametrize(("load", "stream"), LOADS)
+def test_a_stream_is_asked_about_that_no_element_feels(load: StreamLoad, stream: str) -> None:
+    bare = around(**{stream: Stream(1.0)})
+    assert f"environment.{stream}: found 1 m/s and no force element" in warnings(bare)[0]
+    assert not asked_of(replace(bare, forces={**bare.forces, "it": load}), Question.STREAMS)
+
+
+@pytest.mark.parametrize(("speed", "asked"), [(2.4, 0), (3.0, 1)])
+def test_currents_faster_than_the_gulf_stream_are_asked_about(speed: float, asked: int) -> None:
+    scene = around(current=Stream(speed))
+    drag = QuadraticDamping("barge", np.eye(6))
+    texts = asked_of(replace(scene, forces={**scene.forces, "d": drag}), Question.STREAMS)
+    assert len(texts) == asked
+
+
+def test_hulls_with_a_database_each_are_asked_about_if_they_are_near() -> None:
+    """A turned one reaches nearer: 50 sin 20 deg + 10 cos 20 deg - 10 = 16.5 m."""
+    assert not asked_of(two_boxes(41.0), Question.SHIELDING)
+    (text,) = asked_of(two_boxes(41.0, np.radians(20.0)), Question.SHIELDING)
+    assert "about 24.5 m apart" in text
+    calm = two_boxes(10.0)
+    calm = replace(calm, environment=replace(calm.environment, waves=()))
+    assert not asked_of(calm, Question.SHIELDING)
+
+
+def test_hulls_of_one_database_are_not_asked_about() -> None:
+    database = load(ROOT / "hydro_db" / "two_barges.nc")
+    scene = in_sea(Jonswap(1.0, 8.0))
+    assert database.volume is not None
+    assert database.centre_of_gravity is not None
+    bodies = tuple(
+        Body(
+            name,
+            1025.0 * float(database.volume[i]),
+            1025.0 * float(database.volume[i]) * np.diag([16.0, 200.0, 200.0]),
+            database,
+            tuple(database.centre_of_gravity[i]),
+            database_body=i + 1,
+        )
+        for i, name in enumerate("ab")
+    )
+    both = replace(scene, bodies=bodies, forces={})
+    assert not asked_of(both, Question.SHIELDING)
+
+
+@pytest.mark.parametrize(
+    ("scene", "asked"),
+    [
+        (filled(9.0, 0.0), 0),  # 19 s along the tank of 100 m, and nothing across
+        (filled(9.0, np.pi / 2, 20.0), 0),  # 5.2 s
+        (filled(13.95, np.pi / 2), 0),  # full
+        (filled(9.0, np.pi / 2, surface=FreeSurface.FROZEN), 0),
+        (filled(2.0, np.pi / 2), 0),  # 24 s
+        (filled(9.0, np.pi / 4), 1),
+    ],
+)
+def test_sloshing_is_asked_about_near_resonance_only(scene: Scene, asked: int) -> None:
+    assert len(asked_of(scene, Question.SLOSHING)) == asked
+
+
+def test_the_roll_beside_sloshing_is_that_of_the_linear_analysis() -> None:
+    """Free surfaces make it slower: 12 s of the hull by itself, 16 s with them."""
+    scene = filled(5.0, np.pi / 2)
+    waves = (replace(scene.environment.waves[0], spectrum=RegularWave(1.0, 15.0)),)
+    scene = replace(scene, environment=replace(scene.environment, waves=waves))
+    (text,) = asked_of(scene, Question.SLOSHING)
+    (roll,) = (mode for mode in responder(scene).natural_modes() if mode.dof == "roll")
+    assert roll.natural_period > 14.0
+    assert f"a roll of about {roll.natural_period:.3g} s" in text
+
+
+def test_levels_of_resonance_are_those_that_a_plan_goes_through() -> None:
+    """10 % about 12 s across 54 m are 10.8 to 13.2 s: omega^2 = g k tanh k h, k = pi / b; roll is
+    farther away in a scene without it."""
+    plan = Plan(np.array([0.0, 10.0]), np.array([12.0, 6.0]))
+    scene = filled(12.0, np.pi / 2, plan=plan)
+    (body,) = scene.bodies
+    (text,) = asked_of(replace(scene, bodies=(replace(body, dofs=("sway",)),)), Question.SLOSHING)
+    k = np.pi / 54.0
+    levels = [np.arctanh((2 * np.pi / (12 * x)) ** 2 / (9.81 * k)) / k for x in (1 / 0.9, 1 / 1.1)]
+    low, high = (float(x) for x in text.split("at levels of ")[1].split(" m (")[0].split(" to "))
+    assert low == pytest.approx(max(levels[0], 6.0), abs=0.16)  # a fortieth of 6 m
+    assert high == pytest.approx(min(levels[1], 12.0), abs=0.16)
+
+
+def test_the_lowest_mode_has_the_limits_of_deep_and_of_shallow_water() -> None:
+    breadth = np.array([54.0])
+    shallow = mode_period(breadth, np.array([0.05]), 9.81)
+    assert shallow == pytest.approx(2.0 * 54.0 / np.sqrt(9.81 * 0.05), rel=1e-5)
+    deep = mode_period(breadth, np.array([200.0]), 9.81)
+    assert deep == pytest.approx(2.0 * np.pi * np.sqrt(54.0 / (9.81 * np.pi)), rel=1e-5)
+
+
+def test_a_box_is_as_wide_by_its_table_and_by_its_mesh() -> None:
+    box = Box((-50.0, -27.0, -12.0), (50.0, 27.0, 2.0))
+    level = np.linspace(0.0, 14.0, 8)
+    area = 100.0 * 54.0
+    centroid = np.column_stack([0 * level, 0 * level, level / 2 - 12.0])
+    second = np.array([area * 100.0**2 / 12.0, 0.0, area * 54.0**2 / 12.0])
+    table = TankTable(level, area * level, centroid, np.tile(second, (8, 1)))
+    mesh = TankMesh(box_triangles(box))
+    for axis, own in ((0, 100.0), (1, 54.0)):
+        widths = [surface_width(shape, 9.0, axis) for shape in (box, table, mesh)]
+        assert widths == pytest.approx([own] * 3, rel=1e-12)
+
+
+def test_a_mesh_with_corners_at_the_level_is_as_wide_there() -> None:
+    low = box_triangles(Box((-5.0, -2.0, 0.0), (5.0, 2.0, 3.0)))
+    high = box_triangles(Box((-5.0, -2.0, 3.0), (5.0, 2.0, 6.0)))
+    mesh = TankMesh(np.concatenate([low, high]))
+    assert surface_width(mesh, 3.0, 0) == pytest.approx(10.0, rel=1e-12)
+
+
+def test_a_fender_without_stiffness_is_soft() -> None:
+    assert "by inf m" in asked_of(alongside(28.5, 0.0), Question.SOFTNESS)[0]
+
+
+def test_struts_of_another_length_are_asked_about() -> None:
+    """Longer and shorter by more than a fifth, and beyond their curve; nothing without a spring."""
+    points = np.array([-1.0, 1.0])
+    strut = Strut("block", points, 1e3 * points, point=(0, 0, 0), anchor=(10.0, 0, 0), length=5.0)
+    for length, said in ((5.0, "5 m longer"), (13.0, "3 m shorter")):
+        other = replace(strut, length=length)
+        found = asked_of(dry({"s": other}), Question.LINES)
+        assert said in str(found)
+    for other in (
+        replace(strut, length=9.0),
+        replace(strut, offset=7.0 * points, force=1e3 * points),
+        replace(strut, offset=np.zeros(0), force=np.zeros(0), damping=1.0),
+    ):
+        assert not asked_of(dry({"s": other}), Question.LINES)
+
+
+def box_triangles(box: Box) -> np.ndarray:
+    """The twelve triangles of a box."""
+    cloud = np.array(np.meshgrid(*zip(box.low, box.high, strict=True))).reshape(3, -1).T
+    return cloud[ConvexHull(cloud).simplices]
+
+
+def on_hinge(**acting: object) -> Scene:
+    motions = (JointResistance(**acting),)  # type: ignore[arg-type]
+    still = dry({})
+    name = still.bodies[0].name
+    pin = Joint(JointType.HINGE, name, axis=(0.0, 1.0, 0.0), resistances=motions)
+    return replace(still, joints={"pin": pin})
+
+
+def test_starts_of_joints_beyond_their_stops_are_asked_about() -> None:
+    ends = Stops(-0.5, 0.5, 1e6)
+    (text,) = asked_of(on_hinge(stops=ends, position=1.0), Question.OVERLAP)
+    assert "joints.pin: found that pin starts 28.6 deg beyond a stop, at 57.3 deg" in text
+    assert not asked_of(on_hinge(stops=ends, position=0.52), Question.OVERLAP)
+    assert not asked_of(on_hinge(position=1.0), Question.OVERLAP)
+
+
+def test_angles_of_joints_in_radians_are_asked_about() -> None:
+    assert "20 rad, which is 1145.9 deg" in asked_of(on_hinge(position=20.0), Question.ANGLES)[0]
+    assert asked_of(on_hinge(stiffness=1.0, neutral=-20.0), Question.ANGLES)
+    assert not asked_of(on_hinge(position=3.0), Question.ANGLES)
+
+
+def test_rates_of_joints_that_throw_their_body_are_asked_about() -> None:
+    far = on_hinge(velocity=20.0)
+    away = replace(far.joints["pin"], point=(0.0, 0.0, 1.0))
+    (text,) = asked_of(replace(far, joints={"pin": away}), Question.SPEED)
+    assert "joints.pin: found a rate that moves" in text
+    assert "at 20 m/s" in text
+    assert not asked_of(far, Question.SPEED)  # about its centre of gravity
+
+
+@pytest.mark.parametrize(
+    ("scene", "asked"),
+    [
+        (pressed_through(1100.0), 0),
+        (hinged((0.1, 1.0, 0.0)), 0),
+        (with_mesh(3.0), 0),
+        (hinged((0.0, 1.0, 0.0), (500.0, 0.0, -1.0)), 1),
+        (hinged((0.0, 1.0, 0.0), (20.0, 0.0, -1.0)), 0),
+    ],
+)
+def test_what_is_near_is_not_asked_about(scene: Scene, asked: int) -> None:
+    new = ("[points]", "[capacity]", "[axes]", "[hull]")
+    assert len([text for text in warnings(scene) if any(name in text for name in new)]) == asked
+
+
+@pytest.mark.parametrize(("mass", "asked"), [(100.0, 0), (110.0, 1)])
+def test_a_weight_hangs_from_lines_that_may_carry_it(mass: float, asked: int) -> None:
+    """A block of 981 N or 1079 N on a slack line of 1 kN."""
+    table = np.array([0.0, 1.0])
+    rope = Spring("block", (0, 0, 0), (0, 0, 10.0), 10.0, table, 1e5 * table, capacity=1000.0)
+    body = block(mass, weight=Weight.CARRIED)
+    scene = Scene("hangs", 1.0, (body,), forces={"rope": rope})
+    told = [text for text in warnings(scene) if "accept: [capacity]" in text]
+    assert len(told) == asked
+    assert all("hangs from lines of 1e+03 N in all" in text for text in told)
+
+
+@pytest.mark.parametrize(("damping", "asked"), [(1e3, 1), (1e6, 0), (1e9, 1)])
+def test_drag_is_that_of_a_hull_of_this_size(damping: float, asked: int) -> None:
+    """Sway of the barge: 0.5 rho L T = 1.6e6 N s^2/m^2, or about that."""
+    of = QuadraticDamping("barge", np.diag([0.0, damping, 0.0, 0.0, 0.0, 0.0]))
+    told = [text for text in warnings(with_force(of)) if "forces.it.damping.sway" in text]
+    assert len(told) == asked
+
+
+def moored(point: tuple[float, ...], anchor: tuple[float, ...], **changes: object) -> Scene:
+    """The barge in 50 m of water, on a chain of 330 m of 1 kN/m."""
+    one = {"weight": np.array([1e3]), "stiffness": np.array([1e9]), "hung": np.zeros(1)}
+    one |= {"length": np.array([330.0]), "drag_width": np.zeros(1), "friction": 0.5}
+    scene = with_force(Catenary("barge", point, anchor, **{**one, **changes}))  # type: ignore[arg-type]
+    (body,) = scene.bodies
+    shallow = replace(body, hydrodynamics=ROOT / "hydro_db" / "h851_50m.nc")
+    environment = replace(scene.environment, water_depth=50.0)
+    return replace(scene, bodies=(shallow,), environment=environment)
+
+
+SIDE, ANCHOR = (80.0, 28.0, -2.0), (200.0, 320.0, -50.0)
+ROUTES = [
+    (moored(SIDE, ANCHOR), None),
+    (moored(SIDE, ANCHOR, friction=None), "a line down to"),
+    (moored(SIDE, (200.0, 320.0, -6.0)), "an anchor 44 m above the seabed"),
+    (moored((80.0, -28.0, -2.0), ANCHOR), "m under the hull of barge"),
+    (moored((80.0, 28.0, -27.0), ANCHOR), "m under the keel of barge"),
+    (moored(SIDE, ANCHOR, stiffness=np.array([1e6])), "an EA of 1e+06 N"),
+]
+
+
+@pytest.mark.parametrize(("scene", "found"), ROUTES)
+def test_lines_run_outside_of_bed_and_hull(scene: Scene, found: str | None) -> None:
+    told = [text for text in warnings(scene) if "forces.it" in text]
+    assert any(found in text for text in told) if found else not told
+
+
+def test_stops_are_asked_about_that_are_pressed_by_a_part_of_their_range() -> None:
+    stops = Stops(np.radians(1.0), np.radians(4.0), 1e9)
+    hinge = Joint(
+        JointType.HINGE, "block", axis=(0.0, 1.0, 0.0), resistances=(JointResistance(stops=stops),)
+    )
+    (text,) = warnings(replace(dry({}), joints={"hinge": hinge}))
+    assert "starts 1 deg beyond a stop, at 0 deg" in text
+
+
+def test_forces_along_the_water_are_compared_with_the_weight() -> None:
+    push = AppliedForce("barge", (0.0, 0.0, 0.0), {"sway": constant(-9e9)})
+    (text,) = [text for text in warnings(with_force(push)) if "accept: [lift]" in text]
+    assert "forces.it.force.sway: found 9e+09 N" in text
+
+
+def test_a_hull_that_starts_above_the_water_is_asked_about() -> None:
+    assert any("a heave of 50 m" in text for text in warnings(afloat(position=moving(heave=50.0))))
+
+
+def test_a_jointed_hull_of_a_hundred_displacements_is_asked_about() -> None:
+    scene = load_case(ROOT / "cases" / "flap" / "decay.yaml").scene()
+    (flap,) = scene.bodies
+    heavy = replace(flap, mass=250.0 * flap.mass, inertia=250.0 * flap.inertia)
+    (text,) = warnings(replace(scene, bodies=(heavy,)))
+    assert "bodies.flap.mass: found 4.1e+07 kg" in text
+
+
+def test_a_dry_body_lighter_than_air_is_asked_about() -> None:
+    told = warnings(dry({}, inertia=1e4 * 1600.0**2 * np.eye(3)))
+    assert any("usual is above 1.2 kg/m^3" in text for text in told)

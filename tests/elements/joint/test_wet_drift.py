@@ -1,0 +1,115 @@
+"""Barges on a vertical hinge that drift and turn with memory: they never gain energy.
+
+From rest the memory can only take energy: what it gives back is less than it took, whatever the
+motion is. So kinetic energy with A_inf and stored energy together never exceed those at the start.
+Kinetic energy is by hand from the record, in the axes that turn with each hull.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+import hydrosim as hs
+from hydrosim.compile.compile import compile_scene
+from hydrosim.dofs import about_z
+from hydrosim.scene import (
+    Body,
+    Environment,
+    Joint,
+    JointResistance,
+    JointType,
+    Method,
+    RadiationModel,
+    Scene,
+    Solver,
+    Symmetry,
+)
+
+DATABASES = Path(__file__).parents[3] / "hydro_db"
+LAUNCH = (1.0, -0.5, 0.1, 0.02, 0.01, 0.03)
+FOLDING = JointResistance(velocity=-0.05)
+PAIRS = {  # database, length, mass, radii, whether the database has both
+    "coupled": ("hinged_barges.nc", 22.0, 1230e3, (3.5, 10.4, 10.4), True),
+    "apart": ("box.nc", 52.0, 10250e3, (7.0, 26.0, 26.0), False),
+}
+
+
+def drifting(pair: str, radiation: RadiationModel) -> Scene:
+    """Two equal barges of a pair, hinged about the vertical between them, launched."""
+    file, arm, mass, radii, both = PAIRS[pair]
+    inertia = mass * np.diag(np.square(radii))
+    own = {"hydrodynamics": DATABASES / file, "radiation": radiation}
+    fore, aft = (
+        Body(
+            name,
+            mass,
+            inertia,
+            centre_of_gravity=(x if both else 0.0, 0.0, 0.0),
+            location=(0.0 if both else x, 0.0),
+            database_body=number if both else 1,
+            **own,
+        )
+        for name, x, number in (("fore", arm, 1), ("aft", -arm, 2))
+    )
+    hinge = Joint(
+        JointType.HINGE, "fore", "aft", (-arm, 0.0, 0.0), (0.0, 0.0, 1.0), resistances=(FOLDING,)
+    )
+    return Scene(
+        "drifting pair",
+        60.0,
+        (fore, replace(aft, velocity=LAUNCH)),
+        Environment(water_density=1025.0),
+        joints={"hinge": hinge},
+        solver=Solver(Method.RK4, 0.05, symmetry=Symmetry.IGNORE),
+        output_step=0.5,
+    )
+
+
+def energy_of(scene: Scene, run: xr.Dataset) -> np.ndarray:
+    """Kinetic energy with A_inf, and what is stored, (nt,)."""
+    compiled = compile_scene(scene)
+    added = np.zeros((12, 12))
+    for group in compiled.wet:
+        added[np.ix_(group.dofs, group.dofs)] = group.added_mass
+    velocity = run.velocity.values.reshape(-1, 12)
+    attitude = run.position.values[:, :, 3:]
+    aft = attitude[:, 1, 2]
+    headings = np.stack([aft + run.joint_position.values[:, 0], aft], axis=1)
+    kinetic = np.zeros(run.time.size)
+    for k, v in enumerate(velocity):
+        turns = np.zeros((12, 12))
+        for b, body in enumerate(scene.bodies):
+            R = Rotation.from_euler("ZYX", attitude[k, b, ::-1]).as_matrix()
+            angular = v[6 * b + 3 : 6 * b + 6]
+            kinetic[k] += 0.5 * body.mass * v[6 * b : 6 * b + 3] @ v[6 * b : 6 * b + 3]
+            kinetic[k] += 0.5 * angular @ R @ body.inertia @ R.T @ angular
+            turns[6 * b :, 6 * b :][:6, :6] = np.kron(np.eye(2), about_z(headings[k, b]))
+        w = turns.T @ v
+        kinetic[k] += 0.5 * w @ added @ w
+    return kinetic + run.energy_stored_hydrostatic.values
+
+
+@pytest.mark.parametrize("radiation", [RadiationModel.STATE_SPACE, RadiationModel.CONVOLUTION])
+@pytest.mark.parametrize("pair", PAIRS)
+def test_memory_never_gives_energy(pair, radiation, figure: Callable[[str, float], None]) -> None:
+    scene = drifting(pair, radiation)
+    run = hs.simulate(scene)
+    energy = energy_of(scene, run)
+    turned = np.degrees(np.abs(run.joint_position.values).max())
+    figure("largest energy after the start", energy[1:].max() / energy[0])
+    figure("energy left", energy[-1] / energy[0])
+    figure("largest angle of the hinge [deg]", turned)
+    assert turned > 90.0
+    assert ("waves between them" in run.attrs.get("warnings", "")) == (pair == "coupled")
+    assert energy.max() <= energy[0] * (1.0 + 1e-9)
+    assert energy[-1] < 0.97 * energy[0]
+    lost = run.energy_dissipated_radiation.values
+    assert lost.min() >= -1e-9 * energy[0]
+    np.testing.assert_allclose(energy + lost, energy[0], rtol=1e-6)
