@@ -134,6 +134,7 @@ ON_EARTH = (LinearMooring, AppliedForce, Drive)  # in its axes
 EXAMPLES = [name for name, element in ELEMENTS.items() if "example" in name]
 IN_TURNING_AXES = [
     *IN_BODY_AXES,
+    "applied force, body-fixed",
     *(name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH)),
 ]
 RESTING = [  # prescribed forces act at rest, and so may what supplies, and what has weight

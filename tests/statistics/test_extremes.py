@@ -312,6 +312,16 @@ def test_units_do_not_matter(size: float) -> None:
     np.testing.assert_allclose(np.array(other[:5]) / size, one[:5], rtol=1e-9)
 
 
+def test_the_smallest_value_is_the_largest_of_the_negative_record() -> None:
+    """With the ends of both intervals in the same order: lower, upper."""
+    x = KINDS["Gaussian wave motion"].draw(np.random.default_rng(1))
+    least, most = extremes(x, 1.0)[0], extremes(-x, 1.0)[1]
+    assert least.basis == most.basis == ExtremeModel.GAUSSIAN
+    ends = [most.mpm, most.mpm_upper, most.mpm_lower, most.predicted_upper, most.predicted_lower]
+    np.testing.assert_allclose(least[:5], -np.array(ends), rtol=1e-9)
+    assert least.predicted_lower < least.mpm_lower < least.mpm < least.mpm_upper
+
+
 @pytest.mark.parametrize(
     ("weight", "expected"), [(2.0, ExtremeModel.CURVED), (10.0, ExtremeModel.CLIPPED_GAUSSIAN)]
 )

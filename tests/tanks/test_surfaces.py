@@ -22,13 +22,21 @@ from hydrosim.integrate.dynamics import Model, Work, new_work, update_contents
 from hydrosim.linear.linearise import nonlinearities
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Box, Kinematics, Plan, Pump, Tank, TankMesh, TankShape, Weight
+from hydrosim.scene import Box, Kinematics, Plan, Pump, Tank, TankMesh, TankShape, TankTable, Weight
 from hydrosim.tanks.shapes import capacity, triangles, volume_at
 from hydrosim.tanks.surface import level_surfaces
 
 MASS, DENSITY, G = 1.6e8, 1025.0, 9.81
 BOX = Box((-50.0, -27.0, -12.0), (50.0, 27.0, 2.0))
 WIDE = Box((-3.0, -4.0, -0.5), (-1.0, 4.0, 2.0))
+LEVELS = np.linspace(0.0, 14.0, 8)
+TABLE = TankTable(
+    LEVELS,
+    50.0 * LEVELS,
+    np.stack([3.0 + 0.0 * LEVELS, 2.0 + 0.0 * LEVELS, 0.5 * LEVELS - 12.0], axis=1),
+    np.tile([400.0, 60.0, 120.0], (8, 1)),
+)
+"""A tank of upright walls, askew to its body."""
 ATTITUDES = [*product(np.radians([0.0, 1e-4, 0.3, 5.0, 15.0]), np.radians([0.0, 1e-4, 0.3, 5.0]))]
 
 
@@ -146,7 +154,9 @@ def test_a_mesh_holds_what_an_exact_cut_does() -> None:
 
 
 @pytest.mark.parametrize("level", [0.0, 1e-9, 0.2, 0.5, 7.0, 13.85, 14.0])
-@pytest.mark.parametrize("shape", [BOX, TankMesh(triangles(BOX), 0.9)], ids=["box", "mesh"])
+@pytest.mark.parametrize(
+    "shape", [BOX, TankMesh(triangles(BOX), 0.9), TABLE], ids=["box", "mesh", "table"]
+)
 def test_the_force_is_what_the_potential_loses(shape: TankShape, level: float) -> None:
     """F v = -dU/dt by central differences of fourth order at heel and trim, along any motion."""
     model, work = holding(shape, level)

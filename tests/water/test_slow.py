@@ -101,6 +101,19 @@ def test_a_filter_follows_a_drift_without_a_lag(box: Box) -> None:
     assert y[BLOCK_BEGIN] == 50.0
 
 
+def test_the_rate_of_a_path_is_that_of_its_position(box: Box) -> None:
+    """z_k of q = a t^2 / 2 is a (t^2 / 2 - k t / c + k (k + 1) / (2 c^2)): 3 z_2 - 2 z_3 is
+    q - 3 a / c^2, and its rate a t."""
+    model = following_model(sea(WATER), [body(box, Place.SLOW)], 2.0)
+    a, c, k, t = np.array([0.02, -0.01, 1e-3]), model.cut[0], np.arange(1, 4), 90.0
+    y = first_states(model, np.zeros(6), np.zeros(6), 0.0)
+    y[:9] = np.outer(a, t**2 / 2 - k * t / c + k * (k + 1) / (2 * c**2)).ravel()
+    begin_block(t, y, model)
+    place, rate = y[BLOCK_POSITION : BLOCK_POSITION + 3], y[BLOCK_RATE : BLOCK_RATE + 3]
+    np.testing.assert_allclose(place, a * (t**2 / 2 - 3 / c**2), rtol=1e-12)
+    np.testing.assert_allclose(rate, a * t, rtol=1e-12)
+
+
 def drifting(duration: float = 60.0, place: Place = Place.SLOW) -> Scene:
     """The free barge that spins in an oblique sea with drift forces."""
     base = in_waves(scene_of("free_floating"), WaveTrain(SEA, heading=radians(60.0), ramp=10.0))
