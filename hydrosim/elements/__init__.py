@@ -54,7 +54,6 @@ from hydrosim.elements.kind import (
     CanFail,
     ElementKind,
     ElementLoads,
-    HasCoupledStates,
     HasImpulses,
     HasLinearDamping,
     HasLosses,
@@ -63,8 +62,6 @@ from hydrosim.elements.kind import (
     KindWithModeSets,
     Layout,
     LinearResistance,
-    RecordsUnits,
-    RecordsWithoutModes,
     UnitKind,
 )
 from hydrosim.elements.line import catenary, compensator, winch
@@ -108,10 +105,6 @@ class Elements(NamedTuple):
     externals: Any
     drives: Any
     triggers: Any
-    row_owners: np.ndarray = np.zeros((0, 2), dtype=np.int64)
-    """Kind (`kind.UnitKind.code`) and unit of every row of modes."""
-    output_starts: np.ndarray = np.zeros(0, dtype=np.int64)
-    """Place of the recorded values of the units of each kind, and the end of all."""
 
 
 ELEMENT_KINDS: tuple[UnitKind, ...] = (
@@ -286,34 +279,7 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     indices = {
         kind.field: constants[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)
     }
-    whose = [
-        (kind.code, unit) for kind, p in constants.items() for unit in range(kind.modes(p).size)
-    ]
-    widths = {kind.code: units * values for kind, units, values in _recorded_units(constants)}
-    compiled = Elements(
-        **indices,
-        row_owners=np.array(whose, dtype=np.int64).reshape(-1, 2),
-        output_starts=np.cumsum([0, *(widths.get(code, 0) for code in range(max(widths) + 1))]),
-    )
-    return IndexedConstants(compiled, constants[tanks.TANK_FLOW_KIND])
-
-
-def output_shapes(parts: KindConstants) -> dict[str, tuple[int, int]]:
-    """Units and values of each in a record, by the unit of kinds, in the order of
-    `Elements.output_starts`."""
-    constants = {kind: kind.constants_in(parts) for kind in ELEMENT_KINDS}
-    return {kind.unit: (units, values) for kind, units, values in _recorded_units(constants)}
-
-
-def _recorded_units(constants: Mapping[UnitKind, Any]) -> Iterator[tuple[UnitKind, int, int]]:
-    """The kinds of whose units a run records values, their number, and that of values of each."""
-    for kind, p in constants.items():
-        if isinstance(kind, RecordsUnits):
-            values = kind.outputs
-            units = kind.modes(p).size
-            if isinstance(kind, RecordsWithoutModes):
-                units = kind.recorded_units(p)
-            yield kind, units, values
+    return IndexedConstants(Elements(**indices), constants[tanks.TANK_FLOW_KIND])
 
 
 def _reaction_count(kind: UnitKind, p: Any) -> int:
@@ -343,12 +309,7 @@ def tally_count(parts: KindConstants) -> int:
 
 def coupled_states(parts: KindConstants) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on other states."""
-    coupled = [
-        kind.coupled_states(kind.constants_in(parts))
-        for kind in ELEMENT_KINDS
-        if isinstance(kind, HasCoupledStates)
-    ]
-    return np.concatenate([np.zeros(0, dtype=np.int64), *coupled])
+    return np.concatenate([kind.coupled_states(kind.constants_in(parts)) for kind in ELEMENT_KINDS])
 
 
 def new_modes(parts: KindConstants) -> np.ndarray:

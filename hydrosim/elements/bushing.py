@@ -35,7 +35,6 @@ import numpy as np
 from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z, mirrored_vector
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
-    BUSHING_UNIT,
     Columns,
     ElementKind,
     Layout,
@@ -340,8 +339,6 @@ def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 class BushingKind(ElementKind):
     unit = "bushing"
-    code = BUSHING_UNIT
-    outputs = BUSHING_OUTPUTS
     variables: ClassVar = {
         "bushing_displacement": Variable(
             "displacement; rotation vector", "m or rad", "axes of the body at rest, moved by `to`"

@@ -21,7 +21,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS, LATERAL
-from hydrosim.elements.kind import DRIVE_UNIT, Columns, ElementKind, Layout, UnitRecord, Variable
+from hydrosim.elements.kind import Columns, ElementKind, Layout, UnitRecord, Variable
 from hydrosim.elements.signal import (
     SIGNAL,
     Signal,
@@ -264,16 +264,11 @@ def write_outputs(p, holds, out):
 
 class DriveKind(ElementKind):
     unit = "drive"
-    code = DRIVE_UNIT
-    outputs = DRIVE_OUTPUTS
     variables: ClassVar[Mapping[str, Variable]] = {
         "drive_force": Variable(
             "force or moment of a drive along the motion that it prescribes", "N or N m"
         ),
     }
-
-    def recorded_units(self, p: DriveConstants) -> int:
-        return int(p.each.size)
 
     def record(self, p: DriveConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
         return {"drive_force": (("time", self.unit), unit_record.observed[:, :, 0])}

@@ -15,71 +15,94 @@ from hydrosim.elements.contact.kind import add_tallies
 from hydrosim.elements.contact.laws import COULOMB
 from hydrosim.elements.joint import locks, motions
 from hydrosim.elements.joint.rows import REFERENCE_SIZE
-from hydrosim.elements.kind import (
-    BUSHING_UNIT,
-    COMPENSATOR_UNIT,
-    CONTACT_UNIT,
-    DRIVE_UNIT,
-    EXTERNAL_UNIT,
-    FLOW_UNIT,
-    GUIDE_UNIT,
-    JOINT_MOTION_UNIT,
-    JOINT_UNIT,
-    LINE_UNIT,
-    LINK_UNIT,
-    LOCK_UNIT,
-    SPRING_UNIT,
-    TRIGGER_UNIT,
-    WINCH_UNIT,
-)
 from hydrosim.elements.line import catenary, compensator, winch
 from hydrosim.jit.kernels import kernel, root, root_giving
-from hydrosim.modes import MODE, NO_INDEX
+from hydrosim.modes import NO_INDEX
 from hydrosim.tanks import pumping
 from hydrosim.water.wind import has_gusts
 
 if TYPE_CHECKING:
     from hydrosim.elements import Elements
 
-KIND, UNIT = range(2)  # columns of `Elements.row_owners`
 MAX_HELD_DIRECTIONS = 2  # most directions that a point of rigid friction holds
 MAX_DEPENDENCIES = 2  # parts of y that margins of a row depend on
 
 
+def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
+    """Shapes of the output of `write_outputs`, in its order, by the unit of kinds."""
+    return {
+        "fender": (elements.fenders.points.size, fender.CONTACT_OUTPUTS),
+        "spring": (elements.springs.lines.size, spring.SPRING_OUTPUTS),
+        "link": (elements.links.links.size, link.LINK_OUTPUTS),
+        "bushing": (elements.bushings.each.size, bushing.BUSHING_OUTPUTS),
+        "line": (elements.catenaries.lines.size, catenary.CATENARY_OUTPUTS),
+        "guide": (elements.guides.pins.size, landing.GUIDE_OUTPUTS),
+        "winch": (elements.winches.each.size, winch.WINCH_OUTPUTS),
+        "compensator": (elements.compensators.each.size, compensator.COMPENSATOR_OUTPUTS),
+        "joint": (elements.locks.joints, 6),
+        "joint_motion": (elements.joint_motions.each.size, motions.JOINT_MOTION_OUTPUTS),
+        "external": (elements.externals.delayed, external.EXTERNAL_OUTPUTS),
+        "drive": (elements.drives.each.size, drive.DRIVE_OUTPUTS),
+    }
+
+
 @kernel
-def write_outputs(t, y, modes, motion, bodies, elements, holds, out):
+def joint_output_start(elements):
+    """Place of the loads of joints in the output of `write_outputs`."""
+    behind = elements.fenders.points.size * fender.CONTACT_OUTPUTS
+    behind += elements.springs.lines.size * spring.SPRING_OUTPUTS
+    behind += elements.links.links.size * link.LINK_OUTPUTS
+    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
+    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
+    behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
+    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
+    return behind + elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
+
+
+@kernel
+def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
     """Write what a run records of fenders, springs, links, bushings, guides and joints, except the
-    forces of elements, to ``out``, at the places of `Elements.output_starts`."""
-    e = elements
-    at = e.output_starts
-    if e.fenders.points.size > 0:
-        reaction = holds.reaction
-        fender.write_outputs(t, y, modes, motion, bodies, e.fenders, reaction, out)
-    if e.springs.lines.size > 0:
-        spring.write_outputs(t, modes, motion, bodies, e.springs, out[at[SPRING_UNIT] :])
-    if e.links.links.size > 0:
-        link.write_outputs(modes, motion, bodies, e.links, out[at[LINK_UNIT] :])
-    if e.bushings.each.size > 0:
-        bushing.write_outputs(modes, motion, bodies, e.bushings, out[at[BUSHING_UNIT] :])
-    if e.catenaries.lines.size > 0:
-        catenary.write_outputs(t, y, modes, motion, bodies, e.catenaries, out[at[LINE_UNIT] :])
-    if e.guides.pins.size > 0:
-        landing.write_outputs(modes, motion, bodies, e, out[at[GUIDE_UNIT] :])
-    if e.winches.each.size > 0:
-        winch.write_outputs(t, y, modes, motion, bodies, e.winches, out[at[WINCH_UNIT] :])
-    if e.compensators.each.size > 0:
-        p = e.compensators
-        compensator.write_outputs(modes, motion, bodies, p, out[at[COMPENSATOR_UNIT] :])
-    if e.locks.each.size > 0:
-        locks.write_outputs(e.locks, holds, out[at[JOINT_UNIT] :])
-    if e.joint_motions.each.size > 0:
-        reaction = holds.reaction
-        p = e.joint_motions
-        motions.write_outputs(y, modes, bodies, p, reaction, out[at[JOINT_MOTION_UNIT] :])
-    if e.externals.delayed > 0:
-        external.write_outputs(y, e.externals, out[at[EXTERNAL_UNIT] :])
-    if e.drives.each.size > 0:
-        drive.write_outputs(e.drives, holds, out[at[DRIVE_UNIT] :])
+    forces of elements, to ``out``. `output_shapes` gives the shapes that follow one another in the
+    flat array ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb) [N, N
+    m]."""
+    fenders = elements.fenders
+    springs = elements.springs
+    if fenders.points.size > 0:
+        fender.write_outputs(t, y, modes, motion, bodies, fenders, holds.reaction, out)
+    behind = fenders.points.size * fender.CONTACT_OUTPUTS
+    if springs.lines.size > 0:
+        spring.write_outputs(t, modes, motion, bodies, springs, out[behind:])
+    behind += springs.lines.size * spring.SPRING_OUTPUTS
+    if elements.links.links.size > 0:
+        link.write_outputs(modes, motion, bodies, elements.links, out[behind:])
+    behind += elements.links.links.size * link.LINK_OUTPUTS
+    if elements.bushings.each.size > 0:
+        bushing.write_outputs(modes, motion, bodies, elements.bushings, out[behind:])
+    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
+    if elements.catenaries.lines.size > 0:
+        catenary.write_outputs(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
+    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
+    if elements.guides.pins.size > 0:
+        landing.write_outputs(modes, motion, bodies, elements, out[behind:])
+    behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
+    if elements.winches.each.size > 0:
+        winch.write_outputs(t, y, modes, motion, bodies, elements.winches, out[behind:])
+    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
+    if elements.compensators.each.size > 0:
+        compensator.write_outputs(modes, motion, bodies, elements.compensators, out[behind:])
+    behind += elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
+    if elements.locks.each.size > 0:
+        locks.write_outputs(elements.locks, holds, out[behind:])
+    behind += elements.locks.joints * 6
+    if elements.joint_motions.each.size > 0:
+        p = elements.joint_motions
+        motions.write_outputs(y, modes, bodies, p, holds.reaction, out[behind:])
+    behind += elements.joint_motions.each.size * motions.JOINT_MOTION_OUTPUTS
+    if elements.externals.delayed > 0:
+        external.write_outputs(y, elements.externals, out[behind:])
+    behind += elements.externals.delayed * external.EXTERNAL_OUTPUTS
+    if elements.drives.each.size > 0:
+        drive.write_outputs(elements.drives, holds, out[behind:])
 
 
 @root
@@ -107,10 +130,8 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
         locks.set_initial_modes(y, modes, motion, bodies, elements.locks)
     if elements.joint_motions.each.size > 0:
         motions.set_initial_modes(y, modes, bodies, elements.joint_motions)
-    for j in range(elements.triggers.each.size):
-        trigger.set_initial_mode(j, t, y, modes, motion, bodies, elements, tanks)
-        if not trigger.is_on(j, modes, elements.triggers):
-            _start_inactive(j, t, y, modes, motion, bodies, elements, tanks)
+    if elements.triggers.each.size > 0:
+        trigger.set_initial_modes(t, y, modes, motion, bodies, elements, tanks)
     group.initialise_groups(t, y, modes, elements.fenders)
 
 
@@ -170,149 +191,87 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
     """Switch a row of modes to the next mode, after margin ``which``, of this ``size`` before or
     after, has reached zero. A node that relaxes in few steps of length ``step`` is settled only
     later."""
-    kind = elements.row_owners[row, KIND]
-    i = elements.row_owners[row, UNIT]
-    if kind == CONTACT_UNIT:
-        p = elements.fenders
-        transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p)
-    elif kind == SPRING_UNIT:
-        spring.transition(i, which, t, modes, motion, bodies, elements.springs)
-    elif kind == FLOW_UNIT:
-        pumping.switch_flow(i, which, t, modes, tanks)
-    elif kind == LINK_UNIT:
-        link.transition(i, which, modes, motion, bodies, elements.links)
-    elif kind == BUSHING_UNIT:
-        bushing.transition(i, modes, elements.bushings)
-    elif kind == LINE_UNIT:
-        catenary.transition(i, t, y, modes, motion, bodies, elements.catenaries)
-    elif kind == GUIDE_UNIT:
-        landing.transition(i, which, y, modes, motion, bodies, elements)
-    elif kind == WINCH_UNIT:
-        winch.transition(i, which, t, y, modes, motion, bodies, elements.winches)
-    elif kind == COMPENSATOR_UNIT:
-        compensator.transition(i, which, modes, motion, bodies, elements.compensators)
-    elif kind == LOCK_UNIT:
-        locks.transition(i, which, y, modes, motion, bodies, elements.locks)
-    elif kind == JOINT_MOTION_UNIT:
-        motions.transition(i, which, y, modes, bodies, reactions, elements.joint_motions)
-    elif trigger.transition(i, which, t, y, modes, elements.triggers):
-        _switch_units(i, t, y, modes, motion, bodies, elements, tanks)
-
-
-@root
-def _switch_units(j, t, y, modes, motion, bodies, elements, tanks):
-    """Activate or deactivate the units of trigger ``j``, and the walls of its contact points."""
-    of = elements.triggers.each[j]
-    acts = trigger.is_on(j, modes, elements.triggers)
-    if of.kind == FLOW_UNIT:
-        stage = modes[elements.triggers.mode + j, MODE]
-        pumping.follow_trigger(of.first, stage, y, modes, tanks)
+    fenders = elements.fenders
+    springs = elements.springs
+    triggers = elements.triggers
+    if is_trigger(row, elements):
+        trigger.transition(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
         return
-    for i in range(of.first, of.first + of.count):
-        if acts:
-            _activate(of.kind, i, t, y, modes, motion, bodies, elements)
-        else:
-            _deactivate(of.kind, i, t, y, modes, motion, bodies, elements)
-    for i in range(elements.guides.pins.size):
-        if not trigger.has_point(elements.guides.pins[i].point, of):
-            continue
-        if acts:
-            landing.activate(i, modes, motion, bodies, elements)
-        else:
-            landing.deactivate(i, y, modes, motion, bodies, elements)
-
-
-@kernel
-def _activate(kind, i, t, y, modes, motion, bodies, elements):
-    """Activate unit ``i`` of a kind."""
-    if kind == CONTACT_UNIT:
-        transitions.activate(i, t, y, modes, motion, bodies, elements.fenders)
-    elif kind == SPRING_UNIT:
-        spring.set_initial_mode(i, t, modes, motion, bodies, elements.springs)
-    elif kind == LINK_UNIT:
-        link.activate(i, modes, motion, bodies, elements.links)
-    elif kind == BUSHING_UNIT:
-        bushing.activate(i, modes, motion, bodies, elements.bushings)
-    elif kind == LINE_UNIT:
-        catenary.set_initial_mode(i, t, y, modes, motion, bodies, elements.catenaries)
-    elif kind == WINCH_UNIT:
-        winch.activate_in_run(i, t, y, modes, motion, bodies, elements.winches)
-    elif kind == COMPENSATOR_UNIT:
-        compensator.activate(i, modes, motion, bodies, elements.compensators)
-    elif kind == LOCK_UNIT:
-        locks.activate(i, y, modes, motion, bodies, elements.locks)
-
-
-@kernel
-def _deactivate(kind, i, t, y, modes, motion, bodies, elements):
-    """Deactivate unit ``i`` of a kind."""
-    if kind == CONTACT_UNIT:
-        transitions.deactivate(i, t, y, modes, motion, bodies, elements.fenders)
-    elif kind == SPRING_UNIT:
-        spring.deactivate(i, modes, elements.springs)
-    elif kind == LINK_UNIT:
-        link.deactivate(i, modes, elements.links)
-    elif kind == BUSHING_UNIT:
-        bushing.deactivate(i, modes, elements.bushings)
-    elif kind == LINE_UNIT:
-        catenary.deactivate(i, modes, elements.catenaries)
-    elif kind == WINCH_UNIT:
-        winch.deactivate(i, y, modes, elements.winches)
-    elif kind == COMPENSATOR_UNIT:
-        compensator.deactivate(i, modes, elements.compensators)
-    elif kind == LOCK_UNIT:
-        locks.deactivate(i, modes, elements.locks)
-
-
-@kernel
-def _start_inactive(j, t, y, modes, motion, bodies, elements, tanks):
-    """Deactivate the units of trigger ``j`` at a start, where they lose no energy."""
-    of = elements.triggers.each[j]
-    for i in range(elements.guides.pins.size):
-        if trigger.has_point(elements.guides.pins[i].point, of):
-            landing.start_inactive(i, modes, elements.guides)
-    _switch_units(j, t, y, modes, motion, bodies, elements, tanks)
-    if of.kind == CONTACT_UNIT:
-        for i in range(of.first, of.first + of.count):
-            transitions.reset_losses(i, y, elements.fenders)
+    if row >= elements.joint_motions.mode and elements.joint_motions.each.size > 0:
+        p = elements.joint_motions
+        motions.transition(row - p.mode, which, y, modes, bodies, reactions, p)
+        return
+    if row >= elements.locks.mode and elements.locks.each.size > 0:
+        locks.transition(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
+        return
+    if row >= elements.compensators.mode and elements.compensators.each.size > 0:
+        p = elements.compensators
+        compensator.transition(row - p.mode, which, modes, motion, bodies, p)
+        return
+    if row >= elements.winches.mode and elements.winches.each.size > 0:
+        p = elements.winches
+        winch.transition(row - p.mode, which, t, y, modes, motion, bodies, p)
+        return
+    if row >= elements.guides.mode and elements.guides.pins.size > 0:
+        i = row - elements.guides.mode
+        landing.transition(i, which, y, modes, motion, bodies, elements)
+        return
+    if row >= elements.catenaries.mode and elements.catenaries.lines.size > 0:
+        i = row - elements.catenaries.mode
+        catenary.transition(i, t, y, modes, motion, bodies, elements.catenaries)
+        return
+    if row >= elements.bushings.mode and elements.bushings.each.size > 0:
+        bushing.transition(row - elements.bushings.mode, modes, elements.bushings)
+        return
+    if row >= elements.links.mode and elements.links.links.size > 0:
+        link.transition(row - elements.links.mode, which, modes, motion, bodies, elements.links)
+        return
+    if row >= tanks.mode and tanks.flows.size > 0:
+        pumping.switch_flow(row - tanks.mode, which, t, modes, tanks)
+        return
+    if row >= springs.mode and springs.lines.size > 0:
+        spring.transition(row - springs.mode, which, t, modes, motion, bodies, springs)
+        return
+    i = row - fenders.mode
+    transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)
 
 
 @kernel
 def is_trigger(row, elements):
     """True if a row of modes belongs to a trigger, which may change the energy stored in other
     elements."""
-    return elements.row_owners[row, KIND] == TRIGGER_UNIT
+    return elements.triggers.each.size > 0 and row >= elements.triggers.mode
 
 
 @kernel
 def book_stored(row, sign, y, stored, elements):
     """Count the energy ``stored`` (rows,) in the element of a trigger, with this ``sign``, as lost;
     contacts do this themselves."""
-    of = elements.triggers.each[elements.row_owners[row, UNIT]]
-    if of.kind != CONTACT_UNIT:
-        y[elements.triggers.losses + of.row] += sign * stored[of.row]
+    unit = elements.triggers.each[row - elements.triggers.mode]
+    if unit.points == 0:
+        y[elements.triggers.losses + unit.row] += sign * stored[unit.row]
 
 
 @kernel
 def guard_dependencies(row, part, elements, tanks):
     """Ranges (from, to) of entries of y, beyond coordinates and rates, that margins of a row depend
     on; `MAX_DEPENDENCIES` ranges."""
-    kind = elements.row_owners[row, KIND]
-    i = elements.row_owners[row, UNIT]
-    if kind == FLOW_UNIT or (kind == TRIGGER_UNIT and tanks.flows.size > 0):
-        return tanks.state, tanks.state + tanks.each.size
-    if kind == WINCH_UNIT:
-        return winch.guard_dependencies(i, part, elements.winches)
-    if kind == LOCK_UNIT and part == 0:
-        k = elements.locks.state + locks.LOCK_STATES * i
-        return k, k + REFERENCE_SIZE
-    if kind != CONTACT_UNIT:
-        return 0, 0
     fenders = elements.fenders
+    if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
+        return tanks.state, tanks.state + tanks.each.size
+    if tanks.flows.size > 0 and is_trigger(row, elements):
+        return tanks.state, tanks.state + tanks.each.size
+    if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
+        k = elements.locks.state + locks.LOCK_STATES * (row - elements.locks.mode)
+        return (k, k + REFERENCE_SIZE) if row < elements.joint_motions.mode else (0, 0)
+    if elements.winches.each.size > 0 and row >= elements.winches.mode:
+        return winch.guard_dependencies(row - elements.winches.mode, part, elements.winches)
+    if row < fenders.mode or row >= fenders.mode + fenders.points.size:
+        return 0, 0
+    point = fenders.points[row - fenders.mode]
     if part == 0:
-        k = fenders.state + fender.CONTACT_STATES * i
+        k = fenders.state + fender.CONTACT_STATES * (row - fenders.mode)
         return k, k + fender.FELT_STATES
-    point = fenders.points[i]
     if point.memory == NO_INDEX:
         return 0, 0
     k = fender.memory_start(point, fenders) + curves.BRANCH_START

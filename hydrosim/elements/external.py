@@ -39,15 +39,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements.kind import (
-    EXTERNAL_UNIT,
-    Columns,
-    ElementKind,
-    Layout,
-    StateBlocks,
-    UnitRecord,
-    Variable,
-)
+from hydrosim.elements.kind import Columns, ElementKind, Layout, StateBlocks, UnitRecord, Variable
 from hydrosim.errors import InputError
 from hydrosim.files.interrupts import catching
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
@@ -652,17 +644,12 @@ def write_outputs(y, p, out):
 
 class ExternalKind(ElementKind):
     unit = "external"
-    code = EXTERNAL_UNIT
-    outputs = EXTERNAL_OUTPUTS
     variables: ClassVar = {
         "external_calls": Variable("calls of the function of an external force so far", "1"),
         "external_delay_energy": Variable(
             "energy that the delay of an external force has given to the bodies", "J"
         ),
     }
-
-    def recorded_units(self, p: ExternalConstants) -> int:
-        return int(p.delayed)
 
     def states(self, p: ExternalConstants, scene: Scene) -> Iterator[StateBlocks]:
         for name, e in scene.forces.items():

@@ -4,8 +4,8 @@ All code outside `hydrosim.elements` loops over kinds and names none. Kernels do
 are plain functions of the compiled constants, called one by one in `hydrosim.elements` and
 `hydrosim.elements.events`. A kind has no state and returns data alone.
 
-Properties of some kinds have small protocols of their own: `RecordsUnits`, `HasCoupledStates`,
-`ResetsOnRestart`, `HasMirrorSymmetry`, `HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`.
+Properties of few kinds have small protocols of their own: `ResetsOnRestart`, `HasMirrorSymmetry`,
+`HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, runtime_c
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.modes import MODE, MODE_COLUMNS, NO_INDEX, SEGMENT
+from hydrosim.modes import MODE, MODE_COLUMNS, SEGMENT
 from hydrosim.multibody.tree import NO_TREE, Tree
 from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
 from hydrosim.scene.scene import arrangement, tree_joints
@@ -311,33 +311,10 @@ class UnitRecord(NamedTuple):
     tallies: np.ndarray
 
 
-(
-    CONTACT_UNIT,
-    SPRING_UNIT,
-    FLOW_UNIT,
-    LINK_UNIT,
-    BUSHING_UNIT,
-    LINE_UNIT,
-    GUIDE_UNIT,
-    WINCH_UNIT,
-    COMPENSATOR_UNIT,
-    LOCK_UNIT,
-    JOINT_UNIT,
-    JOINT_MOTION_UNIT,
-    EXTERNAL_UNIT,
-    DRIVE_UNIT,
-    TRIGGER_UNIT,
-    NEW_UNIT,
-) = range(16)
-"""Codes of the kinds that have modes or recorded values, for kernels; the last one is free."""
-
-
 class UnitKind:
-    """A kind of unit. ``unit`` is the dimension of its units in files, ``code`` its number in
-    kernels."""
+    """A kind of unit. ``unit`` is the dimension of its units in files."""
 
     unit: ClassVar[str] = ""
-    code: ClassVar[int] = NO_INDEX
     variables: ClassVar[Mapping[str, Variable]] = {}
 
     def constants_in(self, parts: KindConstants) -> Any:
@@ -355,6 +332,10 @@ class UnitKind:
     def states(self, p: Any, scene: Scene) -> Iterator[StateBlocks]:
         """Its states in y, block by block."""
         return iter(())
+
+    def coupled_states(self, p: Any) -> np.ndarray:
+        """Entries (m,) of y that are its own and act on other states."""
+        return np.zeros(0, dtype=np.int64)
 
     def coordinates(self, scene: Scene) -> dict[str, object]:
         """Coordinates of its ``variables``, which do not depend on the run."""
@@ -397,29 +378,6 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
     description = {"long_name": "capacity: allowable force", "units": "N"}
     has_capacity = np.isfinite(values).any()
     return {f"{unit}_capacity": (unit, values, description)} if has_capacity else {}
-
-
-@runtime_checkable
-class RecordsUnits(Protocol):
-    """A kind of whose units a run records values: ``outputs`` of each."""
-
-    outputs: ClassVar[int]
-
-
-@runtime_checkable
-class RecordsWithoutModes(Protocol):
-    """A kind that records other units than those with rows of modes."""
-
-    def recorded_units(self, p: Any) -> int:
-        """Number of these units."""
-
-
-@runtime_checkable
-class HasCoupledStates(Protocol):
-    """A kind with states that act on other states."""
-
-    def coupled_states(self, p: Any) -> np.ndarray:
-        """Entries (m,) of y that do."""
 
 
 @runtime_checkable

@@ -40,7 +40,6 @@ import numpy as np
 from hydrosim.elements.contact import curves
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
-    LINK_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -449,8 +448,6 @@ def deactivate(i, modes, p):
 
 class LinkKind(KindWithModeSets):
     unit = "link"
-    code = LINK_UNIT
-    outputs = LINK_OUTPUTS
     variables: ClassVar = {
         "strut_force": Variable("force, tension positive", "N", "from the point to the anchor"),
         "strut_length": Variable("distance from the point to the anchor", "m"),

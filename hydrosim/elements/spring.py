@@ -32,7 +32,6 @@ from hydrosim.elements.contact import curves
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     LINEARISATION_DEPTH,
-    SPRING_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -289,8 +288,6 @@ def _taut_modes(p: SpringConstants) -> np.ndarray:
 
 class SpringKind(KindWithModeSets):
     unit = "spring"
-    code = SPRING_UNIT
-    outputs = SPRING_OUTPUTS
     variables: ClassVar = {
         "spring_tension": Variable("tension", "N", "from the point to the anchor"),
         "spring_length": Variable("distance from the point to the anchor", "m"),

@@ -17,7 +17,6 @@ from hydrosim.tanks.surface import FLUID_LEVEL
 
 class TankFlowKind(kind.UnitKind):
     unit = "pump"
-    code = kind.FLOW_UNIT
     variables: ClassVar = {
         "tank_level": kind.Variable("level above the bottom of the tank", "m", "tank"),
         "tank_mass": kind.Variable("mass of the fluid in the tank", "kg"),

@@ -37,22 +37,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements import link, spring
+from hydrosim.elements import bushing, link, spring
 from hydrosim.elements.bushing import Bushing
-from hydrosim.elements.contact import geometry
+from hydrosim.elements.contact import geometry, landing, transitions
 from hydrosim.elements.contact.fender import Contact, normal_load_of
 from hydrosim.elements.contact.geometry import EARTH
+from hydrosim.elements.joint import locks
 from hydrosim.elements.kind import (
-    BUSHING_UNIT,
-    COMPENSATOR_UNIT,
-    CONTACT_UNIT,
-    FLOW_UNIT,
-    LINE_UNIT,
-    LINK_UNIT,
-    LOCK_UNIT,
-    SPRING_UNIT,
-    TRIGGER_UNIT,
-    WINCH_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -65,19 +56,19 @@ from hydrosim.elements.kind import (
     rest_at_first,
     unit_ranges,
 )
-from hydrosim.elements.line import catenary, winch
+from hydrosim.elements.line import catenary, compensator, winch
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.link import Link, Strut, TorsionSpring
 from hydrosim.elements.spring import Spring
 from hydrosim.errors import InputError
-from hydrosim.jit.kernels import clear, kernel, root, root_giving
+from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_INDEX, RISING
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Active, Clearance, ForceElement, Scene, When
-from hydrosim.tanks import contents
+from hydrosim.tanks import contents, pumping
 from hydrosim.tanks.contents import flow_names, triggered_pumps
 
 (
@@ -287,21 +278,17 @@ CONDITION = np.dtype(
 TRIGGER = np.dtype(
     [
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
-        *(("kind", int), ("first", int), ("count", int)),
+        *(("point", int), ("points", int), ("line", int), ("lines", int)),
+        *(("link", int), ("links", int), ("bushing", int), ("bushings", int)),
+        *(("catenary", int), ("catenaries", int)),
+        *(("winch", int), ("winches", int), ("cylinder", int), ("cylinders", int)),
+        *(("flow", int), ("lock", int)),
     ]
 )
-"""A trigger: the row of forces of its element, both conditions, and its units: so many of a kind
-from the ``first`` on. Elements without modes have none."""
-SWITCHED_KINDS = {
-    Contact: CONTACT_UNIT,
-    Spring: SPRING_UNIT,
-    Link: LINK_UNIT,
-    Bushing: BUSHING_UNIT,
-    Catenary: LINE_UNIT,
-    Winch: WINCH_UNIT,
-    Compensator: COMPENSATOR_UNIT,
-}
-"""Elements whose units a trigger switches, with their kinds."""
+"""A trigger: the row of forces of its element, both conditions, and its own contact points,
+springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its
+flow or joint, else `NO_INDEX`."""
+NO_UNITS = (0,) * 14
 
 
 class TriggerConstants(NamedTuple):
@@ -320,31 +307,35 @@ class TriggerConstants(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> TriggerConstants:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
+    kinds = (Contact, Spring, Link, Bushing, Catenary, Winch, Compensator)
+    ranges = [unit_ranges(elements, kind) for kind in kinds]
     rows: list[Any] = []
     for name, element in elements.items():
-        if element.active is not None:
-            ends = _compile_conditions(f"forces.{name}.active", element.active, elements, layout)
-            rows.append((layout.row[name], *ends, *_find_units(name, elements)))
+        if element.active is None:
+            continue
+        key = f"forces.{name}.active"
+        element_ranges = (of.get(name, (0, 0)) for of in ranges)
+        ends = _compile_conditions(key, element.active, elements, layout)
+        rows.append(
+            (
+                layout.row[name],
+                *ends,
+                *(x for a, b in element_ranges for x in (a, b - a)),
+                NO_INDEX,
+                NO_INDEX,
+            )
+        )
     for pump in layout.pumps:
         ends = _compile_conditions(pump.key, pump.active, elements, layout)
-        rows.append((layout.flow, *ends, FLOW_UNIT, pump.flow, 1))
+        rows.append((layout.flow, *ends, *NO_UNITS, pump.flow, NO_INDEX))
     for lock, name in enumerate(layout.constraints):
         active = layout.joints[name].active
         if active is not None:
             ends = _compile_conditions(f"joints.{name}.active", active, elements, layout)
-            rows.append((layout.joint_row, *ends, LOCK_UNIT, lock, 1))
+            rows.append((layout.joint_row, *ends, *NO_UNITS, NO_INDEX, lock))
     return TriggerConstants(
         np.array(rows, dtype=TRIGGER), compile_clearances(layout), compile_points(layout), 0, 0, 0
     )
-
-
-def _find_units(name: str, elements: Mapping[str, ForceElement]) -> tuple[int, int, int]:
-    """Kind of the units of an element, the first of them, and their number."""
-    for element_class, code in SWITCHED_KINDS.items():
-        if isinstance(elements[name], element_class):
-            first, end = unit_ranges(elements, element_class)[name]
-            return code, first, end - first
-    return NO_INDEX, 0, 0
 
 
 def _compile_conditions(
@@ -402,47 +393,112 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, out):
             out[m + FRICTION_MARGIN] = y[p.state + j] + condition.lasting - t
 
 
-@root_giving(bool)
-def transition(j, which, t, y, modes, p):
-    """Update trigger ``j`` after one of its margins has reached zero; returns true if its units
-    begin or end to act."""
+@root
+def transition(j, which, t, y, modes, motion, bodies, elements, tanks):
+    """Update trigger ``j`` after one of its margins has reached zero."""
+    p = elements.triggers
     mode = modes[p.mode + j]
     trigger = p.each[j]
     condition = trigger.start if mode[MODE] == BEFORE else trigger.end
     if which == CONTACT_MARGIN and mode[RISING] == 1:
         mode[RISING] = 0
-        return False
-    if which == CONTACT_MARGIN and condition.lasting > 0.0:
+    elif which == CONTACT_MARGIN and condition.lasting > 0.0:
         mode[RISING] = 1
         y[p.state + j] = t
-        return False
-    mode[MODE] = mode[MODE] + 1
-    mode[RISING] = 0
-    return True
+    else:
+        mode[MODE] = mode[MODE] + 1
+        mode[RISING] = 0
+        apply_switch(j, t, y, modes, motion, bodies, elements, tanks)
 
 
 @kernel
-def has_point(point, trigger):
+def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
+    """Activate or deactivate the contacts and lines of trigger ``j``; switch its flow."""
+    trigger = elements.triggers.each[j]
+    fenders = elements.fenders
+    springs = elements.springs
+    stage = modes[elements.triggers.mode + j, MODE]
+    now = stage == DURING
+    if trigger.flow != NO_INDEX:
+        pumping.follow_trigger(trigger.flow, stage, y, modes, tanks)
+    if trigger.lock != NO_INDEX:
+        if now:
+            locks.activate(trigger.lock, y, modes, motion, bodies, elements.locks)
+        else:
+            locks.deactivate(trigger.lock, modes, elements.locks)
+    for i in range(trigger.point, trigger.point + trigger.points):
+        if now:
+            transitions.activate(i, t, y, modes, motion, bodies, fenders)
+        else:
+            transitions.deactivate(i, t, y, modes, motion, bodies, fenders)
+    for i in range(elements.guides.pins.size):
+        if not _has_point(elements.guides.pins[i].point, trigger):
+            continue
+        if now:
+            landing.activate(i, modes, motion, bodies, elements)
+        else:
+            landing.deactivate(i, y, modes, motion, bodies, elements)
+    for i in range(trigger.line, trigger.line + trigger.lines):
+        if now:
+            spring.set_initial_mode(i, t, modes, motion, bodies, springs)
+        else:
+            spring.deactivate(i, modes, springs)
+    for i in range(trigger.link, trigger.link + trigger.links):
+        if now:
+            link.activate(i, modes, motion, bodies, elements.links)
+        else:
+            link.deactivate(i, modes, elements.links)
+    for i in range(trigger.bushing, trigger.bushing + trigger.bushings):
+        if now:
+            bushing.activate(i, modes, motion, bodies, elements.bushings)
+        else:
+            bushing.deactivate(i, modes, elements.bushings)
+    for i in range(trigger.catenary, trigger.catenary + trigger.catenaries):
+        if now:
+            catenary.set_initial_mode(i, t, y, modes, motion, bodies, elements.catenaries)
+        else:
+            catenary.deactivate(i, modes, elements.catenaries)
+    for i in range(trigger.winch, trigger.winch + trigger.winches):
+        if now:
+            winch.activate_in_run(i, t, y, modes, motion, bodies, elements.winches)
+        else:
+            winch.deactivate(i, y, modes, elements.winches)
+    for i in range(trigger.cylinder, trigger.cylinder + trigger.cylinders):
+        if now:
+            compensator.activate(i, modes, motion, bodies, elements.compensators)
+        else:
+            compensator.deactivate(i, modes, elements.compensators)
+
+
+@kernel
+def _has_point(point, trigger):
     """True if a contact point belongs to the element of a trigger."""
-    first = trigger.first
-    return trigger.kind == CONTACT_UNIT and first <= point < first + trigger.count
+    return trigger.point <= point < trigger.point + trigger.points
 
 
 @root
-def set_initial_mode(j, t, y, modes, motion, bodies, elements, tanks):
-    """Mode of trigger ``j`` for a start."""
+def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
+    """Modes of all triggers for a start; inactive contacts and lines are deactivated."""
     p = elements.triggers
-    mode = modes[p.mode + j]
-    mode[MODE] = BEFORE
-    mode[RISING] = 0
-    for stage in range(AFTER):
-        condition = p.each[j].start if stage == BEFORE else p.each[j].end
-        there = condition_excess(condition, t, y, modes, motion, bodies, elements, tanks) >= 0.0
-        if mode[MODE] == stage and there and condition.lasting == 0.0:
-            mode[MODE] = stage + 1
-        elif mode[MODE] == stage and there:
-            mode[RISING] = 1
-            y[p.state + j] = t
+    for j in range(p.each.size):
+        mode = modes[p.mode + j]
+        mode[MODE] = BEFORE
+        mode[RISING] = 0
+        for stage in range(AFTER):
+            condition = p.each[j].start if stage == BEFORE else p.each[j].end
+            there = condition_excess(condition, t, y, modes, motion, bodies, elements, tanks) >= 0.0
+            if mode[MODE] == stage and there and condition.lasting == 0.0:
+                mode[MODE] = stage + 1
+            elif mode[MODE] == stage and there:
+                mode[RISING] = 1
+                y[p.state + j] = t
+        if mode[MODE] != DURING:
+            for i in range(elements.guides.pins.size):
+                if _has_point(elements.guides.pins[i].point, p.each[j]):
+                    landing.start_inactive(i, modes, elements.guides)
+            apply_switch(j, t, y, modes, motion, bodies, elements, tanks)
+            for i in range(p.each[j].point, p.each[j].point + p.each[j].points):
+                transitions.reset_losses(i, y, elements.fenders)
 
 
 @kernel
@@ -455,7 +511,7 @@ def is_on(j, modes, p):
 def clear_inactive(modes, p, wrench, rate):
     """Clear the rows of forces, and of work or dissipation, of inactive elements."""
     for j in range(p.each.size):
-        acts_alone = p.each[j].kind != FLOW_UNIT and p.each[j].kind != LOCK_UNIT
+        acts_alone = p.each[j].flow == NO_INDEX and p.each[j].lock == NO_INDEX
         if acts_alone and not is_on(j, modes, p):
             clear(wrench[p.each[j].row])
             rate[p.each[j].row] = 0.0
@@ -466,15 +522,13 @@ def clear_inactive_energy(modes, p, stored):
     """Clear the energy stored in inactive elements that have no modes of their own."""
     for j in range(p.each.size):
         trigger = p.each[j]
-        kind = trigger.kind
-        has_no_modes = kind != CONTACT_UNIT and kind != SPRING_UNIT and kind != LOCK_UNIT
+        has_no_modes = trigger.points + trigger.lines == 0 and trigger.lock == NO_INDEX
         if has_no_modes and not is_on(j, modes, p):
             stored[trigger.row] = 0.0
 
 
 class TriggerKind(KindWithModeSets):
     unit = "trigger"
-    code = TRIGGER_UNIT
     variables: ClassVar = {
         "trigger_stage": Variable(
             "before, during or after the time in which an element acts",

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrosim.elements import events, new_modes, output_shapes
-from hydrosim.elements.kind import JOINT_UNIT, RecordedStates
+from hydrosim.elements import events, new_modes
+from hydrosim.elements.kind import RecordedStates
 from hydrosim.integrate.dynamics import (
     Model,
     find_mass,
@@ -111,7 +111,7 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
         "momentum": (m if model.impulse < model.size else 0,),
         "stored": (model.rows,),
         "wrench": (model.rows, m),
-        **output_shapes(model),
+        **events.output_shapes(model.elements),
     }
 
 
@@ -208,10 +208,12 @@ def write_record(t, run):
         assign(row[at.wrench + r * motion.velocity.size :], work.wrench[r])
     elements = model.elements
     observed = row[at.observed :]
-    events.write_outputs(t, y, modes, motion, model.bodies, elements, work.holds, observed)
+    events.write_outputs(
+        t, y, modes, motion, model.bodies, elements, work.holds, work.wrench, observed
+    )
     if model.bodies.tree.branches.size > 0:
         n = model.bodies.active.size
-        loads = observed[elements.output_starts[JOINT_UNIT] :]
+        loads = observed[events.joint_output_start(elements) :]
         find_joint_loads(scratch.k[0][n : 2 * n], model, work, loads)
     for i in range(modes.shape[0]):
         assign(record_modes[i], modes[i])

@@ -33,10 +33,13 @@ LINES = {  # of files that are there: before which line stands what
     },
     "elements/events.py": {
         "from hydrosim.elements import bushing": "from hydrosim.elements import rope\n",
+        "    }\n\n\n@kernel\ndef joint_output_start": (
+            '        "rope": (elements.ropes.lines.size, rope.ROPE_OUTPUTS),\n'
+        ),
         "\n\n@root\ndef set_initial_modes": (
-            "    if e.ropes.lines.size > 0:\n"
-            "        first = at[rope.ROPE_UNIT]\n"
-            "        rope.write_outputs(y, modes, motion, bodies, e.ropes, out[first:])\n"
+            "    if elements.ropes.lines.size > 0:\n"
+            "        first = out.size - elements.ropes.lines.size * rope.ROPE_OUTPUTS\n"
+            "        rope.write_outputs(y, modes, motion, bodies, elements.ropes, out[first:])\n"
         ),
         "    if tanks.flows.size > 0:\n        pumping.set_initial_modes": (
             "    if elements.ropes.lines.size > 0:\n"
@@ -46,13 +49,16 @@ LINES = {  # of files that are there: before which line stands what
             "    if elements.ropes.lines.size > 0:\n"
             "        rope.find_margins(y, modes, motion, bodies, elements.ropes, out)\n"
         ),
-        "    elif trigger.transition": (
-            "    elif kind == rope.ROPE_UNIT:\n"
-            "        rope.transition(i, which, y, modes, motion, bodies, elements.ropes)\n"
+        "    if row >= springs.mode and": (
+            "    ropes = elements.ropes\n"
+            "    if row >= ropes.mode and ropes.lines.size > 0:\n"
+            "        rope.transition(row - ropes.mode, which, y, modes, motion, bodies, ropes)\n"
+            "        return\n"
         ),
-        "    if kind != CONTACT_UNIT:\n        return 0, 0": (
-            "    if kind == rope.ROPE_UNIT:\n"
-            "        return elements.ropes.state + i, elements.ropes.state + i + 1\n"
+        "    if row < fenders.mode or": (
+            "    first = elements.ropes.state + row - elements.ropes.mode\n"
+            "    if 0 <= row - elements.ropes.mode < elements.ropes.lines.size:\n"
+            "        return first, first + 1\n"
         ),
     },
 }

@@ -13,7 +13,7 @@ from scenes import block, in_contact, on_floor, scene
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.elements import ELEMENT_KINDS, Frictionless, coupled_states, modes_of_kind
+from hydrosim.elements import ELEMENT_KINDS, Elements, Frictionless, modes_of_kind
 from hydrosim.elements.events import count_reaction_rows
 from hydrosim.elements.kind import (
     ElementKind,
@@ -27,7 +27,6 @@ from hydrosim.scene import Active, Joint, JointFriction, JointResistance, JointT
 PACKAGE = Path(hydrosim.__file__).parent
 NAMING = 8 + 2  # files outside `forces` that may name a kind; two are about constraints alone
 MEMBERS = 12
-KIND_FIELDS = {kind.field for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)}
 
 
 def named(source: str) -> Iterator[str]:
@@ -41,7 +40,7 @@ def named(source: str) -> Iterator[str]:
             name = str(node.value)
         else:
             continue
-        if name in KIND_FIELDS:
+        if name in Elements._fields:
             yield name
 
 
@@ -83,7 +82,7 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
         for component in block.components
     ]
     assert len(names) == model.slow - model.own
-    felt = coupled_states(model)
+    felt = np.concatenate([kind.coupled_states(kind.constants_in(model)) for kind in ELEMENT_KINDS])
     assert np.all((felt >= model.own) & (felt < model.slow))
 
 

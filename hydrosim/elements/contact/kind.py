@@ -26,7 +26,6 @@ from hydrosim.elements.contact import curves, geometry, group, laws
 from hydrosim.elements.contact.curves import BRANCH_START
 from hydrosim.elements.contact.fender import (
     COMPRESSION,
-    CONTACT_OUTPUTS,
     CONTACT_STATE_NAMES,
     CONTACT_STATES,
     DAMPED,
@@ -51,7 +50,6 @@ from hydrosim.elements.contact.geometry import contact_kinematics
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.contact.laws import COULOMB, LAW, least_slip_speed, steady_slip_state
 from hydrosim.elements.kind import (
-    CONTACT_UNIT,
     LINEARISATION_DEPTH,
     Columns,
     KindConstants,
@@ -283,8 +281,6 @@ def group_of_points(scene: Scene) -> list[str]:
 
 class ContactKind(KindOfContacts):
     unit = "fender"
-    code = CONTACT_UNIT
-    outputs = CONTACT_OUTPUTS
     variables: ClassVar = {
         "fender_compression": Variable(
             "compression, negative when open, at most 0 where the plane or seat does not act",

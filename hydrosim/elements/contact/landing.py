@@ -32,8 +32,8 @@ from hydrosim.elements.contact import curves, geometry
 from hydrosim.elements.contact.fender import Contact, Normal
 from hydrosim.elements.contact.geometry import Plane
 from hydrosim.elements.contact.laws import Law
+from hydrosim.elements.kind import LINEARISATION_DEPTH as COMPRESSED
 from hydrosim.elements.kind import (
-    GUIDE_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -44,7 +44,6 @@ from hydrosim.elements.kind import (
     rest_at_first,
     unit_ranges,
 )
-from hydrosim.elements.kind import LINEARISATION_DEPTH as COMPRESSED
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.multibody.vectors import length
@@ -259,8 +258,6 @@ def set_initial_modes(modes, motion, bodies, elements):
 
 class GuideKind(KindWithModeSets):
     unit = "guide"
-    code = GUIDE_UNIT
-    outputs = GUIDE_OUTPUTS
     variables: ClassVar = {
         "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
         "guide_clearance": Variable("clearance to the wall, negative if pressed", "m"),

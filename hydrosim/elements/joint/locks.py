@@ -28,8 +28,6 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.joint import rows
 from hydrosim.elements.joint.rows import REFERENCE_SIZE
 from hydrosim.elements.kind import (
-    JOINT_UNIT,
-    LOCK_UNIT,
     BodyAtRest,
     Columns,
     ElementKind,
@@ -510,7 +508,6 @@ LOCK_STATE_NAMES = (
 
 class LockKind(ElementKind):
     unit = "lock"
-    code = LOCK_UNIT
     variables: ClassVar[Mapping[str, Variable]] = {
         "lock_mode": Variable(
             "mode of a joint that is a constraint", "1", flags=" ".join(LOCK_MODES)
@@ -583,16 +580,11 @@ def _held_rows(modes: np.ndarray) -> np.ndarray:
 
 class JointLoadKind(UnitKind):
     unit = "joint"
-    code = JOINT_UNIT
-    outputs = 6
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_force": Variable(
             "force and moment of a joint at its point on its body", "N or N m", "earth"
         ),
     }
-
-    def recorded_units(self, p: LockConstants) -> int:
-        return int(p.joints)
 
     def constants_in(self, parts: KindConstants) -> LockConstants:
         constants: LockConstants = parts.elements.locks

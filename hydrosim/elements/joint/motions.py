@@ -23,7 +23,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.elements.kind import (
-    JOINT_MOTION_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -371,8 +370,6 @@ def write_outputs(y, modes, bodies, p, reactions, out):
 
 class JointMotionKind(KindWithModeSets):
     unit = "joint_motion"
-    code = JOINT_MOTION_UNIT
-    outputs = JOINT_MOTION_OUTPUTS
     variables: ClassVar[Mapping[str, Variable]] = {
         "joint_position": Variable("displacement in a joint, zero at rest", "m or rad"),
         "joint_velocity": Variable("rate of the displacement in a joint", "m/s or rad/s"),

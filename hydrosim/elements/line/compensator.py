@@ -30,7 +30,6 @@ import numpy as np
 
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
-    COMPENSATOR_UNIT,
     LINEARISATION_DEPTH,
     Columns,
     KindWithModeSets,
@@ -305,8 +304,6 @@ def deactivate(i, modes, p):
 
 class CompensatorKind(KindWithModeSets):
     unit = "compensator"
-    code = COMPENSATOR_UNIT
-    outputs = COMPENSATOR_OUTPUTS
     variables: ClassVar = {
         "compensator_tension": Variable("tension", "N", "from the point to the anchor"),
         "compensator_stroke": Variable("extension from the middle of the stroke", "m"),

@@ -26,7 +26,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.elements.kind import (
-    LINE_UNIT,
     Columns,
     KindWithModeSets,
     ModeRows,
@@ -41,7 +40,6 @@ from hydrosim.elements.kind import (
 from hydrosim.elements.line import shape
 from hydrosim.elements.line.catenary import (
     ANCHOR_TENSION,
-    CATENARY_OUTPUTS,
     CATENARY_STATES,
     FAIRLEAD_TENSION,
     GROUNDED,
@@ -153,8 +151,6 @@ TAUT_LENGTH_RATIO = 0.999
 
 class CatenaryKind(KindWithModeSets):
     unit = "line"
-    code = LINE_UNIT
-    outputs = CATENARY_OUTPUTS
     variables: ClassVar = {
         "line_tension": Variable("tension at the fairlead", "N", "along the line"),
         "line_anchor_tension": Variable("tension at the anchor", "N", "along the line"),

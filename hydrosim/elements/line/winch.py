@@ -32,7 +32,6 @@ import numpy as np
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     LINEARISATION_DEPTH,
-    WINCH_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -567,8 +566,6 @@ DELAY = tuple(f"delay {k + 1}" for k in range(drum.DELAY_STATES))
 
 class WinchKind(KindWithModeSets):
     unit = "winch"
-    code = WINCH_UNIT
-    outputs = WINCH_OUTPUTS
     variables: ClassVar = {
         "winch_tension": Variable("tension of the wire", "N", "from the point to the anchor"),
         "winch_length": Variable("length of wire off the drum, without load", "m"),

@@ -18,7 +18,6 @@ import numpy as np
 from hydrosim.elements import spring
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
-    NEW_UNIT,
     Columns,
     KindWithModeSets,
     Layout,
@@ -36,7 +35,6 @@ from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, BROKEN = range(3)
-ROPE_UNIT = NEW_UNIT
 TENSION, CREEP, ROPE_OUTPUTS = range(3)
 ROPE = np.dtype([*spring.SPRING.descr, ("k", float), ("eta", float), ("breaks_at", float)])
 
@@ -157,8 +155,6 @@ def set_initial_modes(y, modes, motion, bodies, p):
 
 class RopeKind(KindWithModeSets):
     unit = "rope"
-    code = ROPE_UNIT
-    outputs = ROPE_OUTPUTS
     variables: ClassVar = {
         "rope_tension": Variable("tension", "N", "from the point to the anchor"),
         "rope_creep": Variable("creep", "m"),
