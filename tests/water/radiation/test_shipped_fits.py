@@ -22,8 +22,10 @@ SAME = 1e-6  # of the largest entry: fits of one database agree to this rounding
 
 @pytest.fixture
 def fits_made(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
-    """The degrees of freedom of each fit that is made, where the cache has none."""
+    """The degrees of freedom of each fit that is made, where the cache has none; it keeps none, or
+    other tests would have fits that are rounded otherwise than those of the package."""
     monkeypatch.setattr("hydrosim.water.radiation.kept.stored", lambda name: None)
+    monkeypatch.setattr("hydrosim.water.radiation.kept.store", lambda name, content: None)
     made = []
     fit_group = fits.fit_group
 
