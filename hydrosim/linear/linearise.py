@@ -491,6 +491,8 @@ def differentiate(
 
     remembers = (states >= model.radiation) & (states < model.own)
     fill_curved(shift_each(np.flatnonzero(~remembers), states.size))
+    if not remembers.any():
+        return J
     part = _find_parts(model, state, states, J)
     driven = J.any(axis=1)
     fill_curved(shift_each(np.flatnonzero(remembers & ~driven), states.size))

@@ -250,6 +250,7 @@ def indices(plan: PlanRuns) -> Iterator[SobolIndex]:
                 " samples; expected a value in each, because Sobol's indices need all."
                 f" {_missing_value_remedy(plan.runs)}"
             )
+        # scipy's own bootstrap of these indices takes no seed
         values -= values[: 2 * n].mean()
         sets = values[:n], values[n : 2 * n], values[2 * n :].reshape(d, n)
         shares = _sobol_shares(sets, np.arange(n))
