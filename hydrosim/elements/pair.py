@@ -106,14 +106,13 @@ def _small_angles(b, motion):
 
 
 @kernel
-def apply_tension(line, s, T, wrench):
-    """Add the tension T on both ends of a ``line`` to its row of ``wrench``: at the lever arm
-    ``s.arm`` along ``s.direction``, and its opposite at ``s.anchor_arm``."""
-    force = scale(T, s.direction)
-    add_wrench(line.body, force, cross(s.arm, force), wrench)
-    if line.anchor_body != EARTH:
+def apply_tension(body, other, arm, other_arm, force, wrench):
+    """Add the ``force`` of a line that pulls to ``wrench`` (6 nb,): on its ``body`` at a lever
+    ``arm``, and the opposite at the other end."""
+    add_wrench(body, force, cross(arm, force), wrench)
+    if other != EARTH:
         reaction = scale(-1.0, force)
-        add_wrench(line.anchor_body, reaction, cross(s.anchor_arm, reaction), wrench)
+        add_wrench(other, reaction, cross(other_arm, reaction), wrench)
 
 
 # Velocity of a body through a stream of water or air, and a wrench, both in the body's axes.

@@ -13,10 +13,10 @@ import xarray as xr
 
 from hydrosim.dofs import about_z
 from hydrosim.elements.contact.fender import Contact
-from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.link import Strut
-from hydrosim.elements.spring import Spring
+from hydrosim.elements.link.elastic import Strut
+from hydrosim.elements.link.gas import Compensator
+from hydrosim.elements.link.tension import Spring
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Drawing, Node

@@ -12,10 +12,10 @@ from hydrosim.dofs import about_z
 from hydrosim.elements.contact.fender import Contact, Fender
 from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.link import Strut
-from hydrosim.elements.spring import Spring
+from hydrosim.elements.link.elastic import Strut
+from hydrosim.elements.link.gas import Compensator
+from hydrosim.elements.link.tension import Spring
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document

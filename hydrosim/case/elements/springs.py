@@ -23,10 +23,10 @@ from hydrosim.files.units import problem
 
 if TYPE_CHECKING:
     from hydrosim.elements.bushing import Bushing as BuiltBushing
-    from hydrosim.elements.line.compensator import Compensator as BuiltCompensator
-    from hydrosim.elements.link import Strut as BuiltStrut
-    from hydrosim.elements.link import TorsionSpring as BuiltTorsionSpring
-    from hydrosim.elements.spring import Spring as BuiltSpring
+    from hydrosim.elements.link.elastic import Strut as BuiltStrut
+    from hydrosim.elements.link.elastic import TorsionSpring as BuiltTorsionSpring
+    from hydrosim.elements.link.gas import Compensator as BuiltCompensator
+    from hydrosim.elements.link.tension import Spring as BuiltSpring
 
 
 class Curve(SchemaModel):
@@ -105,7 +105,7 @@ class Spring(Breaking):
             yield ("length",), self.length
 
     def build(self, where: BuildContext) -> BuiltSpring:
-        from hydrosim.elements.spring import Spring as BuiltSpring  # loads numba
+        from hydrosim.elements.link.tension import Spring as BuiltSpring  # loads numba
 
         extension, tension = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
         if self.curve is not None:
@@ -237,7 +237,7 @@ class Strut(Element):
         yield ("anchor_body",), self.anchor_body, remedy
 
     def build(self, where: BuildContext) -> BuiltStrut:
-        from hydrosim.elements.link import Strut as BuiltStrut  # loads numba
+        from hydrosim.elements.link.elastic import Strut as BuiltStrut  # loads numba
 
         points = None if self.curve is None else (self.curve.extension, self.curve.force)
         return BuiltStrut(
@@ -344,7 +344,9 @@ class TorsionSpring(Element):
         yield ("to",), self.to, "without to the other side is the earth"
 
     def build(self, where: BuildContext) -> BuiltTorsionSpring:
-        from hydrosim.elements.link import TorsionSpring as BuiltTorsionSpring  # loads numba
+        from hydrosim.elements.link.elastic import (
+            TorsionSpring as BuiltTorsionSpring,  # loads numba
+        )
 
         points = None if self.curve is None else (self.curve.angle, self.curve.moment)
         return BuiltTorsionSpring(
@@ -424,7 +426,7 @@ class Compensator(Element):
         yield ("anchor_body",), self.anchor_body, remedy
 
     def build(self, where: BuildContext) -> BuiltCompensator:
-        from hydrosim.elements.line.compensator import (
+        from hydrosim.elements.link.gas import (
             Compensator as BuiltCompensator,  # loads numba
         )
 

@@ -23,7 +23,7 @@ from hydrosim.compile.questions.query import (
 )
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.points import LineShape, line_shapes
-from hydrosim.elements.link import TorsionSpring
+from hydrosim.elements.link.elastic import TorsionSpring
 from hydrosim.elements.pair import TwoPointElement
 from hydrosim.scene import Body, JointType
 from hydrosim.scene.joint import MotionKind

@@ -19,8 +19,8 @@ from hydrosim.compile.questions.query import (
 from hydrosim.elements.contact.fender import Contact
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
+from hydrosim.elements.link.tension import Spring
 from hydrosim.elements.pair import TwoPointElement
-from hydrosim.elements.spring import Spring
 from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.integrate.state import start_loads
 from hydrosim.scene import Body, Weight

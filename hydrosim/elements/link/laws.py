@@ -1,0 +1,95 @@
+"""The laws of links, by their number: one line for each law in whatever a law does."""
+
+from __future__ import annotations
+
+from hydrosim.elements.link import dry_friction, elastic, gas, stop, tension
+from hydrosim.elements.link.law import ELASTIC, GAS, STOP, TENSION
+from hydrosim.jit.kernels import clear, kernel
+from hydrosim.modes import SEGMENT
+
+CONSTANTS = {"gases": gas.CYLINDER, "stops": stop.STOPS, "frictions": dry_friction.FRICTION}
+"""Constants of those laws that have their own, by their field in `LinkConstants`."""
+
+
+@kernel
+def find_loads(link, mode, s, y, p):
+    """The load T of a link, and the part of it that dissipates."""
+    if link.law == TENSION:
+        return tension.find_loads(link, mode, s, p)
+    if link.law == ELASTIC:
+        return elastic.find_loads(link, mode, s, p)
+    if link.law == GAS:
+        return gas.find_loads(link, p.gases[link.constants], mode, s)
+    if link.law == STOP:
+        return stop.find_loads(link, p.stops[link.constants], mode, s)
+    node = y[p.state + link.state]
+    return dry_friction.find_loads(link, p.frictions[link.constants], mode, s, node)
+
+
+@kernel
+def set_state_rates(link, p, dy):
+    """The rates of the states of a link, which stand between events, in ``dy``."""
+    k = p.state + link.state
+    clear(dy[k : k + link.states])
+
+
+@kernel
+def stored_energy(link, mode, s, y, p):
+    """The energy that a link stores."""
+    if link.law == TENSION or link.law == ELASTIC:
+        return tension.stored_energy(mode, s, p)
+    if link.law == GAS:
+        return gas.stored_energy(p.gases[link.constants], mode, s)
+    if link.law == STOP:
+        return stop.stored_energy(p.stops[link.constants], mode, s)
+    node = y[p.state + link.state]
+    return dry_friction.stored_energy(p.frictions[link.constants], mode, s, node)
+
+
+@kernel
+def find_margins(link, mode, s, y, p, out):
+    """Margins (4,) of a link by its law into ``out``."""
+    if link.law == TENSION:
+        tension.find_margins(link, mode, s, p, out)
+    elif link.law == ELASTIC:
+        elastic.find_margins(link, mode, s, p, out)
+    elif link.law == GAS:
+        gas.find_margins(link, p.gases[link.constants], mode, s, out)
+    elif link.law == STOP:
+        stop.find_margins(link, p.stops[link.constants], mode, s, out)
+    else:
+        node = y[p.state + link.state]
+        dry_friction.find_margins(p.frictions[link.constants], mode, s, node, out)
+
+
+@kernel
+def transition(link, which, mode, s, y, p):
+    """The next mode of a link by its law, after margin ``which`` has reached zero."""
+    if link.law == TENSION:
+        tension.transition(link, which, mode, s, p)
+    elif link.law == ELASTIC:
+        elastic.transition(mode, s, p)
+    elif link.law == GAS:
+        gas.transition(link, p.gases[link.constants], which, mode, s)
+    elif link.law == STOP:
+        stop.transition(p.stops[link.constants], which, mode, s)
+    else:
+        k = p.state + link.state
+        y[k], lost = dry_friction.transition(p.frictions[link.constants], mode, s, y[k])
+        y[p.losses + link.row] += lost
+
+
+@kernel
+def set_initial_mode(link, mode, s, y, p):
+    """The mode of a link that becomes active, by its law."""
+    if link.law == TENSION:
+        tension.set_initial_mode(link, mode, s, p)
+    elif link.law == ELASTIC:
+        elastic.set_initial_mode(link, mode, s, p)
+    elif link.law == GAS:
+        gas.set_initial_mode(link, p.gases[link.constants], mode, s)
+    elif link.law == STOP:
+        stop.set_initial_mode(link, p.stops[link.constants], mode, s)
+    else:
+        mode[SEGMENT] = dry_friction.STICKS
+        y[p.state + link.state] = s.x

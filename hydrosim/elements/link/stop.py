@@ -1,0 +1,125 @@
+"""End stops of a coordinate.
+
+    F = k d - c d',   d = a - x below the lowest place a, or x - b above the highest place b
+
+d: way beyond the stop, which presses against it with F. It never pulls: where that would be
+negative, there is no force. Meeting a stop, leaving it and the end of its force are events. Stored
+energy is k d^2 / 2, also while there is no force; what a stop then releases is dissipated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any, ClassVar
+
+import numpy as np
+
+from hydrosim.elements.kind import LINEARISATION_DEPTH
+from hydrosim.elements.link.coordinate import CoordinateElement
+from hydrosim.elements.link.law import ANYWHERE, STOP, Link
+from hydrosim.jit.kernels import kernel
+from hydrosim.modes import CONTACT_MARGIN, SEGMENT, SEGMENT_MARGIN
+
+AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
+
+STOPS = np.dtype([("lowest", float), ("highest", float), ("stiffness", float)])
+"""Constants of stops: a, b, k."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stop(CoordinateElement, Link):
+    """Stops at the ``lowest`` and the ``highest`` place [m or rad] of its coordinate, with the
+    ``stiffness`` [N/m or N m/rad] and the ``damping`` [N s/m or N m s/rad]."""
+
+    law: ClassVar[int] = STOP
+    lowest: float = -inf
+    highest: float = inf
+    stiffness: float
+    damping: float = 0.0
+
+    def law_fields(self, curve: np.ndarray) -> dict[str, Any]:
+        low = self.lowest > -inf
+        place = self.lowest - LINEARISATION_DEPTH if low else self.highest + LINEARISATION_DEPTH
+        return {
+            "last": ABOVE,
+            "steepest": self.stiffness,
+            "idle": AWAY,
+            "idle_range": ANYWHERE,
+            "stiff": AT_LOWEST if low else AT_HIGHEST,
+            "stiff_range": (place, place),
+            "damping": self.damping,
+        }
+
+    def constants(self) -> np.ndarray:
+        return np.array([(self.lowest, self.highest, self.stiffness)], dtype=STOPS)
+
+
+@kernel
+def _beyond(stop, segment, x):
+    """The load of the spring of a stop: negative below the lowest place."""
+    if segment in (AT_LOWEST, BELOW):
+        return stop.stiffness * (x - stop.lowest)
+    if segment in (AT_HIGHEST, ABOVE):
+        return stop.stiffness * (x - stop.highest)
+    return 0.0
+
+
+@kernel
+def find_loads(link, stop, mode, s):
+    """T, and what of it dissipates."""
+    f = _beyond(stop, mode[SEGMENT], s.x)
+    if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
+        lost = link.damping * s.rate
+        return f + lost, lost
+    return 0.0, -f
+
+
+@kernel
+def stored_energy(stop, mode, s):
+    """k d^2 / 2."""
+    f = _beyond(stop, mode[SEGMENT], s.x)
+    return 0.5 * f * f / stop.stiffness
+
+
+@kernel
+def find_margins(link, stop, mode, s, out):
+    """Margins (4,): way to the stops, or beyond the one that is met; the force of that stop."""
+    segment = mode[SEGMENT]
+    if segment == AWAY:
+        out[CONTACT_MARGIN] = min(s.x - stop.lowest, stop.highest - s.x)
+        return
+    f = _beyond(stop, segment, s.x)
+    sign = -1.0 if segment in (AT_LOWEST, BELOW) else 1.0
+    out[CONTACT_MARGIN] = sign * f / stop.stiffness
+    if link.damping > 0.0:
+        force = sign * (f + link.damping * s.rate)
+        pressed = segment in (AT_LOWEST, AT_HIGHEST)
+        out[SEGMENT_MARGIN] = force if pressed else -force
+
+
+@kernel
+def transition(stop, which, mode, s):
+    """The next mode, after margin ``which`` has reached zero."""
+    segment = mode[SEGMENT]
+    if which == SEGMENT_MARGIN:
+        shift = BELOW - AT_LOWEST
+        mode[SEGMENT] = segment + shift if segment < BELOW else segment - shift
+    elif segment != AWAY:
+        mode[SEGMENT] = AWAY
+    elif s.x - stop.lowest < stop.highest - s.x:
+        mode[SEGMENT] = AT_LOWEST if s.rate < 0.0 else BELOW
+    else:
+        mode[SEGMENT] = AT_HIGHEST if s.rate > 0.0 else ABOVE
+
+
+@kernel
+def set_initial_mode(link, stop, mode, s):
+    """The mode of a stop that becomes active."""
+    mode[SEGMENT] = AWAY
+    if s.x < stop.lowest:
+        pressed = stop.stiffness * (s.x - stop.lowest) + link.damping * s.rate < 0.0
+        mode[SEGMENT] = AT_LOWEST if pressed else BELOW
+    elif s.x > stop.highest:
+        pressed = stop.stiffness * (s.x - stop.highest) + link.damping * s.rate > 0.0
+        mode[SEGMENT] = AT_HIGHEST if pressed else ABOVE
