@@ -3,8 +3,9 @@
     sticks:   T = k (x - z) + c x',   while |k (x - z)| < static force
     slips:    T = +- kinetic force, against the motion, while the motion goes on
 
-z: place of the node, a state, which stands while the link sticks. Slip begins at the static force
-and ends where x' = 0: the node is then where the spring holds the kinetic force. Both are events.
+z: place of the node, a state, which stands while the link sticks and then moves with it. Slip
+begins at the static force and ends where x' = 0: the node is then where the spring holds the
+kinetic force. Both are events.
 Stored energy is that of the spring. c x'^2 is dissipated in stick, all work in slip. What the
 spring loses where its force falls from the static to the kinetic one is booked as a loss.
 """
@@ -65,12 +66,12 @@ def _spring_load(friction, mode, s, node):
 
 @kernel
 def find_loads(link, friction, mode, s, node):
-    """T, and what of it dissipates."""
+    """T, and the power that it dissipates."""
     f = _spring_load(friction, mode, s, node)
     if mode[SEGMENT] != STICKS:
-        return f, f
+        return f, f * s.rate
     lost = link.damping * s.rate
-    return f + lost, lost
+    return f + lost, lost * s.rate
 
 
 @kernel

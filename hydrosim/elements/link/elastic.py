@@ -138,9 +138,9 @@ def resistance(link, rate):
 
 @kernel
 def find_loads(link, mode, s, p):
-    """T, and what of it dissipates."""
+    """T, and the power that it dissipates."""
     lost = resistance(link, s.rate)
-    return curves.curve_force(p.segments[mode[SEGMENT]], s.x) + lost, lost
+    return curves.curve_force(p.segments[mode[SEGMENT]], s.x) + lost, lost * s.rate
 
 
 @kernel

@@ -164,12 +164,12 @@ def _gas_energy(gas, x):
 
 @kernel
 def find_loads(link, gas, mode, s):
-    """T, and what of it dissipates."""
+    """T, and the power that it dissipates."""
     f = static_load(gas, mode[SEGMENT], s.x)
     if link.pulls_only and (mode[MODE] != PULLING or mode[SEGMENT] == SLACK_PIECE):
-        return 0.0, -f
+        return 0.0, -f * s.rate
     T = f + link.damping * s.rate
-    return T, T - f
+    return T, (T - f) * s.rate
 
 
 @kernel

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from hydrosim.elements.link import dry_friction, elastic, gas, stop, tension
-from hydrosim.elements.link.law import ELASTIC, GAS, STOP, TENSION
-from hydrosim.jit.kernels import clear, kernel
+from hydrosim.elements.link.law import DRY_FRICTION, ELASTIC, GAS, STOP, TENSION
+from hydrosim.jit.kernels import kernel
 from hydrosim.modes import SEGMENT
 
 CONSTANTS = {"gases": gas.CYLINDER, "stops": stop.STOPS, "frictions": dry_friction.FRICTION}
@@ -13,7 +13,7 @@ CONSTANTS = {"gases": gas.CYLINDER, "stops": stop.STOPS, "frictions": dry_fricti
 
 @kernel
 def find_loads(link, mode, s, y, p):
-    """The load T of a link, and the part of it that dissipates."""
+    """The load T of a link, and the power that it dissipates."""
     if link.law == TENSION:
         return tension.find_loads(link, mode, s, p)
     if link.law == ELASTIC:
@@ -27,10 +27,10 @@ def find_loads(link, mode, s, y, p):
 
 
 @kernel
-def set_state_rates(link, p, dy):
-    """The rates of the states of a link, which stand between events, in ``dy``."""
-    k = p.state + link.state
-    clear(dy[k : k + link.states])
+def set_state_rates(link, mode, s, y, p, dy):
+    """The rates of the states of a link that acts, in ``dy``."""
+    if link.law == DRY_FRICTION:
+        dy[p.state + link.state] = 0.0 if mode[SEGMENT] == dry_friction.STICKS else s.rate
 
 
 @kernel

@@ -67,12 +67,12 @@ def _beyond(stop, segment, x):
 
 @kernel
 def find_loads(link, stop, mode, s):
-    """T, and what of it dissipates."""
+    """T, and the power that it dissipates."""
     f = _beyond(stop, mode[SEGMENT], s.x)
     if mode[SEGMENT] == AT_LOWEST or mode[SEGMENT] == AT_HIGHEST:
         lost = link.damping * s.rate
-        return f + lost, lost
-    return 0.0, -f
+        return f + lost, lost * s.rate
+    return 0.0, -f * s.rate
 
 
 @kernel

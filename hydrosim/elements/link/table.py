@@ -26,7 +26,7 @@ from hydrosim.elements.link.law import LINK, TENSION, Link, LinkConstants
 from hydrosim.elements.link.tension import Spring
 from hydrosim.elements.signal import compile_signals
 from hydrosim.errors import InputError
-from hydrosim.jit.kernels import kernel, root
+from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import MARGINS, MODE, NO_INDEX, RISING_MARGIN, SEGMENT, UNDEFINED
 from hydrosim.scene import ForceElement
 
@@ -109,15 +109,16 @@ def add_force(t, y, modes, motion, bodies, p, loads):
     for i in range(p.links.size):
         link = p.links[i]
         mode = modes[p.mode + i]
-        laws.set_state_rates(link, p, loads.dy)
+        clear(loads.dy[p.state + link.state : p.state + link.state + link.states])
         if mode[MODE] == link.inactive or (link.law == TENSION and mode[SEGMENT] == link.first):
             continue
         s = find_kinematics(link, mode, t, y, motion, bodies, p)
-        T, lost = laws.find_loads(link, mode, s, y, p)
+        T, dissipated = laws.find_loads(link, mode, s, y, p)
         if mode[MODE] == UNDEFINED:
             T = nan
-        loads.rate[link.row] += lost * s.rate + T * s.speed
+        loads.rate[link.row] += dissipated + T * s.speed
         add_load(link, T, s, motion, bodies, loads.wrench[link.row])
+        laws.set_state_rates(link, mode, s, y, p, loads.dy)
 
 
 @root
@@ -143,9 +144,9 @@ def write_outputs(t, y, modes, motion, bodies, p, out):
         row[OFFSET_OUTPUT] = s.x
         row[LOAD_OUTPUT] = row[POWER_OUTPUT] = 0.0
         if mode[MODE] != p.links[i].inactive:
-            T, lost = laws.find_loads(p.links[i], mode, s, y, p)
-            row[LOAD_OUTPUT] = nan if mode[MODE] == UNDEFINED else T
-            row[POWER_OUTPUT] = lost * s.rate
+            row[LOAD_OUTPUT], row[POWER_OUTPUT] = laws.find_loads(p.links[i], mode, s, y, p)
+            if mode[MODE] == UNDEFINED:
+                row[LOAD_OUTPUT] = nan
 
 
 @kernel

@@ -82,11 +82,11 @@ class Spring(TwoPointElement, Link):
 
 @kernel
 def find_loads(link, mode, s, p):
-    """T, and what of it dissipates. T is not cut in the taut mode, so that it is smooth across the
-    event that ends the mode."""
+    """T, and the power that it dissipates. T is not cut in the taut mode, so that it is smooth
+    across the event that ends the mode."""
     f = curves.curve_force(p.segments[mode[SEGMENT]], s.x)
     T = f + link.damping * s.rate if mode[MODE] == TAUT else 0.0
-    return T, T - f
+    return T, (T - f) * s.rate
 
 
 @kernel
