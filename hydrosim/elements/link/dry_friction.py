@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.elements.link.coordinate import CoordinateElement
-from hydrosim.elements.link.law import ANYWHERE, DRY_FRICTION, Link
+from hydrosim.elements.link.law import ANYWHERE, Link, load_and_place
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import FRICTION_MARGIN, SEGMENT
 
@@ -34,7 +34,8 @@ class DryFriction(CoordinateElement, Link):
     """The ``static`` and the ``kinetic`` force [N or N m]; the ``stiffness`` [N/m or N m/rad] and
     the ``damping`` [N s/m or N m s/rad] while it sticks."""
 
-    law: ClassVar[int] = DRY_FRICTION
+    dimension = "dry_friction"
+    columns: ClassVar = load_and_place(dimension)
     state_names: ClassVar[Sequence[str]] = ("node",)
     static: float
     kinetic: float

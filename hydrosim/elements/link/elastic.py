@@ -18,13 +18,20 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import Layout
+from hydrosim.elements.kind import Layout, Variable
 from hydrosim.elements.link.coordinate import (
     JointMotionElement,
     TwistElement,
     distance_fields,
 )
-from hydrosim.elements.link.law import ELASTIC, Link, curve_fields
+from hydrosim.elements.link.law import (
+    LOAD_OUTPUT,
+    PLACE_OUTPUT,
+    Column,
+    Link,
+    curve_fields,
+    load_and_place,
+)
 from hydrosim.elements.pair import TwoPointElement
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import SEGMENT, SEGMENT_MARGIN
@@ -38,7 +45,6 @@ class ElasticLink(Link):
     [N s/m or N m s/rad], and ``drag`` [N s^2/m^2 or N m s^2/rad^2]. The power that a link with
     ``absorbs`` dissipates is recorded."""
 
-    law: ClassVar[int] = ELASTIC
     offset: np.ndarray
     force: np.ndarray
     damping: float = 0.0
@@ -76,6 +82,15 @@ class Strut(TwoPointElement, ElasticLink):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
     ``length`` [m] is the length without force of the spring; None: the length at rest."""
 
+    dimension = "strut"
+    columns: ClassVar = {
+        "strut_force": Column(
+            LOAD_OUTPUT, Variable("force, tension positive", "N", "from the point to the anchor")
+        ),
+        "strut_length": Column(
+            PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")
+        ),
+    }
     point: tuple[float, ...]
     anchor: tuple[float, ...]
     length: float | None = None
@@ -92,6 +107,14 @@ class Strut(TwoPointElement, ElasticLink):
 class TorsionSpring(TwistElement, ElasticLink):
     """About ``axis`` in the frame of the body, between it and the body ``to`` or the earth.
     ``neutral`` [rad] is the twist without moment of the spring; the twist is 0 at rest."""
+
+    dimension = "torsion_spring"
+    columns: ClassVar = {
+        "torsion_moment": Column(
+            LOAD_OUTPUT, Variable("moment against the twist", "N m", "about the axis")
+        ),
+        "torsion_angle": Column(PLACE_OUTPUT, Variable("twist about the axis from rest", "rad")),
+    }
 
     def restored_dofs(self) -> Collection[str]:
         held = self.to is None and np.any(self.force) and self.axis[2] != 0.0
@@ -128,6 +151,9 @@ class TorsionSpring(TwistElement, ElasticLink):
 class JointSpring(JointMotionElement, ElasticLink):
     """In a ``motion`` of a ``joint``, against it. ``neutral`` [m or rad] is the place without load
     of the spring; the motion is 0 at rest."""
+
+    dimension = "joint_spring"
+    columns: ClassVar = load_and_place(dimension)
 
 
 @kernel

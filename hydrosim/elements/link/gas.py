@@ -27,9 +27,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from hydrosim.elements.kind import LINEARISATION_DEPTH, Layout
+from hydrosim.elements.kind import LINEARISATION_DEPTH, Layout, Variable
 from hydrosim.elements.link.coordinate import CoordinateElement, distance_fields
-from hydrosim.elements.link.law import GAS, Link
+from hydrosim.elements.link.law import (
+    LOAD_OUTPUT,
+    OFFSET_OUTPUT,
+    Column,
+    Link,
+    load_and_place,
+)
 from hydrosim.elements.pair import TwoPointElement
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
@@ -51,7 +57,6 @@ class Cylinder(Link):
     """Base of gas springs: the ``stroke`` [m or rad], the ``gas_length`` [m or rad] in its middle,
     the ``exponent``, the ``stiffness`` [N/m or N m/rad] on the stops, and the ``damping``."""
 
-    law: ClassVar[int] = GAS
     stroke: float
     gas_length: float
     exponent: float
@@ -87,6 +92,15 @@ class Compensator(TwoPointElement, Cylinder):
     ``tension`` [N] at the ``length`` [m] in the middle of the ``stroke`` [m]; the ``gas_length``
     [m] there, the ``exponent``, the ``stiffness`` [N/m] on the stops, the ``damping`` [N s/m]."""
 
+    dimension = "compensator"
+    columns: ClassVar = {
+        "compensator_tension": Column(
+            LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
+        ),
+        "compensator_stroke": Column(
+            OFFSET_OUTPUT, Variable("extension from the middle of the stroke", "m")
+        ),
+    }
     inactive_mode: ClassVar[int] = CYLINDER_INACTIVE
     pulls_only: ClassVar[bool] = True
     point: tuple[float, ...]
@@ -113,6 +127,8 @@ class GasSpring(CoordinateElement, Cylinder):
     where its coordinate is ``neutral``; the rest as a `Compensator` has it. On its stops it pushes
     and pulls."""
 
+    dimension = "gas_spring"
+    columns: ClassVar = load_and_place(dimension)
     push: float
     stroke: float
     gas_length: float

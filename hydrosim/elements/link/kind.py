@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,29 +26,26 @@ from hydrosim.elements.kind import (
 )
 from hydrosim.elements.link.coordinate import (
     DISTANCE,
-    JOINT_MOTION,
     TWIST,
     LinkKinematics,
     find_kinematics,
 )
-from hydrosim.elements.link.dry_friction import DryFriction
-from hydrosim.elements.link.elastic import ElasticLink, JointSpring, Strut, TorsionSpring
-from hydrosim.elements.link.gas import PULLING, Compensator, GasSpring
-from hydrosim.elements.link.law import DRY_FRICTION, ELASTIC, GAS, STOP, Link, LinkConstants
-from hydrosim.elements.link.stop import Stop
+from hydrosim.elements.link.elastic import Strut
+from hydrosim.elements.link.gas import PULLING, Compensator
+from hydrosim.elements.link.law import POWER_OUTPUT, Link
+from hydrosim.elements.link.laws import ELASTIC, LAWS, LinkConstants
 from hydrosim.elements.link.table import (
     COMPENSATORS,
-    LOAD_OUTPUT,
-    OFFSET_OUTPUT,
     OTHERS,
-    PLACE_OUTPUT,
-    POWER_OUTPUT,
     SPRINGS,
     compile_elements,
 )
 from hydrosim.elements.link.tension import SLACK, TAUT, Spring
 from hydrosim.modes import ACTING, MODE, MODE_COLUMNS, SEGMENT, UNDEFINED
 from hydrosim.scene import Scene
+
+OTHER_LINKS = tuple(kind for kind in LAWS if kind not in (Spring, Compensator))
+"""The classes of links of `LinkKind`."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +79,16 @@ class TableKind(KindWithModeSets):
         first, last, slope = p.links["first"], p.links["last"], p.links["steepest"]
         rising = "half_turns" if self.family == OTHERS else ""
         return ModeRows(len(p.links), rising=rising, first=first, last=last, steepest=slope)
+
+    def record(self, p: LinkConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+        modes = unit_record.modes[:, :, MODE].astype(np.int8)
+        columns_by_name: Columns = {f"{self.unit}_mode": (("time", self.unit), modes)}
+        for k, kind in enumerate(LAWS):
+            units = p.links["element"] == k
+            for name, column in kind.columns.items() if units.any() else ():
+                values = unit_record.observed[:, units, column.output]
+                columns_by_name[name] = (("time", kind.dimension), values)
+        return columns_by_name
 
     def one_unit_active(
         self, p: LinkConstants, names: Sequence[str], which: Sequence[int]
@@ -120,6 +127,12 @@ class TableKind(KindWithModeSets):
         return p._replace(links=links)
 
 
+def variables_of(*classes: type[Link]) -> dict[str, Variable]:
+    """The variables of these classes of links."""
+    columns = {name: column for kind in classes for name, column in kind.columns.items()}
+    return {name: column.variable for name, column in columns.items()}
+
+
 def link_kinematics(
     p: LinkConstants, i: int, y: np.ndarray, motion: Any, bodies: Any
 ) -> LinkKinematics:
@@ -132,8 +145,7 @@ class SpringKind(TableKind):
     unit = "spring"
     alone = "alone taut"
     variables: ClassVar = {
-        "spring_tension": Variable("tension", "N", "from the point to the anchor"),
-        "spring_length": Variable("distance from the point to the anchor", "m"),
+        **variables_of(Spring),
         "spring_mode": Variable("slack (no tension) or taut", "1", flags="slack taut absent"),
         "spring_segment": Variable("piece of the curve, 0 if slack", "1"),
     }
@@ -149,21 +161,12 @@ class SpringKind(TableKind):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Spring))
 
-    def record(self, p: LinkConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
-        dims = ("time", self.unit)
-        return {
-            "spring_tension": (dims, unit_record.observed[:, :, LOAD_OUTPUT]),
-            "spring_length": (dims, unit_record.observed[:, :, PLACE_OUTPUT]),
-            "spring_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
-        }
-
 
 class CompensatorKind(TableKind):
     unit = "compensator"
     alone = "alone on its stop"
     variables: ClassVar = {
-        "compensator_tension": Variable("tension", "N", "from the point to the anchor"),
-        "compensator_stroke": Variable("extension from the middle of the stroke", "m"),
+        **variables_of(Compensator),
         "compensator_mode": Variable(
             "pulling, or cut by its damping", "1", flags="pulling cut absent"
         ),
@@ -181,66 +184,15 @@ class CompensatorKind(TableKind):
     def coordinates(self, scene: Scene) -> dict[str, object]:
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Compensator))
 
-    def record(self, p: LinkConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
-        dims = ("time", self.unit)
-        return {
-            "compensator_tension": (dims, unit_record.observed[:, :, LOAD_OUTPUT]),
-            "compensator_stroke": (dims, unit_record.observed[:, :, OFFSET_OUTPUT]),
-            "compensator_mode": (dims, unit_record.modes[:, :, MODE].astype(np.int8)),
-        }
-
-
-class Recorded(NamedTuple):
-    """What is recorded of links of a ``law`` along a ``coordinate`` (any if None): variables by
-    their column of the output, in the dimension of their name."""
-
-    law: int
-    coordinate: int | None
-    columns: dict[str, int]
-
-
-def _load_and_place(dim: str) -> dict[str, int]:
-    return {f"{dim}_load": LOAD_OUTPUT, f"{dim}_place": PLACE_OUTPUT}
-
-
-RECORDED_LINKS = {
-    "strut": Recorded(
-        ELASTIC, DISTANCE, {"strut_force": LOAD_OUTPUT, "strut_length": PLACE_OUTPUT}
-    ),
-    "torsion_spring": Recorded(
-        ELASTIC, TWIST, {"torsion_moment": LOAD_OUTPUT, "torsion_angle": PLACE_OUTPUT}
-    ),
-    "joint_spring": Recorded(ELASTIC, JOINT_MOTION, _load_and_place("joint_spring")),
-    "gas_spring": Recorded(GAS, None, _load_and_place("gas_spring")),
-    "stop": Recorded(STOP, None, _load_and_place("stop")),
-    "dry_friction": Recorded(DRY_FRICTION, None, _load_and_place("dry_friction")),
-}
-"""By dimension of results."""
-
-
-def _describe_load_and_place(dim: str) -> dict[str, Variable]:
-    text = dim.replace("_", " ")
-    return {
-        f"{dim}_load": Variable(f"load of a {text} against its coordinate", "N or N m"),
-        f"{dim}_place": Variable(f"length, twist or place of a {text}", "m or rad"),
-    }
-
 
 class LinkKind(TableKind):
     unit = "link"
     variables: ClassVar = {
-        "strut_force": Variable("force, tension positive", "N", "from the point to the anchor"),
-        "strut_length": Variable("distance from the point to the anchor", "m"),
-        "torsion_moment": Variable("moment against the twist", "N m", "about the axis"),
-        "torsion_angle": Variable("twist about the axis from rest", "rad"),
+        **variables_of(*OTHER_LINKS),
         "pto_power": Variable("power absorbed by a power take-off", "W"),
         "link_mode": Variable("whether a strut or torsion spring acts", "1", flags="acting absent"),
         "link_segment": Variable("piece of the curve", "1"),
         "link_half_turns": Variable("half turns of the twist", "1"),
-        **_describe_load_and_place("joint_spring"),
-        **_describe_load_and_place("gas_spring"),
-        **_describe_load_and_place("stop"),
-        **_describe_load_and_place("dry_friction"),
     }
 
     def states(self, p: LinkConstants, scene: Scene) -> Iterator[StateBlocks]:
@@ -288,13 +240,8 @@ class LinkKind(TableKind):
         struts = elements_of(scene, Strut)
         named = {
             "link": links,
-            "strut": struts,
-            "torsion_spring": elements_of(scene, TorsionSpring),
+            **{kind.dimension: elements_of(scene, kind) for kind in OTHER_LINKS},
             "pto": [(n, e) for n, e in links if getattr(e, "absorbs", False)],
-            "joint_spring": elements_of(scene, JointSpring),
-            "gas_spring": elements_of(scene, GasSpring),
-            "stop": elements_of(scene, Stop),
-            "dry_friction": elements_of(scene, DryFriction),
         }
         coordinates_by_dim: dict[str, object] = {
             d: (d, [n for n, _ in units]) for d, units in named.items() if units
@@ -302,23 +249,13 @@ class LinkKind(TableKind):
         return coordinates_by_dim | capacity_of("strut", struts)
 
     def record(self, p: LinkConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
-        columns_by_name: Columns = {
-            "link_mode": (("time", "link"), unit_record.modes[:, :, MODE].astype(np.int8))
-        }
-        for dim, recorded in RECORDED_LINKS.items():
-            units = p.links["law"] == recorded.law
-            if recorded.coordinate is not None:
-                units &= p.links["coordinate"] == recorded.coordinate
-            if units.any():
-                for name, column in recorded.columns.items():
-                    values = unit_record.observed[:, units, column]
-                    columns_by_name[name] = (("time", dim), values)
+        columns = super().record(p, bodies, unit_record)
         if p.links["absorbs"].any():
             power = unit_record.observed[:, p.links["absorbs"], POWER_OUTPUT]
-            columns_by_name["pto_power"] = (("time", "pto"), power)
-        return columns_by_name
+            columns["pto_power"] = (("time", "pto"), power)
+        return columns
 
 
 SPRING_KIND = SpringKind("links", (Spring,), compile_elements, SPRINGS, SLACK, TAUT)
 COMPENSATOR_KIND = CompensatorKind("links", (Compensator,), compile_elements, COMPENSATORS)
-LINK_KIND = LinkKind("links", (ElasticLink, GasSpring, Stop, DryFriction), compile_elements, OTHERS)
+LINK_KIND = LinkKind("links", OTHER_LINKS, compile_elements, OTHERS)

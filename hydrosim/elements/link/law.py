@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any, ClassVar, NamedTuple
@@ -10,17 +10,25 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import Layout
+from hydrosim.elements.kind import Layout, Variable
 from hydrosim.elements.link.coordinate import COORDINATE
 from hydrosim.modes import INACTIVE
 from hydrosim.scene import ForceElement
 
-TENSION, ELASTIC, GAS, STOP, DRY_FRICTION = range(5)
+LOAD_OUTPUT, PLACE_OUTPUT, OFFSET_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(5)
+"""Columns of what a run records of a link."""
 ANYWHERE = (-inf, inf)
 
 LINK = np.dtype(
     [
-        *(("family", int), ("law", int), ("row", int), ("inactive", int), *COORDINATE),
+        *(
+            ("family", int),
+            ("element", int),
+            ("law", int),
+            ("row", int),
+            ("inactive", int),
+            *COORDINATE,
+        ),
         *(("state", int), ("states", int)),
         *(("damping", float), ("drag", float), ("absorbs", bool), ("pulls_only", bool)),
         ("constants", int),
@@ -28,36 +36,39 @@ LINK = np.dtype(
         *(("idle", int), ("idle_range", float, 2), ("stiff", int), ("stiff_range", float, 2)),
     ]
 )
-"""Constants of a link: the family of its kind; its law and its row of forces; the mode in which it
-is inactive; its coordinate; the first of its ``states`` among those of links, and their number;
-linear and quadratic damping; whether its power is recorded, and whether it pulls only; its place in
-the `constants` of its law; the pieces ``first`` to ``last`` of its curve and the ``steepest``
-slope; the pieces on which it is linearised, without load and at its stiffest, and the offsets
-between which it is then."""
+"""Constants of a link: the family of its kind, and its class of elements; its law and its row of
+forces; the mode in which it is inactive; its coordinate; the first of its ``states`` among those of
+links, and their number; linear and quadratic damping; whether its power is recorded, and whether it
+pulls only; its place in the constants of its law; the pieces ``first`` to ``last`` of its curve and
+the ``steepest`` slope; the pieces on which it is linearised, without load and at its stiffest, and
+the offsets between which it is then."""
 
 
-class LinkConstants(NamedTuple):
-    """``links`` (n,) of `LINK`; the ``segments`` of their curves and the ``pieces`` of the signals
-    of their lengths; constants of gas springs, stops and dry friction; the first of their rows of
-    modes and of their states, and of the integrals of losses in y, row by row."""
+class Column(NamedTuple):
+    """A column of the outputs of a link, and the variable of results that has it."""
 
-    links: np.ndarray
-    segments: np.ndarray
-    pieces: np.ndarray
-    gases: np.ndarray
-    stops: np.ndarray
-    frictions: np.ndarray
-    state: int
-    mode: int
-    losses: int
+    output: int
+    variable: Variable
+
+
+def load_and_place(dimension: str) -> dict[str, Column]:
+    """Columns of a link that any coordinate may have."""
+    text = dimension.replace("_", " ")
+    load = Variable(f"load of a {text} against its coordinate", "N or N m")
+    place = Variable(f"length, twist or place of a {text}", "m or rad")
+    return {
+        f"{dimension}_load": Column(LOAD_OUTPUT, load),
+        f"{dimension}_place": Column(PLACE_OUTPUT, place),
+    }
 
 
 @dataclass(frozen=True)
 class Link(ForceElement):
-    """Base of elements with one load along one coordinate, by a ``law``. ``state_names`` are the
-    states of one such element."""
+    """Base of elements with one load along one coordinate, by a law. ``dimension`` is that of their
+    ``columns`` in results, ``state_names`` are the states of one element."""
 
-    law: ClassVar[int]
+    dimension: ClassVar[str]
+    columns: ClassVar[Mapping[str, Column]]
     inactive_mode: ClassVar[int] = INACTIVE
     state_names: ClassVar[Sequence[str]] = ()
     pulls_only: ClassVar[bool] = False

@@ -2,11 +2,49 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from hydrosim.elements.link import dry_friction, elastic, gas, stop, tension
-from hydrosim.elements.link.law import DRY_FRICTION, ELASTIC, GAS, STOP, TENSION
+from hydrosim.elements.link.dry_friction import DryFriction
+from hydrosim.elements.link.elastic import JointSpring, Strut, TorsionSpring
+from hydrosim.elements.link.gas import Compensator, GasSpring
+from hydrosim.elements.link.law import Link
+from hydrosim.elements.link.stop import Stop
+from hydrosim.elements.link.tension import Spring
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import SEGMENT
 
+
+class LinkConstants(NamedTuple):
+    """``links`` (n,) of `LINK`; the ``segments`` of their curves and the ``pieces`` of the signals
+    of their lengths; constants of gas springs, stops and dry friction; the first of their rows of
+    modes and of their states, and of the integrals of losses in y, row by row."""
+
+    links: np.ndarray
+    segments: np.ndarray
+    pieces: np.ndarray
+    gases: np.ndarray
+    stops: np.ndarray
+    frictions: np.ndarray
+    state: int
+    mode: int
+    losses: int
+
+
+TENSION, ELASTIC, GAS, STOP, DRY_FRICTION = range(5)
+LAWS: dict[type[Link], int] = {
+    Spring: TENSION,
+    Compensator: GAS,
+    Strut: ELASTIC,
+    TorsionSpring: ELASTIC,
+    JointSpring: ELASTIC,
+    GasSpring: GAS,
+    Stop: STOP,
+    DryFriction: DRY_FRICTION,
+}
+"""The law of each class of links."""
 CONSTANTS = {"gases": gas.CYLINDER, "stops": stop.STOPS, "frictions": dry_friction.FRICTION}
 """Constants of those laws that have their own, by their field in `LinkConstants`."""
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrosim.elements.kind import LINEARISATION_DEPTH
 from hydrosim.elements.link.coordinate import CoordinateElement
-from hydrosim.elements.link.law import ANYWHERE, STOP, Link
+from hydrosim.elements.link.law import ANYWHERE, Link, load_and_place
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, SEGMENT, SEGMENT_MARGIN
 
@@ -32,7 +32,8 @@ class Stop(CoordinateElement, Link):
     """Stops at the ``lowest`` and the ``highest`` place [m or rad] of its coordinate, with the
     ``stiffness`` [N/m or N m/rad] and the ``damping`` [N s/m or N m s/rad]."""
 
-    law: ClassVar[int] = STOP
+    dimension = "stop"
+    columns: ClassVar = load_and_place(dimension)
     lowest: float = -inf
     highest: float = inf
     stiffness: float

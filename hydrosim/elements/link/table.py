@@ -22,7 +22,16 @@ from hydrosim.elements.link.coordinate import (
     leaves_half_turn,
 )
 from hydrosim.elements.link.gas import Compensator
-from hydrosim.elements.link.law import LINK, TENSION, Link, LinkConstants
+from hydrosim.elements.link.law import (
+    LINK,
+    LINK_OUTPUTS,
+    LOAD_OUTPUT,
+    OFFSET_OUTPUT,
+    PLACE_OUTPUT,
+    POWER_OUTPUT,
+    Link,
+)
+from hydrosim.elements.link.laws import LAWS, TENSION, LinkConstants
 from hydrosim.elements.link.tension import Spring
 from hydrosim.elements.signal import compile_signals
 from hydrosim.errors import InputError
@@ -32,8 +41,6 @@ from hydrosim.scene import ForceElement
 
 SPRINGS, COMPENSATORS, OTHERS = range(3)
 """Families of links, each with a kind of its own."""
-LOAD_OUTPUT, PLACE_OUTPUT, OFFSET_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(5)
-"""Columns of `write_outputs`."""
 
 
 def order_links(elements: Mapping[str, ForceElement]) -> dict[str, Link]:
@@ -69,7 +76,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
             link[field] = value
         if link["varies"]:
             link["signal"] = next(compiled_signals)
-        link["law"], link["row"], link["inactive"] = e.law, layout.row[name], e.inactive_mode
+        link["element"], link["law"] = [*LAWS].index(type(e)), LAWS[type(e)]
+        link["row"], link["inactive"] = layout.row[name], e.inactive_mode
         link["family"], link["pulls_only"] = _family(e), e.pulls_only
         link["state"], link["states"] = state, len(e.state_names)
         state += len(e.state_names)

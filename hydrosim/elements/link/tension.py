@@ -26,9 +26,16 @@ import numpy as np
 
 from hydrosim.elements import signal
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import LINEARISATION_DEPTH, Layout
+from hydrosim.elements.kind import LINEARISATION_DEPTH, Layout, Variable
 from hydrosim.elements.link.coordinate import distance_fields
-from hydrosim.elements.link.law import ANYWHERE, TENSION, Link, curve_fields
+from hydrosim.elements.link.law import (
+    ANYWHERE,
+    LOAD_OUTPUT,
+    PLACE_OUTPUT,
+    Column,
+    Link,
+    curve_fields,
+)
 from hydrosim.elements.pair import TwoPointElement
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
@@ -42,7 +49,15 @@ class Spring(TwoPointElement, Link):
     ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
     ``length`` [m] without load, which may be a signal over time; ``damping`` [N s/m]."""
 
-    law: ClassVar[int] = TENSION
+    dimension = "spring"
+    columns: ClassVar = {
+        "spring_tension": Column(
+            LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
+        ),
+        "spring_length": Column(
+            PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")
+        ),
+    }
     inactive_mode: ClassVar[int] = SPRING_INACTIVE
     pulls_only: ClassVar[bool] = True
     point: tuple[float, ...]
