@@ -7,14 +7,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hydrosim.compile.questions.query import Query, SceneContext, extents, text_beyond
-from hydrosim.elements.contact.curves import NormalCurve, PrescribedNormal
-from hydrosim.elements.contact.fender import Contact
-from hydrosim.elements.contact.geometry import Plane
 from hydrosim.elements.line.points import line_shapes
 from hydrosim.elements.link import Link, Strut
 from hydrosim.elements.link import strut_kinematics as stretch_of_strut
 from hydrosim.elements.spring import Spring, kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
+from hydrosim.scene.contacts import Contact, NormalCurve, Plane, PrescribedNormal
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.scene import arrangement, joined_with, tree_joints
 
