@@ -36,14 +36,6 @@ from hydrosim.elements.applied_force import AppliedForce
 from hydrosim.elements.bushing import Bushing
 from hydrosim.elements.contact import fender, landing
 from hydrosim.elements.contact import kind as contact_points
-from hydrosim.elements.contact.coulomb import Coulomb
-from hydrosim.elements.contact.curves import NormalCurve, NormalLoop, PrescribedNormal
-from hydrosim.elements.contact.fender import Contact, Fender, Normal
-from hydrosim.elements.contact.friction_slope import FrictionSlope
-from hydrosim.elements.contact.frictionless import Frictionless
-from hydrosim.elements.contact.geometry import Plane
-from hydrosim.elements.contact.landing import Landing, Wall
-from hydrosim.elements.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.elements.damping import LinearDamping, QuadraticDamping
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.external import External
@@ -75,12 +67,28 @@ from hydrosim.elements.link.gas import Compensator, GasSpring
 from hydrosim.elements.link.kind import COMPENSATOR_KIND, LINK_KIND, SPRING_KIND
 from hydrosim.elements.link.stop import Stop
 from hydrosim.elements.link.tension import Spring
-from hydrosim.elements.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.elements.viscous_roll import ViscousRoll
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.contacts import (
+    Contact,
+    Coulomb,
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    Landing,
+    LoadPowers,
+    NormalCurve,
+    NormalLoop,
+    Plane,
+    PrescribedNormal,
+    Seats,
+    StickSlip,
+    Wall,
+)
+from hydrosim.scene.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.tanks.contents import Tanks
 from hydrosim.water.wind import REFERENCE_HEIGHT, GustTable
 

@@ -381,7 +381,7 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
     """The coordinate of the allowable load [N] of each ``unit`` of the elements ``every``, NaN
     where none is given; empty if no unit has one."""
     count = [len(e.unit_names(name)) for name, e in every]
-    capacities = [np.nan if e.capacity is None else e.capacity for _, e in every]
+    capacities = [getattr(e, "capacity", None) or np.nan for _, e in every]
     values = np.repeat(np.array(capacities, float), count)
     description = {"long_name": "capacity: allowable force", "units": "N"}
     has_capacity = np.isfinite(values).any()

@@ -15,13 +15,14 @@ from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import cross, dot, matvec, product, scale, sub, vector
 from hydrosim.scene import ForceElement
+from hydrosim.scene.force import LimitedElement
 from hydrosim.water.current import current_on_hull
 
 if TYPE_CHECKING:
     from hydrosim.elements.kind import Layout
 
 
-class TwoPointElement(ForceElement):
+class TwoPointElement(LimitedElement):
     """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
     of ``anchor_body``: their dataclasses have these fields."""
 

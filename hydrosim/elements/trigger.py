@@ -40,7 +40,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.elements import bushing
 from hydrosim.elements.bushing import Bushing
 from hydrosim.elements.contact import geometry, landing, transitions
-from hydrosim.elements.contact.fender import Contact, normal_load_of
+from hydrosim.elements.contact.fender import normal_load_of
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.joint import locks
 from hydrosim.elements.kind import (
@@ -69,6 +69,7 @@ from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_IN
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Active, Clearance, ForceElement, Scene, When
+from hydrosim.scene.contacts import Contact
 from hydrosim.tanks import contents, pumping
 from hydrosim.tanks.contents import flow_names, triggered_pumps
 
@@ -100,7 +101,7 @@ CHANNEL_KINDS = {
     "clearance": CLEARANCE,
     "relative_speed": RELATIVE_SPEED,
 }
-CHANNEL_CLASSES = {
+CHANNEL_CLASSES: dict[str, tuple[type[ForceElement], Any]] = {
     "fender_normal_force": (Contact, Contact),
     "fender_compression": (Contact, Contact),
     "spring_tension": (Link, Spring),

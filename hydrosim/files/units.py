@@ -17,6 +17,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, isfinite, pi
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,7 @@ class Quantity:
         return number
 
     def _plain(self, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        if isinstance(value, bool) or not isinstance(value, Real):
             raise self._wrong(value)
         return float(value)
 

@@ -9,8 +9,6 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.dofs import about_z
-from hydrosim.elements.contact.fender import Contact, Fender
-from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.link.elastic import Strut
@@ -38,6 +36,7 @@ from hydrosim.report.scenery import (
 from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
 from hydrosim.scene import JointType, Scene
+from hydrosim.scene.contacts import Contact, Fender, Landing
 
 MAX_REPLAY_BYTES = 2_200_000  # bytes of all moments, as 32-bit numbers
 ENLARGEMENTS = (1, 2, 5, 10, 20, 50)  # of motions
@@ -228,9 +227,9 @@ def _plane_shapes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
             number = _body_number(scene, plane.body)
             yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
         elif isinstance(element, Landing):
-            number = _body_number(scene, element.on)
-            for seat in element.seats:
-                corners = _square_corners(seat, element.axis, 0.15 * PLANE_HALF_SIDE * size)
+            number = _body_number(scene, element.on.body)
+            for seat in element.on.points:
+                corners = _square_corners(seat, element.on.axis, 0.15 * PLANE_HALF_SIDE * size)
                 yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
 
 

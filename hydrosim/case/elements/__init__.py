@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator
 
 from hydrosim.case.elements.catenary import Catenary, Lines
-from hydrosim.case.elements.contacts import Fender, Landing
 from hydrosim.case.elements.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.case.elements.drive import Drive
 from hydrosim.case.elements.element import BuildContext, Element
@@ -15,6 +14,7 @@ from hydrosim.case.elements.loads import AppliedForce, CurrentLoad, LinearMoorin
 from hydrosim.case.elements.springs import Bushing, Compensator, Spring, Strut, TorsionSpring
 from hydrosim.case.elements.winch import Winch
 from hydrosim.files.units import problem
+from hydrosim.scene.contacts import Fender, Landing
 
 
 def _check_kind(data: Any) -> Any:

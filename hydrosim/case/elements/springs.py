@@ -15,11 +15,11 @@ from hydrosim.case.elements.element import (
     LengthOverTime,
     length_signal,
 )
-from hydrosim.case.signals import Recorded
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel, as_matrix
 from hydrosim.files.units import problem
+from hydrosim.scene.signal import RecordedColumns
 
 if TYPE_CHECKING:
     from hydrosim.elements.bushing import Bushing as BuiltBushing
@@ -100,8 +100,8 @@ class Spring(Breaking):
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
-        if isinstance(self.length, Recorded):
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
+        if isinstance(self.length, RecordedColumns):
             yield ("length",), self.length
 
     def build(self, where: BuildContext) -> BuiltSpring:

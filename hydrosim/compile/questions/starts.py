@@ -7,15 +7,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hydrosim.compile.questions.query import Query, SceneContext, extents, text_beyond
-from hydrosim.elements.contact.curves import NormalCurve, PrescribedNormal
-from hydrosim.elements.contact.fender import Contact
-from hydrosim.elements.contact.geometry import Plane
 from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.points import line_shapes
 from hydrosim.elements.link.elastic import Strut
 from hydrosim.elements.link.kind import LINK_KIND, SPRING_KIND, link_kinematics
 from hydrosim.elements.link.tension import Spring
 from hydrosim.scene import ForceElement, GivenComponents, Weight
+from hydrosim.scene.contacts import Contact, NormalCurve, Plane, PrescribedNormal
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.scene import arrangement, joined_with, tree_joints
 

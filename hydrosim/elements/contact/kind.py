@@ -35,7 +35,6 @@ from hydrosim.elements.contact.fender import (
     NORMAL_FORCE,
     SLIP_DAMPED,
     SLIP_DISTANCE,
-    Contact,
     ContactConstants,
     clear_unused_states,
     compile_elements,
@@ -71,6 +70,7 @@ from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 from hydrosim.multibody.vectors import add, length, scale
 from hydrosim.scene import Scene
+from hydrosim.scene.contacts import Contact
 
 MODES = ("open", "stick", "slip")
 TALLIES_OF_MODES = (  # for each mode: name and number of entries

@@ -64,16 +64,7 @@ from hydrosim.elements.line.drum import (
     TensionControl,
 )
 from hydrosim.elements.pair import TwoPointElement, apply_tension, line_between
-from hydrosim.elements.signal import (
-    NOTHING,
-    SIGNAL,
-    Signal,
-    Table,
-    compile_signals,
-    largest_corner,
-    rate,
-    value,
-)
+from hydrosim.elements.signal import NOTHING, SIGNAL, compile_signals, largest_corner, rate, value
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import (
@@ -89,6 +80,7 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import scale, vector
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.signal import Signal, Table
 
 WIRE_SLACK, WIRE_TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
 WIRE_LENGTH, DRUM_SPEED, DRIVE_WORK, DRUM_FRICTION, SNAP_SPEED, LARGEST_TENSION, WINCH_STATES = (
