@@ -61,12 +61,7 @@ from hydrosim.elements.line.drum import Compensation, SpeedControl, TensionContr
 from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.linear_mooring import LinearMooring
 from hydrosim.elements.link import table as links
-from hydrosim.elements.link.dry_friction import DryFriction
-from hydrosim.elements.link.elastic import JointSpring, Strut, TorsionSpring
-from hydrosim.elements.link.gas import Compensator, GasSpring
 from hydrosim.elements.link.kind import COMPENSATOR_KIND, LINK_KIND, SPRING_KIND
-from hydrosim.elements.link.stop import Stop
-from hydrosim.elements.link.tension import Spring
 from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.elements.viscous_roll import ViscousRoll
 from hydrosim.jit.kernels import clear, kernel
@@ -87,6 +82,16 @@ from hydrosim.scene.contacts import (
     Seats,
     StickSlip,
     Wall,
+)
+from hydrosim.scene.links import (
+    Compensator,
+    DryFriction,
+    GasSpring,
+    Spring,
+    SpringDamper,
+    Stop,
+    Strut,
+    TorsionSpring,
 )
 from hydrosim.scene.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.tanks.contents import Tanks

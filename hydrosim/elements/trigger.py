@@ -60,9 +60,7 @@ from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.link import table as links
-from hydrosim.elements.link.elastic import Strut, TorsionSpring
 from hydrosim.elements.link.law import Link
-from hydrosim.elements.link.tension import Spring
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_INDEX, RISING
@@ -70,6 +68,7 @@ from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Active, Clearance, ForceElement, Scene, When
 from hydrosim.scene.contacts import Contact
+from hydrosim.scene.links import Spring, Strut, TorsionSpring
 from hydrosim.tanks import contents, pumping
 from hydrosim.tanks.contents import flow_names, triggered_pumps
 

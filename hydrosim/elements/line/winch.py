@@ -63,8 +63,8 @@ from hydrosim.elements.line.drum import (
     SpeedControl,
     TensionControl,
 )
-from hydrosim.elements.pair import TwoPointElement, apply_tension, line_between
-from hydrosim.elements.signal import NOTHING, SIGNAL, compile_signals, largest_corner, rate, value
+from hydrosim.elements.pair import apply_tension, line_between
+from hydrosim.elements.signal import NOTHING, SIGNAL, compile_signals, rate, value
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import (
@@ -80,7 +80,8 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import scale, vector
 from hydrosim.scene import ForceElement, Scene
-from hydrosim.scene.signal import Signal, Table
+from hydrosim.scene.links import TwoPointElement
+from hydrosim.scene.signal import Signal, Table, largest_corner
 
 WIRE_SLACK, WIRE_TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
 WIRE_LENGTH, DRUM_SPEED, DRIVE_WORK, DRUM_FRICTION, SNAP_SPEED, LARGEST_TENSION, WINCH_STATES = (

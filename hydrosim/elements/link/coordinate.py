@@ -32,8 +32,6 @@ first order of the displacement. A twist is then the difference of the angles ab
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from math import atan2, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -43,7 +41,6 @@ from hydrosim.elements import signal
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.pair import (
-    TwoPointElement,
     apply_tension,
     line_between,
     relative_small_turn,
@@ -53,9 +50,9 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import RISING
 from hydrosim.multibody.kinematics import add_wrench
-from hydrosim.multibody.tree import BALL, push_joint
+from hydrosim.multibody.tree import BALL, SLIDE, push_joint
 from hydrosim.multibody.vectors import add, dot, matvec, scale, vector
-from hydrosim.scene import ForceElement
+from hydrosim.scene.links import CoordinateElement, Link, TorsionSpring, TwoPointElement
 
 DISTANCE, TWIST, JOINT_MOTION = range(3)
 HALF_TURNS = RISING  # column of modes
@@ -93,9 +90,26 @@ class LinkKinematics(NamedTuple):
     turned: float
 
 
-def distance_fields(element: TwoPointElement, length: Any, layout: Layout) -> dict[str, Any]:
-    """Fields of `COORDINATE` of the distance of two points with a neutral ``length``: a number, a
-    signal, or None for the length at rest."""
+def coordinate_fields(element: Link, layout: Layout) -> dict[str, Any]:
+    """Fields of `COORDINATE` of a link. Raises InputError for a joint that has no such motion, and
+    for values in units of another kind of coordinate."""
+    neutral = getattr(element, "neutral", 0.0)
+    if isinstance(element, TwoPointElement):
+        return _distance_fields(element, element.length, layout)  # type: ignore[attr-defined]
+    if isinstance(element, TorsionSpring):
+        return _twist_fields(element, neutral, layout)
+    assert isinstance(element, CoordinateElement)
+    if element.joint is not None:
+        return _motion_fields(element, element.joint, neutral or 0.0, layout)
+    element.check_units(turns=element.axis is not None)
+    if element.axis is not None:
+        return _twist_fields(element, neutral or 0.0, layout)
+    return _distance_fields(element, neutral, layout)
+
+
+def _distance_fields(element: Any, length: Any, layout: Layout) -> dict[str, Any]:
+    """Fields of the distance of two points with a neutral ``length``: a number, a signal, or None
+    for the length at rest."""
     other = EARTH if element.anchor_body is None else layout.body[element.anchor_body]
     anchor = layout.place_at_rest(element.anchor_body, element.anchor)
     d = (anchor - layout.place_at_rest(element.body, element.point)).tolist()
@@ -113,99 +127,33 @@ def distance_fields(element: TwoPointElement, length: Any, layout: Layout) -> di
     }
 
 
-@dataclass(frozen=True, kw_only=True)
-class TwistElement(ForceElement):
-    """Base of elements about ``axis`` in the frame of the body, between it and the body ``to`` or
-    the earth. ``neutral`` [rad] is the twist without load of a spring; the twist is 0 at rest."""
-
-    axis: tuple[float, ...]
-    neutral: float = 0.0
-    to: str | None = None
-
-    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
-        yield "to", self.to
-
-    def coordinate_fields(self, layout: Layout) -> dict[str, Any]:
-        """Fields of `COORDINATE`."""
-        return twist_fields(self.body, self.to, self.axis, self.neutral, layout)
-
-
-def twist_fields(
-    body: str, to: str | None, axis: Sequence[float], neutral: float, layout: Layout
-) -> dict[str, Any]:
-    """Fields of `COORDINATE` of a twist about an ``axis``."""
-    first = np.array(axis) / np.linalg.norm(axis)
+def _twist_fields(element: Any, neutral: float, layout: Layout) -> dict[str, Any]:
+    """Fields of a twist about the axis of an ``element``."""
+    first = np.array(element.axis) / np.linalg.norm(element.axis)
     second = np.cross(first, np.eye(3)[np.abs(first).argmin()])
     second /= np.linalg.norm(second)
     axes = np.array([first, second, np.cross(first, second)])
-    there = axes @ layout.axes_from(body, to).T
+    there = axes @ layout.axes_from(element.body, element.to).T
     return {
         "coordinate": TWIST,
-        "body": layout.body[body],
-        "other": EARTH if to is None else layout.body[to],
+        "body": layout.body[element.body],
+        "other": EARTH if element.to is None else layout.body[element.to],
         "axes": np.array([axes, there]).ravel(),
         "neutral": neutral,
     }
 
 
-@dataclass(frozen=True, kw_only=True)
-class JointMotionElement(ForceElement):
-    """Base of elements in the ``motion`` of a ``joint``, the only one if None. ``neutral`` [m or
-    rad] is the place without load of a spring; the motion is 0 at rest."""
-
-    joint: str
-    motion: str | None = None
-    neutral: float = 0.0
-
-    def coordinate_fields(self, layout: Layout) -> dict[str, Any]:
-        """Fields of `COORDINATE`."""
-        return joint_motion_fields(self.joint, self.motion, self.neutral, layout)
-
-
-@dataclass(frozen=True, kw_only=True)
-class CoordinateElement(ForceElement):
-    """Base of elements along any coordinate: the distance of ``point`` of the body from ``anchor``,
-    on the earth or in the frame of ``anchor_body``; the twist about ``axis``, relative to the body
-    ``to`` or the earth; or the ``motion`` of a ``joint``. ``neutral`` [m or rad] is where x is 0;
-    of a distance None is the length at rest."""
-
-    point: tuple[float, ...] | None = None
-    anchor: tuple[float, ...] | None = None
-    anchor_body: str | None = None
-    axis: tuple[float, ...] | None = None
-    to: str | None = None
-    joint: str | None = None
-    motion: str | None = None
-    neutral: float | None = 0.0
-
-    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
-        if self.axis is not None:
-            yield "to", self.to
-        elif self.joint is None:
-            yield "anchor_body", self.anchor_body
-
-    def coordinate_fields(self, layout: Layout) -> dict[str, Any]:
-        """Fields of `COORDINATE`. Raises InputError if there is not one coordinate."""
-        neutral = self.neutral or 0.0
-        if self.joint is not None:
-            return joint_motion_fields(self.joint, self.motion, neutral, layout)
-        if self.axis is not None:
-            return twist_fields(self.body, self.to, self.axis, neutral, layout)
-        if self.point is None or self.anchor is None:
-            raise InputError("found no coordinate; expected point and anchor, axis, or joint.")
-        return distance_fields(self, self.neutral, layout)  # type: ignore[arg-type]
-
-
-def joint_motion_fields(
-    joint: str, motion: str | None, neutral: float, layout: Layout
+def _motion_fields(
+    element: CoordinateElement, joint: str, neutral: float, layout: Layout
 ) -> dict[str, Any]:
-    """Fields of `COORDINATE` of a ``motion`` of a ``joint``, the only one if None. Raises
-    InputError for a joint that is not there, that closes a loop, or whose motion is not one."""
+    """Fields of a motion of a ``joint``. Raises InputError for a joint that is not there, that
+    closes a loop, or whose motion is no angle and no distance."""
     trees = {name: j for name, j in layout.joints.items() if name not in layout.constraints}
     if joint not in trees:
         there = ", ".join(trees) or "no joint that has motions of its own"
         raise InputError(f"joint: found {joint}; expected one of the tree: {there}.")
     names = [m.name for m in trees[joint].motions]
+    motion = element.motion
     if motion not in names and not (motion is None and len(names) == 1):
         raise InputError(f"motion: found {motion or 'none'}; expected one of {', '.join(names)}.")
     before = sum(len(trees[name].motions) for name in [*trees][: [*trees].index(joint)])
@@ -217,8 +165,10 @@ def joint_motion_fields(
     }
     coordinate = min(places) + before + free
     move, joint_axis = places[coordinate]
-    if layout.tree.moves[move]["kind"] == BALL:
+    kind = layout.tree.moves[move]["kind"]
+    if kind == BALL:
         raise InputError(f"joint: found {joint}, a ball; expected one that turns about axes.")
+    element.check_units(turns=kind != SLIDE)
     return {
         "coordinate": JOINT_MOTION,
         "body": EARTH,

@@ -12,16 +12,14 @@ spring loses where its force falls from the static to the kinetic one is booked 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from hydrosim.elements.link.coordinate import CoordinateElement
-from hydrosim.elements.link.law import ANYWHERE, Link, load_and_place
+from hydrosim.elements.link.law import ANYWHERE, LinkClass, load_and_place
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import FRICTION_MARGIN, SEGMENT
+from hydrosim.scene.links import DryFriction
 
 STICKS, SLIPS_UP, SLIPS_DOWN = range(3)
 
@@ -29,32 +27,29 @@ FRICTION = np.dtype([("static", float), ("kinetic", float), ("stiffness", float)
 """Constants of dry friction: static and kinetic force, k."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class DryFriction(CoordinateElement, Link):
-    """The ``static`` and the ``kinetic`` force [N or N m]; the ``stiffness`` [N/m or N m/rad] and
-    the ``damping`` [N s/m or N m s/rad] while it sticks."""
+def law_fields(friction: DryFriction, _: np.ndarray) -> dict[str, Any]:
+    """Fields of `LINK` of dry friction."""
+    return {
+        "last": SLIPS_DOWN,
+        "steepest": friction.stiffness,
+        "idle": SLIPS_UP,
+        "idle_range": ANYWHERE,
+        "stiff": STICKS,
+        "stiff_range": ANYWHERE,
+        "damping": friction.damping,
+    }
 
-    dimension = "dry_friction"
-    columns: ClassVar = load_and_place(dimension)
-    state_names: ClassVar[Sequence[str]] = ("node",)
-    static: float
-    kinetic: float
-    stiffness: float
-    damping: float = 0.0
 
-    def law_fields(self, curve: np.ndarray) -> dict[str, Any]:
-        return {
-            "last": SLIPS_DOWN,
-            "steepest": self.stiffness,
-            "idle": SLIPS_UP,
-            "idle_range": ANYWHERE,
-            "stiff": STICKS,
-            "stiff_range": ANYWHERE,
-            "damping": self.damping,
-        }
+def constants(friction: DryFriction) -> np.ndarray:
+    """Its constants (1,) of `FRICTION`."""
+    return np.array([(friction.static, friction.kinetic, friction.stiffness)], dtype=FRICTION)
 
-    def constants(self) -> np.ndarray:
-        return np.array([(self.static, self.kinetic, self.stiffness)], dtype=FRICTION)
+
+DRY_FRICTION = LinkClass(
+    *(DryFriction, "dry_friction", load_and_place("dry_friction"), law_fields),
+    constants=constants,
+    state_names=("node",),
+)
 
 
 @kernel

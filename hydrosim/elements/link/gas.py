@@ -21,24 +21,22 @@ Limits: no mass of the piston, no heat to or from the gas, no flow to a bottle b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, log
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from hydrosim.elements.kind import LINEARISATION_DEPTH, Layout, Variable
-from hydrosim.elements.link.coordinate import CoordinateElement, distance_fields
+from hydrosim.elements.kind import LINEARISATION_DEPTH, Variable
 from hydrosim.elements.link.law import (
     LOAD_OUTPUT,
     OFFSET_OUTPUT,
     Column,
-    Link,
+    LinkClass,
     load_and_place,
 )
-from hydrosim.elements.pair import TwoPointElement
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
+from hydrosim.scene.links import Compensator, GasSpring
 
 PULLING, TENSION_CUT, CYLINDER_INACTIVE = range(3)
 SLACK_PIECE, LOWER, IN_STROKE, UPPER = range(4)
@@ -53,91 +51,49 @@ CYLINDER = np.dtype(
 """Constants of a gas spring: s; P, h, n; S/2, k; f at both ends."""
 
 
-class Cylinder(Link):
-    """Base of gas springs: the ``stroke`` [m or rad], the ``gas_length`` [m or rad] in its middle,
-    the ``exponent``, the ``stiffness`` [N/m or N m/rad] on the stops, and the ``damping``."""
-
-    stroke: float
-    gas_length: float
-    exponent: float
-    stiffness: float
-    damping: float
-
-    def law_fields(self, curve: np.ndarray) -> dict[str, Any]:
-        half = 0.5 * self.stroke
-        return {
-            "first": SLACK_PIECE,
-            "last": UPPER,
-            "steepest": self.stiffness,
-            "idle": IN_STROKE,
-            "idle_range": (half, half),
-            "stiff": UPPER,
-            "stiff_range": (half + LINEARISATION_DEPTH, half + LINEARISATION_DEPTH),
-            "damping": self.damping,
-        }
-
-    def cylinder(self, sign: float, load: float) -> np.ndarray:
-        """Its constants, of `CYLINDER`, with the ``load`` in the middle of the stroke."""
-        half = 0.5 * self.stroke
-        inward = sign * half
-        low = sign * load * (self.gas_length / (self.gas_length + inward)) ** self.exponent
-        high = sign * load * (self.gas_length / (self.gas_length - inward)) ** self.exponent
-        gas = (sign, load, self.gas_length, self.exponent)
-        return np.array([(*gas, half, self.stiffness, low, high)], dtype=CYLINDER)
-
-
-@dataclass(frozen=True)
-class Compensator(TwoPointElement, Cylinder):
-    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
-    ``tension`` [N] at the ``length`` [m] in the middle of the ``stroke`` [m]; the ``gas_length``
-    [m] there, the ``exponent``, the ``stiffness`` [N/m] on the stops, the ``damping`` [N s/m]."""
-
-    dimension = "compensator"
-    columns: ClassVar = {
-        "compensator_tension": Column(
-            LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
-        ),
-        "compensator_stroke": Column(
-            OFFSET_OUTPUT, Variable("extension from the middle of the stroke", "m")
-        ),
+def law_fields(element: Compensator | GasSpring, _: np.ndarray) -> dict[str, Any]:
+    """Fields of `LINK` of a gas spring."""
+    half = 0.5 * element.stroke
+    return {
+        "first": SLACK_PIECE,
+        "last": UPPER,
+        "steepest": element.stiffness,
+        "idle": IN_STROKE,
+        "idle_range": (half, half),
+        "stiff": UPPER,
+        "stiff_range": (half + LINEARISATION_DEPTH, half + LINEARISATION_DEPTH),
+        "damping": element.damping,
     }
-    inactive_mode: ClassVar[int] = CYLINDER_INACTIVE
-    pulls_only: ClassVar[bool] = True
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    length: float
-    tension: float
-    stroke: float
-    gas_length: float
-    exponent: float
-    stiffness: float
-    damping: float = 0.0
-    anchor_body: str | None = None
-
-    def coordinate_fields(self, layout: Layout) -> dict[str, Any]:
-        return distance_fields(self, self.length, layout)
-
-    def constants(self) -> np.ndarray:
-        return self.cylinder(1.0, self.tension)
 
 
-@dataclass(frozen=True, kw_only=True)
-class GasSpring(CoordinateElement, Cylinder):
-    """A gas spring that pushes with ``push`` [N or N m] in the middle of its ``stroke`` [m or rad],
-    where its coordinate is ``neutral``; the rest as a `Compensator` has it. On its stops it pushes
-    and pulls."""
+def _cylinder(element: Compensator | GasSpring, sign: float, load: float) -> np.ndarray:
+    """Its constants, of `CYLINDER`, with the ``load`` in the middle of the stroke."""
+    half = 0.5 * element.stroke
+    length = element.gas_length
+    low = sign * load * (length / (length + sign * half)) ** element.exponent
+    high = sign * load * (length / (length - sign * half)) ** element.exponent
+    gas = (sign, load, length, element.exponent)
+    return np.array([(*gas, half, element.stiffness, low, high)], dtype=CYLINDER)
 
-    dimension = "gas_spring"
-    columns: ClassVar = load_and_place(dimension)
-    push: float
-    stroke: float
-    gas_length: float
-    exponent: float
-    stiffness: float
-    damping: float = 0.0
 
-    def constants(self) -> np.ndarray:
-        return self.cylinder(-1.0, self.push)
+COLUMNS = {
+    "compensator_tension": Column(
+        LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
+    ),
+    "compensator_stroke": Column(
+        OFFSET_OUTPUT, Variable("extension from the middle of the stroke", "m")
+    ),
+}
+COMPENSATOR = LinkClass(
+    *(Compensator, "compensator", COLUMNS, law_fields),
+    constants=lambda element: _cylinder(element, 1.0, element.tension),
+    inactive_mode=CYLINDER_INACTIVE,
+    pulls_only=True,
+)
+GAS_SPRING = LinkClass(
+    *(GasSpring, "gas_spring", load_and_place("gas_spring"), law_fields),
+    constants=lambda element: _cylinder(element, -1.0, element.push),
+)
 
 
 @kernel

@@ -30,9 +30,8 @@ from hydrosim.elements.link.coordinate import (
     LinkKinematics,
     find_kinematics,
 )
-from hydrosim.elements.link.elastic import Strut
-from hydrosim.elements.link.gas import PULLING, Compensator
-from hydrosim.elements.link.law import POWER_OUTPUT, Link
+from hydrosim.elements.link.gas import PULLING
+from hydrosim.elements.link.law import POWER_OUTPUT
 from hydrosim.elements.link.laws import ELASTIC, LAWS, LinkConstants
 from hydrosim.elements.link.table import (
     COMPENSATORS,
@@ -40,9 +39,10 @@ from hydrosim.elements.link.table import (
     SPRINGS,
     compile_elements,
 )
-from hydrosim.elements.link.tension import SLACK, TAUT, Spring
+from hydrosim.elements.link.tension import SLACK, TAUT
 from hydrosim.modes import ACTING, MODE, MODE_COLUMNS, SEGMENT, UNDEFINED
 from hydrosim.scene import Scene
+from hydrosim.scene.links import Compensator, Link, Spring, Strut
 
 OTHER_LINKS = tuple(kind for kind in LAWS if kind not in (Spring, Compensator))
 """The classes of links of `LinkKind`."""
@@ -83,11 +83,11 @@ class TableKind(KindWithModeSets):
     def record(self, p: LinkConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
         modes = unit_record.modes[:, :, MODE].astype(np.int8)
         columns_by_name: Columns = {f"{self.unit}_mode": (("time", self.unit), modes)}
-        for k, kind in enumerate(LAWS):
+        for k, (_, declared) in enumerate(LAWS.values()):
             units = p.links["element"] == k
-            for name, column in kind.columns.items() if units.any() else ():
+            for name, column in declared.columns.items() if units.any() else ():
                 values = unit_record.observed[:, units, column.output]
-                columns_by_name[name] = (("time", kind.dimension), values)
+                columns_by_name[name] = (("time", declared.dimension), values)
         return columns_by_name
 
     def one_unit_active(
@@ -129,7 +129,7 @@ class TableKind(KindWithModeSets):
 
 def variables_of(*classes: type[Link]) -> dict[str, Variable]:
     """The variables of these classes of links."""
-    columns = {name: column for kind in classes for name, column in kind.columns.items()}
+    columns = {name: column for kind in classes for name, column in LAWS[kind][1].columns.items()}
     return {name: column.variable for name, column in columns.items()}
 
 
@@ -198,8 +198,8 @@ class LinkKind(TableKind):
     def states(self, p: LinkConstants, scene: Scene) -> Iterator[StateBlocks]:
         for name, link in elements_of(scene, self.classes):
             assert isinstance(link, Link)
-            if link.state_names:
-                yield StateBlocks(self.unit, [name], link.state_names)
+            if state_names := LAWS[type(link)][1].state_names:
+                yield StateBlocks(self.unit, [name], state_names)
 
     def coupled_states(self, p: LinkConstants) -> np.ndarray:
         count = int(p.links["states"].sum())
@@ -240,7 +240,7 @@ class LinkKind(TableKind):
         struts = elements_of(scene, Strut)
         named = {
             "link": links,
-            **{kind.dimension: elements_of(scene, kind) for kind in OTHER_LINKS},
+            **{LAWS[kind][1].dimension: elements_of(scene, kind) for kind in OTHER_LINKS},
             "pto": [(n, e) for n, e in links if getattr(e, "absorbs", False)],
         }
         coordinates_by_dim: dict[str, object] = {

@@ -1,19 +1,18 @@
-"""What a law of a link declares: the base of its elements, and the constants of a link."""
+"""What a law of a link declares, and the constants of a link."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import Layout, Variable
+from hydrosim.elements.kind import Variable
 from hydrosim.elements.link.coordinate import COORDINATE
 from hydrosim.modes import INACTIVE
-from hydrosim.scene import ForceElement
+from hydrosim.scene.links import Link
 
 LOAD_OUTPUT, PLACE_OUTPUT, OFFSET_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(5)
 """Columns of what a run records of a link."""
@@ -62,35 +61,33 @@ def load_and_place(dimension: str) -> dict[str, Column]:
     }
 
 
-@dataclass(frozen=True)
-class Link(ForceElement):
-    """Base of elements with one load along one coordinate, by a law. ``dimension`` is that of their
-    ``columns`` in results, ``state_names`` are the states of one element."""
+def no_curve(element: Any) -> np.ndarray:
+    """No pieces (0,) of `curves.SEGMENT`, of a law without a curve."""
+    return np.zeros(0, dtype=curves.SEGMENT)
 
-    dimension: ClassVar[str]
-    columns: ClassVar[Mapping[str, Column]]
-    inactive_mode: ClassVar[int] = INACTIVE
-    state_names: ClassVar[Sequence[str]] = ()
-    pulls_only: ClassVar[bool] = False
 
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [name]
+def no_constants(element: Any) -> np.ndarray:
+    """No constants (0,), of a law that has none but those of `LINK`."""
+    return np.zeros(0)
 
-    def coordinate_fields(self, layout: Layout) -> dict[str, Any]:
-        """Fields of `COORDINATE`."""
-        raise NotImplementedError
 
-    def curve(self) -> np.ndarray:
-        """The pieces (n,) of `curves.SEGMENT` of its curve; none if it has none."""
-        return np.zeros(0, dtype=curves.SEGMENT)
+class LinkClass(NamedTuple):
+    """A class of ``element`` with one load along one coordinate.
 
-    def law_fields(self, curve: np.ndarray) -> dict[str, Any]:
-        """The other fields of `LINK`; pieces are counted from the first of the ``curve``."""
-        raise NotImplementedError
+    Its ``columns`` in results have the ``dimension``. ``law_fields`` (element, curve) are fields of
+    `LINK`, with pieces counted from the first of the ``curve`` of the element. ``constants`` (1,)
+    are those of its law. ``state_names`` are the states of one element.
+    """
 
-    def constants(self) -> np.ndarray:
-        """The constants (1,) of its law, if that has its own."""
-        return np.zeros(0)
+    element: type[Link]
+    dimension: str
+    columns: Mapping[str, Column]
+    law_fields: Callable[[Any, np.ndarray], dict[str, Any]]
+    curve: Callable[[Any], np.ndarray] = no_curve
+    constants: Callable[[Any], np.ndarray] = no_constants
+    inactive_mode: int = INACTIVE
+    pulls_only: bool = False
+    state_names: Sequence[str] = ()
 
 
 def curve_fields(curve: np.ndarray, idle: int, idle_range: Sequence[float]) -> dict[str, Any]:

@@ -7,14 +7,20 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.elements.link import dry_friction, elastic, gas, stop, tension
-from hydrosim.elements.link.dry_friction import DryFriction
-from hydrosim.elements.link.elastic import JointSpring, Strut, TorsionSpring
-from hydrosim.elements.link.gas import Compensator, GasSpring
-from hydrosim.elements.link.law import Link
-from hydrosim.elements.link.stop import Stop
-from hydrosim.elements.link.tension import Spring
+from hydrosim.elements.link.law import LinkClass
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import SEGMENT
+from hydrosim.scene.links import (
+    Compensator,
+    DryFriction,
+    GasSpring,
+    Link,
+    Spring,
+    SpringDamper,
+    Stop,
+    Strut,
+    TorsionSpring,
+)
 
 
 class LinkConstants(NamedTuple):
@@ -34,17 +40,17 @@ class LinkConstants(NamedTuple):
 
 
 TENSION, ELASTIC, GAS, STOP, DRY_FRICTION = range(5)
-LAWS: dict[type[Link], int] = {
-    Spring: TENSION,
-    Compensator: GAS,
-    Strut: ELASTIC,
-    TorsionSpring: ELASTIC,
-    JointSpring: ELASTIC,
-    GasSpring: GAS,
-    Stop: STOP,
-    DryFriction: DRY_FRICTION,
+LAWS: dict[type[Link], tuple[int, LinkClass]] = {
+    Spring: (TENSION, tension.SPRING),
+    Compensator: (GAS, gas.COMPENSATOR),
+    Strut: (ELASTIC, elastic.STRUT),
+    TorsionSpring: (ELASTIC, elastic.TORSION_SPRING),
+    SpringDamper: (ELASTIC, elastic.SPRING_DAMPER),
+    GasSpring: (GAS, gas.GAS_SPRING),
+    Stop: (STOP, stop.STOP_CLASS),
+    DryFriction: (DRY_FRICTION, dry_friction.DRY_FRICTION),
 }
-"""The law of each class of links."""
+"""By class of links, the number of its law and what that declares."""
 CONSTANTS = {"gases": gas.CYLINDER, "stops": stop.STOPS, "frictions": dry_friction.FRICTION}
 """Constants of those laws that have their own, by their field in `LinkConstants`."""
 

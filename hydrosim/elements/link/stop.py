@@ -9,17 +9,16 @@ energy is k d^2 / 2, also while there is no force; what a stop then releases is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from hydrosim.elements.kind import LINEARISATION_DEPTH
-from hydrosim.elements.link.coordinate import CoordinateElement
-from hydrosim.elements.link.law import ANYWHERE, Link, load_and_place
+from hydrosim.elements.link.law import ANYWHERE, LinkClass, load_and_place
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, SEGMENT, SEGMENT_MARGIN
+from hydrosim.scene.links import Stop
 
 AWAY, AT_LOWEST, AT_HIGHEST, BELOW, ABOVE = range(5)
 
@@ -27,33 +26,27 @@ STOPS = np.dtype([("lowest", float), ("highest", float), ("stiffness", float)])
 """Constants of stops: a, b, k."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Stop(CoordinateElement, Link):
-    """Stops at the ``lowest`` and the ``highest`` place [m or rad] of its coordinate, with the
-    ``stiffness`` [N/m or N m/rad] and the ``damping`` [N s/m or N m s/rad]."""
+def law_fields(stop: Stop, _: np.ndarray) -> dict[str, Any]:
+    """Fields of `LINK` of a stop."""
+    low = stop.low > -inf
+    place = stop.low - LINEARISATION_DEPTH if low else stop.high + LINEARISATION_DEPTH
+    return {
+        "last": ABOVE,
+        "steepest": stop.stiffness,
+        "idle": AWAY,
+        "idle_range": ANYWHERE,
+        "stiff": AT_LOWEST if low else AT_HIGHEST,
+        "stiff_range": (place, place),
+        "damping": stop.damping,
+    }
 
-    dimension = "stop"
-    columns: ClassVar = load_and_place(dimension)
-    lowest: float = -inf
-    highest: float = inf
-    stiffness: float
-    damping: float = 0.0
 
-    def law_fields(self, curve: np.ndarray) -> dict[str, Any]:
-        low = self.lowest > -inf
-        place = self.lowest - LINEARISATION_DEPTH if low else self.highest + LINEARISATION_DEPTH
-        return {
-            "last": ABOVE,
-            "steepest": self.stiffness,
-            "idle": AWAY,
-            "idle_range": ANYWHERE,
-            "stiff": AT_LOWEST if low else AT_HIGHEST,
-            "stiff_range": (place, place),
-            "damping": self.damping,
-        }
+def constants(stop: Stop) -> np.ndarray:
+    """Its constants (1,) of `STOPS`."""
+    return np.array([(stop.low, stop.high, stop.stiffness)], dtype=STOPS)
 
-    def constants(self) -> np.ndarray:
-        return np.array([(self.lowest, self.highest, self.stiffness)], dtype=STOPS)
+
+STOP_CLASS = LinkClass(Stop, "stop", load_and_place("stop"), law_fields, constants=constants)
 
 
 @kernel

@@ -18,10 +18,10 @@ from hydrosim.elements.link import laws
 from hydrosim.elements.link.coordinate import (
     HALF_TURNS,
     add_load,
+    coordinate_fields,
     find_kinematics,
     leaves_half_turn,
 )
-from hydrosim.elements.link.gas import Compensator
 from hydrosim.elements.link.law import (
     LINK,
     LINK_OUTPUTS,
@@ -29,15 +29,14 @@ from hydrosim.elements.link.law import (
     OFFSET_OUTPUT,
     PLACE_OUTPUT,
     POWER_OUTPUT,
-    Link,
 )
 from hydrosim.elements.link.laws import LAWS, TENSION, LinkConstants
-from hydrosim.elements.link.tension import Spring
 from hydrosim.elements.signal import compile_signals
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import MARGINS, MODE, NO_INDEX, RISING_MARGIN, SEGMENT, UNDEFINED
 from hydrosim.scene import ForceElement
+from hydrosim.scene.links import Compensator, Link, Spring
 
 SPRINGS, COMPENSATORS, OTHERS = range(3)
 """Families of links, each with a kind of its own."""
@@ -67,21 +66,22 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
     constants: dict[np.dtype, list[np.void]] = {dtype: [] for dtype in laws.CONSTANTS.values()}
     state = 0
     for link, (name, e) in zip(table, links.items(), strict=True):
-        curve = e.curve()
+        law, declared = LAWS[type(e)]
+        curve = declared.curve(e)
         try:
-            coordinate = e.coordinate_fields(layout)
+            coordinate = coordinate_fields(e, layout)
         except InputError as error:
             raise InputError(f"forces.{name}.{error}") from None
-        for field, value in {**coordinate, **e.law_fields(curve)}.items():
+        for field, value in {**coordinate, **declared.law_fields(e, curve)}.items():
             link[field] = value
         if link["varies"]:
             link["signal"] = next(compiled_signals)
-        link["element"], link["law"] = [*LAWS].index(type(e)), LAWS[type(e)]
-        link["row"], link["inactive"] = layout.row[name], e.inactive_mode
-        link["family"], link["pulls_only"] = _family(e), e.pulls_only
-        link["state"], link["states"] = state, len(e.state_names)
-        state += len(e.state_names)
-        law_constants = e.constants()
+        link["element"], link["law"] = [*LAWS].index(type(e)), law
+        link["row"], link["inactive"] = layout.row[name], declared.inactive_mode
+        link["family"], link["pulls_only"] = _family(e), declared.pulls_only
+        link["state"], link["states"] = state, len(declared.state_names)
+        state += len(declared.state_names)
+        law_constants = declared.constants(e)
         link["constants"] = NO_INDEX
         if law_constants.size:
             link["constants"] = len(constants[law_constants.dtype])

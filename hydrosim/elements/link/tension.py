@@ -18,81 +18,50 @@ and by c times the change of L0' at the corners of a table of L0.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from hydrosim.elements import signal
 from hydrosim.elements.contact import curves
-from hydrosim.elements.kind import LINEARISATION_DEPTH, Layout, Variable
-from hydrosim.elements.link.coordinate import distance_fields
+from hydrosim.elements.kind import LINEARISATION_DEPTH, Variable
 from hydrosim.elements.link.law import (
     ANYWHERE,
     LOAD_OUTPUT,
     PLACE_OUTPUT,
     Column,
-    Link,
+    LinkClass,
     curve_fields,
 )
-from hydrosim.elements.pair import TwoPointElement
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
+from hydrosim.scene.links import Spring
 
 SLACK, TAUT, SPRING_INACTIVE = range(3)
 
 
-@dataclass(frozen=True)
-class Spring(TwoPointElement, Link):
-    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
-    ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
-    ``length`` [m] without load, which may be a signal over time; ``damping`` [N s/m]."""
+def curve(spring: Spring) -> np.ndarray:
+    """The pieces of the curve, the slack one before the table's."""
+    x = np.asarray(spring.extension, float)
+    f = np.asarray(spring.tension, float)
+    return curves.segments(np.array([x[0] - 1.0, *x]), np.array([0.0, *f]))
 
-    dimension = "spring"
-    columns: ClassVar = {
-        "spring_tension": Column(
-            LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
-        ),
-        "spring_length": Column(
-            PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")
-        ),
-    }
-    inactive_mode: ClassVar[int] = SPRING_INACTIVE
-    pulls_only: ClassVar[bool] = True
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    length: signal.Signal | float
-    extension: np.ndarray
-    tension: np.ndarray
-    damping: float = 0.0
-    anchor_body: str | None = None
 
-    def can_add_energy(self) -> bool:
-        """A line that is heaved in gives energy."""
-        return isinstance(self.length, signal.Signal)
+def law_fields(spring: Spring, pieces: np.ndarray) -> dict[str, Any]:
+    """Fields of `LINK` of a spring."""
+    fields = curve_fields(pieces, 0, ANYWHERE)
+    taut = float(pieces["start"][fields["stiff"]]) + LINEARISATION_DEPTH
+    return {**fields, "stiff_range": (taut, taut), "damping": spring.damping}
 
-    def signals(self) -> Iterator[tuple[str, Any]]:
-        if isinstance(self.length, signal.Signal):
-            yield "length", self.length
 
-    def jumps(self) -> Iterator[tuple[str, float]]:
-        if isinstance(self.length, signal.Table):
-            yield "length", self.damping * signal.largest_corner(self.length)
-
-    def coordinate_fields(self, layout: Layout) -> dict[str, Any]:
-        return distance_fields(self, self.length, layout)
-
-    def curve(self) -> np.ndarray:
-        """The pieces of the curve, the slack one before the table's."""
-        x = np.asarray(self.extension, float)
-        f = np.asarray(self.tension, float)
-        return curves.segments(np.array([x[0] - 1.0, *x]), np.array([0.0, *f]))
-
-    def law_fields(self, curve: np.ndarray) -> dict[str, Any]:
-        fields = curve_fields(curve, 0, ANYWHERE)
-        taut = float(curve["start"][fields["stiff"]]) + LINEARISATION_DEPTH
-        return {**fields, "stiff_range": (taut, taut), "damping": self.damping}
+COLUMNS = {
+    "spring_tension": Column(LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")),
+    "spring_length": Column(PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")),
+}
+SPRING = LinkClass(
+    *(Spring, "spring", COLUMNS, law_fields, curve),
+    inactive_mode=SPRING_INACTIVE,
+    pulls_only=True,
+)
 
 
 @kernel

@@ -15,7 +15,7 @@ from modes_apart import Event, integrate
 from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
-from hydrosim.elements import DryFriction, GasSpring, JointSpring, Stop, TorsionSpring
+from hydrosim.elements import DryFriction, GasSpring, SpringDamper, Stop, TorsionSpring
 from hydrosim.errors import InputError
 from hydrosim.scene import (
     ForceElement,
@@ -194,7 +194,7 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure: Figu
     elif coordinate is LINE:
         held = hs.elements.Strut("block", *straight, point=ORIGIN, anchor=ANCHOR)
     else:
-        held = JointSpring("block", *straight, joint="it")
+        held = SpringDamper("block", *straight, joint="it")
     whole = on(coordinate, 0.6, 0.0, friction=friction, held=held)
 
     def stretch(y: np.ndarray) -> float:
@@ -240,14 +240,14 @@ def test_a_spring_of_a_joint_is_the_resistance_of_that_joint() -> None:
     body = block(MASS, inertia=np.diag([INERTIA, INERTIA, INERTIA]))
     free = replace(hinge, resistances=(Resistance(velocity=1.0),))
     held = replace(hinge, resistances=(Resistance(k, damping=c, velocity=1.0),))
-    spring = JointSpring("block", np.array([0.0, 1.0]), np.array([0.0, k]), c, joint="it")
+    spring = SpringDamper("block", np.array([0.0, 1.0]), np.array([0.0, k]), c, joint="it")
     runs = [
         hs.simulate(replace(scene(body, forces, 4.0, 0.1), joints={"it": joint}))
         for joint, forces in ((free, {"spring": spring}), (held, {}))
     ]
     swing = runs[1].joint_position.values
     assert np.abs(runs[0].joint_position.values - swing).max() < 1e-12 * np.ptp(swing)
-    load = runs[0].joint_spring_load.values
+    load = runs[0].spring_damper_load.values
     assert np.abs(load + runs[1].joint_motion_force.values).max() < 1e-9 * np.ptp(load)
 
 
