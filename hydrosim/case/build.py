@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from enum import Enum
 from functools import partial
 from math import inf
@@ -30,6 +31,7 @@ from hydrosim.files.layers import DUMPER, FILES
 from hydrosim.files.messages import fields_of
 from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import Scale
+from hydrosim.scene.damping import ViscousRoll
 from hydrosim.scene.joint import arrange_joints
 
 if TYPE_CHECKING:
@@ -44,7 +46,7 @@ def resolved_case_text(data: CaseFile, folder: Path) -> str:
     output = data.output.model_copy(update={"step": data.output_step})
     place = folder / "case.yaml"
     forces = {
-        name: element.with_fitted_numbers(BuildContext(f"forces.{name}", place))
+        name: fit_decay(element, BuildContext(f"forces.{name}", place))
         for name, element in data.forces.items()
     }
     changes = {"output": output, "environment": data.water, "bodies": _build_bodies(data)}
@@ -58,6 +60,21 @@ def resolved_case_text(data: CaseFile, folder: Path) -> str:
         allow_unicode=True,
         width=100,
     )
+
+
+def fit_decay(element: Any, where: BuildContext) -> Any:
+    """A force element with p1, p2, p3 and the period that are fitted to its recorded decay of roll,
+    if it has one."""
+    if not isinstance(element, ViscousRoll) or element.decay is None:
+        return element
+    from hydrosim.elements.roll_decay import fit_files
+
+    form = element.decay
+    files = [where.path.parent / form.file]
+    key = f"{where.path}: {where.key}.decay"
+    fit = fit_files(files, form.column, form.unit, form.start, form.end, key)
+    p1, p2, p3 = fit.damping
+    return replace(element, decay=None, period=fit.period.value, p1=p1, p2=p2, p3=p3)
 
 
 def _build_bodies(data: CaseFile) -> dict[str, Any]:
@@ -75,10 +92,9 @@ def _plain_value(value: Any, folder: Path) -> Any:
     """A value as YAML has it; None is left out of mappings."""
     match value:
         case BaseModel() | SchemaClass():
-            parts = {
-                f.alias or key: getattr(value, key) for key, f in fields_of(type(value)).items()
-            }
-            return _plain_value(parts, folder)
+            get = value.as_written if isinstance(value, SchemaClass) else partial(getattr, value)
+            fields = fields_of(type(value)).items()
+            return _plain_value({field.alias or key: get(key) for key, field in fields}, folder)
         case dict():
             return {
                 str(key): os.path.abspath(folder / item) if _is_file(key, item) else plain
@@ -146,7 +162,7 @@ def _build_forces(
             place = (body.location, body.heading, body.centre_of_gravity)
             several = element.elements(where, Vessel(*place, data.water.water_depth))
         else:
-            several = {name: element.build_active(where)}
+            several = {name: fit_decay(element, where).build_active(where)}
         if twice := {*several} & {*elements_by_name, *data.forces} - {name}:
             text = f'found two elements of the name "{min(twice)}"; expected another name of one'
             raise InputError(f"{path}: forces.{name}: {text}; lines have names NAME_LINE")

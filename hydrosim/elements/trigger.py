@@ -38,7 +38,6 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.elements import bushing, link, spring
-from hydrosim.elements.bushing import Bushing
 from hydrosim.elements.contact import geometry, landing, transitions
 from hydrosim.elements.contact.fender import normal_load_of
 from hydrosim.elements.contact.geometry import EARTH
@@ -69,6 +68,7 @@ from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Active, Clearance, ForceElement, Scene, When
 from hydrosim.scene.contacts import Contact
+from hydrosim.scene.restraints import Bushing
 from hydrosim.tanks import contents, pumping
 from hydrosim.tanks.contents import flow_names, triggered_pumps
 

@@ -184,8 +184,26 @@ def _diagonal(value: Any) -> Any:
 
 
 def as_matrix(value: Any) -> np.ndarray:
-    """(n, n) array of a full matrix in rows, or of the diagonal in a `PerDof`."""
-    return np.diag(value.values()) if isinstance(value, PerDof) else np.array(value)
+    """(n, n) array of a full matrix in rows, or of the diagonal in a `PerDof`; (6, 6) zeros of
+    None."""
+    if value is None:
+        return np.zeros((6, 6))
+    return np.diag(value.values()) if isinstance(value, PerDof) else np.array(value, float)
+
+
+def as_matrix_or_none(value: Any) -> np.ndarray | None:
+    """The same of what may be left out."""
+    return None if value is None else as_matrix(value)
+
+
+def as_six_or_none(value: PerDof[float, float] | None) -> np.ndarray | None:
+    """Array (6,) of values per DOF, 0 where none is given."""
+    return None if value is None else np.array(value.values())
+
+
+def as_array_or_none(value: Any) -> np.ndarray | None:
+    """Array of a list that may be left out."""
+    return None if value is None else np.array(value, float)
 
 
 def _form_tag(value: object) -> str:
