@@ -135,7 +135,7 @@ def build_scene(
         output_impulses=data.output.impulses,
         output_accelerations=data.output.accelerations,
         wave_probes=data.output.wave_probes,
-        clearances={name: _build_clearance(c) for name, c in data.output.clearances.items()},
+        clearances=data.output.clearances,
         initial=_build_start(data.begins, path.parent) if data.begins else None,
         at_rest=data.initial == "at_rest",
         accept=data.accept,
@@ -170,14 +170,7 @@ def _build_forces(
     return elements_by_name
 
 
-def _build_clearance(form: schema.Clearance) -> scene.Clearance:
-    if form.plane is None:
-        return scene.Clearance(form.of, form.to)
-    plane = form.plane
-    return scene.Clearance(form.of, None, plane.point, plane.normal, plane.body)
-
-
-def _build_start(start: schema.Start, folder: Path) -> scene.Start:
+def _build_start(start: scene.Start, folder: Path) -> scene.Start:
     return scene.Start(_path_in_folder(folder, start.run), start.time)
 
 
@@ -186,30 +179,28 @@ def _path_in_folder(folder: Path, file: str) -> Path:
     return Path(os.path.abspath(folder / file))
 
 
-def _build_solver(solver: schema.Solver) -> scene.Solver:
+def _build_solver(solver: schema.SolverEntry) -> scene.Solver:
     given = solver.tolerance
     settings = dict(solver)
-    if isinstance(given, schema.Tolerance):
-        settings["tolerance"] = scene.Tolerance(**dict(given))
-    else:
+    if not isinstance(given, scene.Tolerance):
         del settings["tolerance"]
         settings["accuracy"] = given
     return scene.Solver(**settings)
 
 
-def _water_density(water: schema.Environment) -> tuple[float, float]:
+def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:
     """Density [kg/m^3] of the water, and gravity [m/s^2]."""
     return water.water_density, water.gravity
 
 
-def _build_environment(water: schema.Environment, path: Path) -> scene.Environment:
+def _build_environment(water: schema.EnvironmentEntry, path: Path) -> scene.Environment:
     environment = scene.Environment(
         water.water_depth, water.water_density, water.gravity, wave_trains(water, path)
     )
     return with_streams(environment, water.current, water.wind, f"{path}: environment")
 
 
-def _build_body(name: str, body: schema.Body, folder: Path) -> scene.Body:
+def _build_body(name: str, body: schema.BodyEntry, folder: Path) -> scene.Body:
     tanks = tuple(
         tank.build(key, f"bodies.{name}.tanks.{key}", folder) for key, tank in body.tanks.items()
     )
@@ -231,7 +222,7 @@ def _build_body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         position=body.initial.position,
         velocity=body.initial.velocity,
         radiation=_build_radiation(body.radiation),
-        wave_forces=scene.WaveForces(**dict(body.wave_forces)),
+        wave_forces=body.wave_forces,
         weight=body.weight or (scene.Weight.CARRIED if tanks else scene.Weight.BALANCED),
         tanks=tanks,
         pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
@@ -242,7 +233,7 @@ def _build_body(name: str, body: schema.Body, folder: Path) -> scene.Body:
 
 
 def _mass_with_contents(
-    body: schema.Body, tanks: tuple[scene.Tank, ...]
+    body: schema.BodyEntry, tanks: tuple[scene.Tank, ...]
 ) -> tuple[float, tuple[float, ...], np.ndarray]:
     """Mass, centre of gravity and inertia about it, of the body with what is in its tanks."""
     if body.lightship is None:
@@ -265,23 +256,13 @@ def _mass_with_contents(
 
 
 def _build_radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
-    match form:
-        case schema.AutomaticRadiation():
-            return scene.AutomaticRadiation(form.tolerance, form.length, form.step)
-        case schema.StateSpaceRadiation():
-            return scene.StateSpaceRadiation(form.tolerance, form.length, form.step)
-        case schema.ConvolutionRadiation():
-            return scene.ConvolutionRadiation(form.length, form.step)
-        case schema.ConstantRadiation():
-            return scene.ConstantRadiation(form.period)
-        case schema.NoRadiation():
-            return scene.RadiationModel.NONE
+    return scene.RadiationModel.NONE if isinstance(form, schema.NoRadiation) else form
 
 
-def _inertia_matrix(body: schema.Body | Lightship, mass: float) -> np.ndarray:
+def _inertia_matrix(body: schema.BodyEntry | Lightship, mass: float) -> np.ndarray:
     if body.inertia is not None:
         return np.array(body.inertia)
-    if isinstance(body, schema.Body) and body.mass_matrix is not None:
+    if isinstance(body, schema.BodyEntry) and body.mass_matrix is not None:
         return np.array(body.mass_matrix)[3:, 3:]
     # Without free rotations any inertia will do.
     return mass * np.diag(np.square(body.radii_of_gyration or (1.0, 1.0, 1.0)))

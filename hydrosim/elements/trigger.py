@@ -146,9 +146,10 @@ def _clearance_row(c: Clearance, layout: Layout) -> tuple[Any, ...]:
     if c.to is not None:
         other, place = layout.points[c.to]
         return body, point, other, place, False, (0.0, 0.0, 0.0)
-    normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
-    other = EARTH if c.body is None else layout.body[c.body]
-    return body, point, other, c.place, True, normal
+    assert c.plane is not None
+    normal = np.array(c.plane.normal, float) / np.linalg.norm(c.plane.normal)
+    other = EARTH if c.plane.body is None else layout.body[c.plane.body]
+    return body, point, other, c.plane.point, True, normal
 
 
 @kernel

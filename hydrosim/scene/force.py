@@ -21,14 +21,28 @@ from hydrosim.scene.signal import RecordedColumns
 # Conditions for the start and the end of an action.
 
 
-@dataclass(frozen=True)
-class LevelReached:
-    """The moment when the level of a tank [m] is above this ``level``, or below it if ``above`` is
-    false."""
+@schema_class
+class LevelReached(SchemaClass):
+    """When the level of a tank is above or below a height."""
 
-    tank: str
-    level: float
-    above: bool
+    tank: StrictStr
+    """Name of a tank of the body. Example: fore_sb."""
+    above: of.Level | None = None
+    """The event happens when the level is above this."""
+    below: of.Level | None = None
+    """The event happens when the level is below this."""
+
+    @model_validator(mode="after")
+    def _check_side(self) -> Self:
+        given = self.keys_with_value("above", "below")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "neither", "one of above, below")
+        return self
+
+    @property
+    def level(self) -> float:
+        """The height [m]."""
+        return (self.below if self.above is None else self.above) or 0.0
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,6 @@ TABLE: dict[str, Any] = {
     "sway": [0, "300 kN*s^2/m^2", 0],
     "yaw": [0, "2 MN*s^2/m", 0],
 }
-FULL_TURN = 2.0 * np.pi
 StreamForces = Annotated[
     np.ndarray, ReadAs(of.StreamForces | None, np.ndarray | None, of.as_array_or_none)
 ]
@@ -170,7 +169,7 @@ class StreamLoad(ForceElement):
             image = slice(-2, 0, -1)  # without 0 and 180 deg, which are their own
             mirrored = [sign * x[image] for sign, x in zip((1.0, -1.0, -1.0), values, strict=True)]
             values = [np.append(x, more) for x, more in zip(values, mirrored, strict=True)]
-            headings = np.append(headings, FULL_TURN - headings[image])
+            headings = np.append(headings, 2.0 * np.pi - headings[image])
         surge, sway, yaw = values
         return replace(self, headings=headings, surge=surge, sway=sway, yaw=yaw)
 
@@ -186,7 +185,7 @@ class StreamLoad(ForceElement):
 
     def _rotated_into_turn(self, headings: np.ndarray) -> Self:
         """The same coefficients at these headings, which then rise from 0 within one turn."""
-        headings = np.mod(headings, FULL_TURN)
+        headings = np.mod(headings, 2.0 * np.pi)
         order = np.argsort(headings)
         surge, sway, yaw = (x[order] for x in (self.surge, self.sway, self.yaw))
         return replace(self, headings=headings[order], surge=surge, sway=sway, yaw=yaw)

@@ -15,9 +15,8 @@ from hydrosim.files.messages import Keys
 from hydrosim.files.schema_class import ReadAs, schema_class
 from hydrosim.files.units import problem
 from hydrosim.scene.force import ForceElement, Turns
+from hydrosim.scene.hydrodynamics import DampingMatrix, StiffnessMatrix
 
-StiffnessMatrix = Annotated[np.ndarray, ReadAs(of.StiffnessMatrix | None, np.ndarray, of.as_matrix)]
-DampingMatrix = Annotated[np.ndarray, ReadAs(of.DampingMatrix | None, np.ndarray, of.as_matrix)]
 MaybeDampingMatrix = Annotated[
     np.ndarray | None,
     ReadAs(of.DampingMatrix | None, np.ndarray | None, of.as_matrix_or_none),

@@ -6,11 +6,11 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator
 
-from hydrosim.case.elements.catenary import Catenary, Lines
-from hydrosim.case.elements.drive import Drive
+from hydrosim.case.elements.catenary import CatenaryEntry, Lines
+from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.springs import Compensator, Spring, Strut, TorsionSpring
-from hydrosim.case.elements.winch import Winch
+from hydrosim.case.elements.winch import WinchEntry
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
 from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
@@ -30,7 +30,7 @@ AnyElement = Annotated[
     | Fender
     | Landing
     | Spring
-    | Catenary
+    | CatenaryEntry
     | Lines
     | Strut
     | TorsionSpring
@@ -40,9 +40,9 @@ AnyElement = Annotated[
     | ViscousRoll
     | CurrentLoad
     | WindLoad
-    | Winch
+    | WinchEntry
     | Compensator
-    | Drive,
+    | DriveEntry,
     Discriminator("type"),
     BeforeValidator(_check_kind),
 ]
