@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from enum import Enum
 from functools import partial
 from math import inf
@@ -30,6 +31,7 @@ from hydrosim.files.layers import DUMPER, FILES
 from hydrosim.files.messages import fields_of
 from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import Scale
+from hydrosim.scene.damping import ViscousRoll
 from hydrosim.scene.joint import arrange_joints
 
 if TYPE_CHECKING:
@@ -44,7 +46,7 @@ def resolved_case_text(data: CaseFile, folder: Path) -> str:
     output = data.output.model_copy(update={"step": data.output_step})
     place = folder / "case.yaml"
     forces = {
-        name: element.with_fitted_numbers(BuildContext(f"forces.{name}", place))
+        name: fit_decay(element, BuildContext(f"forces.{name}", place))
         for name, element in data.forces.items()
     }
     changes = {"output": output, "environment": data.water, "bodies": _build_bodies(data)}
@@ -58,6 +60,21 @@ def resolved_case_text(data: CaseFile, folder: Path) -> str:
         allow_unicode=True,
         width=100,
     )
+
+
+def fit_decay(element: Any, where: BuildContext) -> Any:
+    """A force element with p1, p2, p3 and the period that are fitted to its recorded decay of roll,
+    if it has one."""
+    if not isinstance(element, ViscousRoll) or element.decay is None:
+        return element
+    from hydrosim.elements.roll_decay import fit_files
+
+    form = element.decay
+    files = [where.path.parent / form.file]
+    key = f"{where.path}: {where.key}.decay"
+    fit = fit_files(files, form.column, form.unit, form.start, form.end, key)
+    p1, p2, p3 = fit.damping
+    return replace(element, decay=None, period=fit.period.value, p1=p1, p2=p2, p3=p3)
 
 
 def _build_bodies(data: CaseFile) -> dict[str, Any]:
@@ -75,10 +92,9 @@ def _plain_value(value: Any, folder: Path) -> Any:
     """A value as YAML has it; None is left out of mappings."""
     match value:
         case BaseModel() | SchemaClass():
-            parts = {
-                f.alias or key: getattr(value, key) for key, f in fields_of(type(value)).items()
-            }
-            return _plain_value(parts, folder)
+            get = value.as_written if isinstance(value, SchemaClass) else partial(getattr, value)
+            fields = fields_of(type(value)).items()
+            return _plain_value({field.alias or key: get(key) for key, field in fields}, folder)
         case dict():
             return {
                 str(key): os.path.abspath(folder / item) if _is_file(key, item) else plain
@@ -119,7 +135,7 @@ def build_scene(
         output_impulses=data.output.impulses,
         output_accelerations=data.output.accelerations,
         wave_probes=data.output.wave_probes,
-        clearances={name: _build_clearance(c) for name, c in data.output.clearances.items()},
+        clearances=data.output.clearances,
         initial=_build_start(data.begins, path.parent) if data.begins else None,
         at_rest=data.initial == "at_rest",
         accept=data.accept,
@@ -146,7 +162,7 @@ def _build_forces(
             place = (body.location, body.heading, body.centre_of_gravity)
             several = element.elements(where, Vessel(*place, data.water.water_depth))
         else:
-            several = {name: element.build_active(where)}
+            several = {name: fit_decay(element, where).build_active(where)}
         if twice := {*several} & {*elements_by_name, *data.forces} - {name}:
             text = f'found two elements of the name "{min(twice)}"; expected another name of one'
             raise InputError(f"{path}: forces.{name}: {text}; lines have names NAME_LINE")
@@ -154,14 +170,7 @@ def _build_forces(
     return elements_by_name
 
 
-def _build_clearance(form: schema.Clearance) -> scene.Clearance:
-    if form.plane is None:
-        return scene.Clearance(form.of, form.to)
-    plane = form.plane
-    return scene.Clearance(form.of, None, plane.point, plane.normal, plane.body)
-
-
-def _build_start(start: schema.Start, folder: Path) -> scene.Start:
+def _build_start(start: scene.Start, folder: Path) -> scene.Start:
     return scene.Start(_path_in_folder(folder, start.run), start.time)
 
 
@@ -170,30 +179,28 @@ def _path_in_folder(folder: Path, file: str) -> Path:
     return Path(os.path.abspath(folder / file))
 
 
-def _build_solver(solver: schema.Solver) -> scene.Solver:
+def _build_solver(solver: schema.SolverEntry) -> scene.Solver:
     given = solver.tolerance
     settings = dict(solver)
-    if isinstance(given, schema.Tolerance):
-        settings["tolerance"] = scene.Tolerance(**dict(given))
-    else:
+    if not isinstance(given, scene.Tolerance):
         del settings["tolerance"]
         settings["accuracy"] = given
     return scene.Solver(**settings)
 
 
-def _water_density(water: schema.Environment) -> tuple[float, float]:
+def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:
     """Density [kg/m^3] of the water, and gravity [m/s^2]."""
     return water.water_density, water.gravity
 
 
-def _build_environment(water: schema.Environment, path: Path) -> scene.Environment:
+def _build_environment(water: schema.EnvironmentEntry, path: Path) -> scene.Environment:
     environment = scene.Environment(
         water.water_depth, water.water_density, water.gravity, wave_trains(water, path)
     )
     return with_streams(environment, water.current, water.wind, f"{path}: environment")
 
 
-def _build_body(name: str, body: schema.Body, folder: Path) -> scene.Body:
+def _build_body(name: str, body: schema.BodyEntry, folder: Path) -> scene.Body:
     tanks = tuple(
         tank.build(key, f"bodies.{name}.tanks.{key}", folder) for key, tank in body.tanks.items()
     )
@@ -215,7 +222,7 @@ def _build_body(name: str, body: schema.Body, folder: Path) -> scene.Body:
         position=body.initial.position,
         velocity=body.initial.velocity,
         radiation=_build_radiation(body.radiation),
-        wave_forces=scene.WaveForces(**dict(body.wave_forces)),
+        wave_forces=body.wave_forces,
         weight=body.weight or (scene.Weight.CARRIED if tanks else scene.Weight.BALANCED),
         tanks=tanks,
         pumps=tuple(pump.build(key) for key, pump in body.pumps.items()),
@@ -226,7 +233,7 @@ def _build_body(name: str, body: schema.Body, folder: Path) -> scene.Body:
 
 
 def _mass_with_contents(
-    body: schema.Body, tanks: tuple[scene.Tank, ...]
+    body: schema.BodyEntry, tanks: tuple[scene.Tank, ...]
 ) -> tuple[float, tuple[float, ...], np.ndarray]:
     """Mass, centre of gravity and inertia about it, of the body with what is in its tanks."""
     if body.lightship is None:
@@ -249,23 +256,13 @@ def _mass_with_contents(
 
 
 def _build_radiation(form: schema.Radiation) -> scene.RadiationModel | scene.Radiation:
-    match form:
-        case schema.AutomaticRadiation():
-            return scene.AutomaticRadiation(form.tolerance, form.length, form.step)
-        case schema.StateSpaceRadiation():
-            return scene.StateSpaceRadiation(form.tolerance, form.length, form.step)
-        case schema.ConvolutionRadiation():
-            return scene.ConvolutionRadiation(form.length, form.step)
-        case schema.ConstantRadiation():
-            return scene.ConstantRadiation(form.period)
-        case schema.NoRadiation():
-            return scene.RadiationModel.NONE
+    return scene.RadiationModel.NONE if isinstance(form, schema.NoRadiation) else form
 
 
-def _inertia_matrix(body: schema.Body | Lightship, mass: float) -> np.ndarray:
+def _inertia_matrix(body: schema.BodyEntry | Lightship, mass: float) -> np.ndarray:
     if body.inertia is not None:
         return np.array(body.inertia)
-    if isinstance(body, schema.Body) and body.mass_matrix is not None:
+    if isinstance(body, schema.BodyEntry) and body.mass_matrix is not None:
         return np.array(body.mass_matrix)[3:, 3:]
     # Without free rotations any inertia will do.
     return mass * np.diag(np.square(body.radii_of_gyration or (1.0, 1.0, 1.0)))

@@ -8,17 +8,17 @@ from math import inf
 from pathlib import Path
 
 from hydrosim.case.elements.catenary import Lines
-from hydrosim.case.elements.drive import Drive
+from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
 from hydrosim.case.streams import CurrentPower
 from hydrosim.case.waves import (
     Components,
     ComponentsFile,
-    DirectionalTable,
+    DirectionalSea,
     Irregular,
-    RecordedElevation,
-    Table,
+    RecordedSea,
+    TableSea,
 )
 from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
@@ -60,7 +60,7 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
     for name, element in case.forces.items():
         if element.body is not None:  # a drive may move a joint
             yield from _check_body(case, ("forces", name, "body"), element.body)
-        if isinstance(element, Drive) and element.joint is not None:
+        if isinstance(element, DriveEntry) and element.joint is not None:
             yield from _check_joint(case, ("forces", name, "joint"), element.joint)
         for keys, other, remedy in element.body_references():
             yield from _check_other(case, name, keys, other, remedy)
@@ -189,7 +189,7 @@ def _check_files(case: CaseFile, folder: Path) -> Iterator[Problem]:
             wanted = "an input file of MoorDyn or MoorPy"
             yield from _check_file(("forces", name, "file"), folder / element.file, wanted)
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
-        if isinstance(waves, Table | DirectionalTable) and waves.file is not None:
+        if isinstance(waves, TableSea | DirectionalSea) and waves.file is not None:
             keys = ("environment", "waves", i, "file")
             yield from _check_file(keys, folder / waves.file, "a wave spectrum")
         if isinstance(waves, Components) and isinstance(waves.components, ComponentsFile):
@@ -210,7 +210,7 @@ def recorded_series(case: CaseFile) -> Iterator[tuple[Keys, RecordedColumns]]:
     for name, element in case.forces.items():
         yield from ((("forces", name, *keys), form) for keys, form in element.recorded_series())
     for i, waves in enumerate(case.environment.waves if case.environment else ()):
-        if isinstance(waves, RecordedElevation):
+        if isinstance(waves, RecordedSea):
             yield ("environment", "waves", i), waves
 
 

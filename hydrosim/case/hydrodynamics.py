@@ -13,9 +13,10 @@ from pydantic import BeforeValidator, Discriminator, StrictBool, StrictStr, Tag,
 from hydrosim import scene
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
-from hydrosim.files.quantities import MeshKeys, SchemaModel, as_matrix
+from hydrosim.files.messages import fields_of
+from hydrosim.files.quantities import MeshKeys, SchemaModel
 from hydrosim.files.units import Quantity, problem
-from hydrosim.scene import FrequencyColumn, Hull, Without
+from hydrosim.scene import Coefficients, FrequencyColumn, Hull, Without
 from hydrosim.scene.hydrodynamics import key_of
 
 Place = Callable[[str], Path]
@@ -108,38 +109,11 @@ class MemberFile(DatabaseFile):
         return scene.AtDraught(self.draught, built.source if plain else built)
 
 
-class Coefficients(SchemaModel):
-    """Numbers instead of a database: constant, and without wave loads."""
-
-    added_mass: of.AddedMassMatrix | None = None
-    """Constant added mass: per degree of freedom, or a 6 x 6 matrix."""
-    damping: of.DampingMatrix | None = None
-    """Constant damping: per degree of freedom, or a 6 x 6 matrix."""
-    stiffness: of.StiffnessMatrix | None = None
-    """Hydrostatic stiffness: per degree of freedom, or a 6 x 6 matrix."""
-
-    @model_validator(mode="after")
-    def _check_some(self) -> Self:
-        if not self.keys_with_value("added_mass", "damping", "stiffness"):
-            raise problem("none of them", "a file, or some of added_mass, damping, stiffness")
-        return self
-
-    def build(self, _: Place) -> scene.Coefficients:
-        """As a scene has them."""
-        values = {name: getattr(self, name) for name in ("added_mass", "damping", "stiffness")}
-        return scene.Coefficients(
-            **{
-                name: np.zeros((6, 6)) if value is None else as_matrix(value)
-                for name, value in values.items()
-            }
-        )
-
-
 def _database_form(value: object) -> str:
     if isinstance(value, list | tuple):
         return "family"
     if isinstance(value, dict):
-        numbers = Coefficients.model_fields.keys() & value.keys()
+        numbers = fields_of(Coefficients).keys() & value.keys()
         return "numbers" if not value or (numbers and "file" not in value) else "changed"
     return "plain"
 
@@ -183,6 +157,8 @@ def build_hydrodynamics(value: Any, place: Place) -> Any:
         return None
     if isinstance(value, tuple):
         return scene.Family(tuple(member.build_member(place) for member in value))
+    if isinstance(value, Coefficients):
+        return value
     return place(value) if isinstance(value, str) else value.build(place)
 
 

@@ -530,7 +530,7 @@ class TurningPawl(SchemaModel):
     """Angle between its teeth, below 180 deg. Without it, it holds wherever it would turn back."""
 
 
-class Ratchet(OnAxis):
+class RatchetEntry(OnAxis):
     """A joint that lets one motion go one way only, and leaves all others free."""
 
     example: ClassVar[dict[str, Any]] = {
@@ -608,6 +608,6 @@ def _require_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -
 
 
 AnyJoint = Annotated[
-    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Guide | Fixed | Ratchet | Rod,
+    Hinge | Ball | Universal | Slider | Cylindrical | Planar | Guide | Fixed | RatchetEntry | Rod,
     Discriminator("type"),
 ]

@@ -24,10 +24,10 @@ from pydantic.config import JsonDict
 
 from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
-from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, Hydrostatics, files_of
+from hydrosim.case.hydrodynamics import Hydrodynamics, Hydrostatics, files_of
 from hydrosim.case.joints import AnyJoint
 from hydrosim.case.streams import Current, Wind
-from hydrosim.case.tanks import Lightship, Pump, Tank
+from hydrosim.case.tanks import Lightship, PumpEntry, TankEntry
 from hydrosim.case.waves import Waves
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
@@ -35,18 +35,23 @@ from hydrosim.files.messages import suggestion
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import Quantity, problem
 from hydrosim.scene import (
+    AutomaticRadiation,
+    Clearance,
+    Coefficients,
+    ConstantRadiation,
+    ConvolutionRadiation,
     Kinematics,
     LinearScenes,
     Method,
-    Place,
     Question,
-    SecondOrder,
+    Start,
+    StateSpaceRadiation,
     Symmetry,
+    Tolerance,
     Unstable,
+    WaveForces,
     Weight,
 )
-from hydrosim.scene.contacts import Plane
-from hydrosim.scene.hydrodynamics import LENGTH
 from hydrosim.scene.scene import ACCURACIES, ACCURACY
 
 ROTATION_DOFS = frozenset(DOFS[3:])
@@ -64,7 +69,7 @@ def _order_dofs(dofs: tuple[str, ...]) -> tuple[str, ...]:
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_order_dofs)]
 
 
-class Environment(SchemaModel):
+class EnvironmentEntry(SchemaModel):
     """Water, the waves on it, one mapping or a list of them, current and wind."""
 
     water_depth: of.Depth = np.inf
@@ -89,75 +94,6 @@ class Initial(SchemaModel):
     """Offsets from the place at rest when the run starts: six values, or some by name."""
     velocity: of.Velocities = (0.0,) * 6
     """Velocities when the run starts: six values, or some by name."""
-
-
-class WaveForces(SchemaModel):
-    """Which wave loads act."""
-
-    first_order: StrictBool = True
-    """Whether first-order wave loads act."""
-    second_order: SecondOrder = SecondOrder.NONE
-    """Approximation of the slow second-order wave loads."""
-    sum_frequency: StrictBool = False
-    """Whether second-order loads at the sums of wave frequencies act."""
-    headings: Place = Place.AUTOMATIC
-    """Whether wave loads follow the yaw of the body: mean (its heading at rest), slow or
-    instantaneous."""
-    position: Place = Place.AUTOMATIC
-    """Whether wave loads follow the place of the body: mean (its place at rest), slow or
-    instantaneous."""
-
-
-class Tabulated(SchemaModel):
-    """What all retardation functions have: how long they are, and the step of their tables."""
-
-    length: of.Period | None = None
-    """Length of the retardation functions. Without it they are 100 s long, or as long as the
-    frequencies of the database resolve."""
-    step: of.Period = 0.1
-    """Time step of the tables of the retardation functions. It is not the step of the run."""
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        length = LENGTH if self.length is None else self.length
-        if length < 2.0 * self.step:
-            found_text = f"length {length:g} s, step {self.step:g} s"
-            raise problem(found_text, "a length of two steps or more")
-        return self
-
-
-class AutomaticRadiation(Tabulated):
-    """States where their fit holds the tolerance, else the memory integral itself."""
-
-    model: Literal["automatic"]
-    """States where their fit is within the tolerance, the memory integral elsewhere."""
-    tolerance: of.Tolerance = 3e-4
-    """Largest error of the fit, relative to the largest diagonal entries."""
-
-
-class StateSpaceRadiation(Tabulated):
-    """A rational fit of the retardation functions."""
-
-    model: Literal["state_space"]
-    """A rational fit of the retardation functions."""
-    tolerance: of.Tolerance = 3e-4
-    """Largest error of the fit, relative to the largest diagonal entries."""
-
-
-class ConvolutionRadiation(Tabulated):
-    """The memory integral itself."""
-
-    model: Literal["convolution"]
-    """The memory integral itself."""
-
-
-class ConstantRadiation(SchemaModel):
-    """Added mass and damping of one period."""
-
-    model: Literal["constant"]
-    """Added mass and damping of one period, without memory."""
-    period: of.Period
-    """Wave period whose added mass and damping are used."""
 
 
 class NoRadiation(SchemaModel):
@@ -188,7 +124,7 @@ _MODEL = BeforeValidator(
 )
 
 
-class Body(SchemaModel):
+class BodyEntry(SchemaModel):
     """A rigid body; dry if it has no hydrodynamics."""
 
     mass: of.Mass | None = None
@@ -224,16 +160,16 @@ class Body(SchemaModel):
     [surge, heave, pitch]."""
     initial: Initial = Initial()
     """Offsets and velocities when the run starts."""
-    radiation: Annotated[Radiation, _MODEL] = AutomaticRadiation(model="automatic")
+    radiation: Annotated[Radiation, _MODEL] = AutomaticRadiation()
     """Model of the radiation forces: a name, or a mapping with a model and its settings."""
     wave_forces: WaveForces = WaveForces()
     """Wave loads that act on the body."""
     weight: Weight | None = None
     """Whether weight and buoyancy balance at rest, or weight is a force that contacts, lines and
     buoyancy carry."""
-    tanks: dict[of.Name, Tank] = Field(default_factory=dict)
+    tanks: dict[of.Name, TankEntry] = Field(default_factory=dict)
     """Tanks of the body, by name."""
-    pumps: dict[of.Name, Pump] = Field(default_factory=dict)
+    pumps: dict[of.Name, PumpEntry] = Field(default_factory=dict)
     """Pumps between tanks or the sea, by name."""
     constant_inertia: StrictBool = False
     """Whether mass and inertia stay as at the start while tanks are pumped, and only the weight
@@ -309,17 +245,6 @@ class Body(SchemaModel):
         return self
 
 
-class Tolerance(SchemaModel):
-    """Error per second of a run that an adaptive method keeps to in each step."""
-
-    relative: of.Tolerance = 1e-6
-    """Relative error per second."""
-    position: of.SmallLength = 1e-6
-    """Absolute error of positions per second."""
-    angle: of.SmallAngle = 1e-8
-    """Absolute error of angles per second."""
-
-
 def _form_of_tolerance(value: object) -> str:
     return "of each step" if isinstance(value, dict | Tolerance) else "of motions"
 
@@ -343,7 +268,7 @@ _OF_STEPS: JsonDict = {
 }
 
 
-class Solver(SchemaModel):
+class SolverEntry(SchemaModel):
     """How time is stepped. The ``tolerance`` of ``automatic`` is the error of motions, of their
     range; that of adaptive methods is the error of each step."""
 
@@ -392,29 +317,7 @@ class Solver(SchemaModel):
         return self
 
 
-class Clearance(SchemaModel):
-    """The distance of a named point, "bow of barge", from another or from a plane."""
-
-    of: StrictStr
-    """Named point of a body. Example: bow of barge."""
-    to: StrictStr | None = None
-    """Named point of another body that the distance is measured to. Example: leg of topside."""
-    plane: Plane | None = None
-    """Plane that the distance is measured to."""
-
-    @model_validator(mode="after")
-    def _check_other(self) -> Self:
-        if len(given := self.keys_with_value("to", "plane")) != 1:
-            raise problem(" and ".join(given) or "nothing to measure from", "either to or plane")
-        if self.to == self.of:
-            raise problem(f"the distance of {self.of} from itself", "two points")
-        if self.plane and self.plane.corners:
-            found_text = "a plane with corners"
-            raise problem(found_text, "one without: a clearance is that from the whole plane")
-        return self
-
-
-class Output(SchemaModel):
+class OutputEntry(SchemaModel):
     """What is recorded: every ``step``, a multiple of the solver's, and with ``states`` all that
     another run needs to start from there; with ``impulses`` what `hydrosim explain` needs;
     ``accelerations``; the elevation at ``wave_probes``, x and y by name; the ``clearances`` of
@@ -434,15 +337,6 @@ class Output(SchemaModel):
     """Distances by name that are recorded."""
 
 
-class Start(SchemaModel):
-    """A run to start from, at a time of it or at its end."""
-
-    run: StrictStr
-    """Result file of the run that this one continues. Example: first.nc."""
-    time: of.Instant | None = None
-    """Time of that run at which this one begins. Without it that is its end."""
-
-
 def _beginning_form(value: object) -> str:
     return "at_rest" if isinstance(value, str) else "of a run"
 
@@ -460,17 +354,17 @@ class CaseFile(SchemaModel):
     """Title of the case, for people. Example: Barge alongside in 1.5 m waves."""
     duration: of.Period
     """Length of the run."""
-    environment: Environment | None = None
+    environment: EnvironmentEntry | None = None
     """Water, waves, current and wind."""
-    bodies: Annotated[dict[of.Name, Body], AfterValidator(of.require_entries)]
+    bodies: Annotated[dict[of.Name, BodyEntry], AfterValidator(of.require_entries)]
     """Rigid bodies by name."""
     forces: dict[of.Name, AnyElement] = Field(default_factory=dict)
     """Force elements by name: moorings, fenders, lines, damping, loads."""
     joints: dict[of.Name, AnyJoint] = Field(default_factory=dict)
     """Joints between bodies or to the earth, by name: hinges, balls, sliders, locks."""
-    solver: Solver = Solver()
+    solver: SolverEntry = SolverEntry()
     """Time integration."""
-    output: Output = Output()
+    output: OutputEntry = OutputEntry()
     """Results that are recorded."""
     initial: Begin | None = None
     """Either at_rest, which starts in equilibrium, or a mapping with the run that this one
@@ -509,6 +403,6 @@ class CaseFile(SchemaModel):
         return self.output.step or step * max(1, round(OUTPUT_STEP / step))
 
     @property
-    def water(self) -> Environment:
+    def water(self) -> EnvironmentEntry:
         """The environment, or what is taken for it."""
-        return self.environment or Environment()
+        return self.environment or EnvironmentEntry()

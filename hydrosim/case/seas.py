@@ -167,7 +167,7 @@ def _order_headings(source: Source, heading: np.ndarray) -> tuple[np.ndarray, np
 COPIED_TRAIN_FIELDS = ("heading", "seed", "ramp", "repeat_period", "amplitudes", "spreading")
 
 
-def wave_trains(water: schema.Environment, path: Path) -> tuple[scene.WaveTrain, ...]:
+def wave_trains(water: schema.EnvironmentEntry, path: Path) -> tuple[scene.WaveTrain, ...]:
     """The wave trains on the ``water`` of the case file ``path``.
 
     Raises InputError where a file that they need cannot be read.
@@ -175,7 +175,7 @@ def wave_trains(water: schema.Environment, path: Path) -> tuple[scene.WaveTrain,
     return tuple(_build_trains(water, path))
 
 
-def _build_trains(water: schema.Environment, path: Path) -> Iterator[scene.WaveTrain]:
+def _build_trains(water: schema.EnvironmentEntry, path: Path) -> Iterator[scene.WaveTrain]:
     for i, train in enumerate(water.waves):
         key = "environment.waves" if len(water.waves) == 1 else f"environment.waves.{i}"
         if not isinstance(train, waves.NoWaves):
@@ -191,39 +191,39 @@ def _open_source(where: BuildContext, file: str) -> Source:
 
 
 def _build_spectrum(
-    train: waves.SomeWaves, water: schema.Environment, where: BuildContext
+    train: waves.SomeWaves, water: schema.EnvironmentEntry, where: BuildContext
 ) -> scene.Spectrum:
     match train:
-        case waves.Jonswap():
+        case waves.JonswapSea():
             peak = train.significant_height, train.peak_period
             return scene.Jonswap(*peak, train.peak_enhancement)
         case waves.PiersonMoskowitz():
             return scene.Jonswap(train.significant_height, train.peak_period, 1.0)
-        case waves.Tma():
+        case waves.TmaSea():
             peak = train.significant_height, train.peak_period
             return scene.Tma(*peak, water.water_depth, train.peak_enhancement, water.gravity)
-        case waves.Torsethaugen():
+        case waves.TorsethaugenSea():
             return scene.Torsethaugen(train.significant_height, train.peak_period, water.gravity)
-        case waves.OchiHubble():
-            return scene.OchiHubble(tuple(scene.OchiHubblePeak(**dict(p)) for p in train.peaks))
-        case waves.WhiteNoise():
+        case waves.OchiHubbleSea():
+            return scene.OchiHubble(train.peaks)
+        case waves.WhiteNoiseSea():
             band = train.lowest_frequency, train.highest_frequency
             return scene.WhiteNoise(train.significant_height, *band)
-        case waves.Table():
+        case waves.TableSea():
             return _read_spectrum_table(train, where)
-        case waves.DirectionalTable():
+        case waves.DirectionalSea():
             return read_directional(_open_source(where, train.file), train.select, train.x_axis)
         case waves.Regular():
             return scene.RegularWave(train.amplitude, train.period, train.phase)
         case waves.Components():
             return _given_components(train, where)
-        case waves.RecordedElevation():
+        case waves.RecordedSea():
             series = read_record(train, where.key, where.path, "m")
             highest = train.highest_frequency or np.inf
             return scene.RecordedElevation(series.time, series.value, train.position, highest)
 
 
-def _read_spectrum_table(table: waves.Table, where: BuildContext) -> scene.SpectrumTable:
+def _read_spectrum_table(table: waves.TableSea, where: BuildContext) -> scene.SpectrumTable:
     if table.file is None:
         return scene.SpectrumTable(np.array(table.frequency), np.array(table.density))
     source = _open_source(where, table.file)

@@ -91,7 +91,7 @@ def _form_of_wind(value: object) -> str:
     return "power law" if isinstance(value, dict | WindPower) else "name"
 
 
-class Gusts(SchemaModel):
+class GustsEntry(SchemaModel):
     """Gusts along the mean wind, drawn from a spectrum."""
 
     spectrum: Literal["npd", "iso", "api", "ochi_shin"]
@@ -153,7 +153,7 @@ class Wind(SchemaModel):
     ] = "none"
     """Wind over the height: npd, none, or a power law. Without a profile the wind is the same at
     all heights."""
-    gusts: Gusts | None = None
+    gusts: GustsEntry | None = None
     """Gusts about the mean. Without them the wind is steady."""
 
     @model_validator(mode="after")

@@ -14,18 +14,17 @@ from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import Axes, Scale, SchemaModel
 from hydrosim.files.units import Quantity, problem
-from hydrosim.scene import FreeSurface
+from hydrosim.scene import FreeSurface, LevelReached, Plan
 from hydrosim.scene.force import AtTime, Event
 
 SEA_NAME = "sea"
 PLACING = ("scale", "axes", "offset", "waterline")  # keys of a mesh
-Level = Annotated[float, Quantity("level", "m", "3 m", at_least=0)]
 Volume = Annotated[float, Quantity("volume", "m^3", "100 m^3", at_least=0)]
 AreaMoment = Annotated[float, Quantity("second moment of area", "m^4", "1000 m^4", at_least=0)]
 MixedMoment = Annotated[float, Quantity("second moment of area", "m^4", "-1000 m^4")]
 Part = Annotated[float, Quantity("number", "", "98 %", above=0, at_most=1)]
 Rate = Annotated[float, Quantity("mass per time", "kg/s", "5000 tonne/hour", above=0)]
-Levels = Annotated[tuple[Level, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
+Levels = Annotated[tuple[of.Level, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 Volumes = Annotated[tuple[Volume, ...], of.RISING, AfterValidator(of.require_start_at_zero)]
 
 
@@ -50,7 +49,7 @@ class Lightship(SchemaModel):
         return self
 
 
-class TankTable(SchemaModel):
+class TankTableEntry(SchemaModel):
     """What a tank holds at each ``level`` above its bottom: ``volume`` of fluid, its ``centroid``
     in the database's frame, and second moments of its free surface about the surface's centroid."""
 
@@ -84,30 +83,14 @@ class TankTable(SchemaModel):
         return scene.TankTable(level, volume, np.array(self.centroid), surface)
 
 
-class Plan(SchemaModel):
-    """Levels at times; the flow between them is constant, from or to the sea."""
-
-    time: of.Times
-    """Times that rise."""
-    level: tuple[Level, ...]
-    """Level of the tank at each time. Between them the flow is constant."""
-
-    @model_validator(mode="after")
-    def _check_table(self) -> Self:
-        if len(self.time) != len(self.level) or len(self.time) < 2:
-            found_text = f"{len(self.time)} times and {len(self.level)} levels"
-            raise problem(found_text, "two times or more, and a level at each")
-        return self
-
-
-class Tank(SchemaModel):
+class TankEntry(SchemaModel):
     """A tank: a ``box`` between two corners, a ``table``, a closed ``mesh`` in a file, or the hull
     of a ``recipe``, in the database's frame; the latter two with the keys that a hull has."""
 
     box: tuple[of.Point, of.Point] | None = None
     """Two opposite corners of a tank that is a box, in the database's frame.
     Example: [[-20 m, 10 m, -12 m], [20 m, 30 m, 2 m]]."""
-    table: TankTable | None = None
+    table: TankTableEntry | None = None
     """Volumes and free surfaces at levels."""
     mesh: StrictStr | None = None
     """File with a closed mesh of the tank. Example: tank.stl."""
@@ -127,7 +110,7 @@ class Tank(SchemaModel):
     """Part of the volume that fluid can fill."""
     density: of.Density = 1025.0
     """Density of the fluid."""
-    level: Level = 0.0
+    level: of.Level = 0.0
     """Level of the fluid above the tank's bottom when the run starts."""
     free_surface: FreeSurface = FreeSurface.QUASI_STATIC
     """Whether the fluid's surface stays level, or is frozen to the tank."""
@@ -162,7 +145,7 @@ class Tank(SchemaModel):
             self.level,
             self.density,
             self.free_surface,
-            scene.Plan(np.array(self.plan.time), np.array(self.plan.level)) if self.plan else None,
+            self.plan,
         )
 
     def _shape(self, folder: Path) -> scene.TankShape:
@@ -179,29 +162,6 @@ class Tank(SchemaModel):
         return scene.Box(tuple(low.tolist()), tuple(high.tolist()), self.permeability)
 
 
-class LevelReached(SchemaModel):
-    """When the level of a tank is above or below a height."""
-
-    tank: StrictStr
-    """Name of a tank of the body. Example: fore_sb."""
-    above: Level | None = None
-    """The event happens when the level is above this."""
-    below: Level | None = None
-    """The event happens when the level is below this."""
-
-    @model_validator(mode="after")
-    def _check_side(self) -> Self:
-        given = self.keys_with_value("above", "below")
-        if len(given) != 1:
-            raise problem(" and ".join(given) or "neither", "one of above, below")
-        return self
-
-    def build(self) -> scene.LevelReached:
-        """As a scene has it."""
-        level = self.below if self.above is None else self.above
-        return scene.LevelReached(self.tank, float(level or 0.0), self.above is not None)
-
-
 def _form_tag(value: object) -> str:
     if isinstance(value, Event) or (isinstance(value, dict) and "channel" in value):
         return "event"
@@ -210,7 +170,7 @@ def _form_tag(value: object) -> str:
     return "level" if isinstance(value, dict | LevelReached) else "time"
 
 
-When = Annotated[
+FlowEnd = Annotated[
     Annotated[of.Instant, Tag("time")]
     | Annotated[AtTime, Tag("mapping")]
     | Annotated[LevelReached, Tag("level")]
@@ -219,7 +179,7 @@ When = Annotated[
 ]
 
 
-class Pump(SchemaModel):
+class PumpEntry(SchemaModel):
     """Moves fluid from its ``source`` to its ``target``: names of tanks of the body, or sea; from
     ``start`` to ``stop``, each a time, a level or an event."""
 
@@ -229,9 +189,9 @@ class Pump(SchemaModel):
     """Tank that fluid is pumped to, or sea. Example: sea."""
     rate: Rate
     """Mass of fluid per time."""
-    start: When = 0.0
+    start: FlowEnd = 0.0
     """Time, level or event at which the pump starts."""
-    stop: When | None = None
+    stop: FlowEnd | None = None
     """Time, level or event at which the pump stops. Without it the pump stops when a tank is empty
     or full."""
 
@@ -246,4 +206,4 @@ def _flow_end(end: Any) -> Any:
     """A start or a stop as a scene has it."""
     if isinstance(end, AtTime):
         return end.time
-    return end.build() if isinstance(end, LevelReached | Event) else end
+    return end.build() if isinstance(end, Event) else end

@@ -19,7 +19,7 @@ from pydantic import (
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
-from hydrosim.scene import Amplitudes
+from hydrosim.scene import Amplitudes, OchiHubblePeak
 from hydrosim.scene.signal import RecordedColumns
 
 
@@ -68,7 +68,7 @@ class Peaked(Spread):
     """Period Tp of the peak of the spectrum."""
 
 
-class Jonswap(Peaked):
+class JonswapSea(Peaked):
     """JONSWAP spectrum, scaled to the significant height."""
 
     spectrum: Literal["jonswap"]
@@ -84,7 +84,7 @@ class PiersonMoskowitz(Peaked):
     """Pierson-Moskowitz spectrum."""
 
 
-class Tma(Peaked):
+class TmaSea(Peaked):
     """JONSWAP limited by the environment's water depth."""
 
     spectrum: Literal["tma"]
@@ -93,25 +93,14 @@ class Tma(Peaked):
     """Peak enhancement factor gamma."""
 
 
-class Torsethaugen(Peaked):
+class TorsethaugenSea(Peaked):
     """Wind sea and swell of the North Sea."""
 
     spectrum: Literal["torsethaugen"]
     """Torsethaugen spectrum: wind sea and swell of the North Sea."""
 
 
-class OchiHubblePeak(SchemaModel):
-    """One peak; ``shape`` is lambda."""
-
-    significant_height: of.Height
-    """Significant height of this peak alone."""
-    peak_period: of.Period
-    """Period of this peak."""
-    shape: of.Sharpness = 1.0
-    """Sharpness lambda of this peak."""
-
-
-class OchiHubble(Spread):
+class OchiHubbleSea(Spread):
     """Peaks of chosen sharpness: swell and wind sea."""
 
     spectrum: Literal["ochi_hubble"]
@@ -120,7 +109,7 @@ class OchiHubble(Spread):
     """Peaks of the spectrum, such as swell and wind sea."""
 
 
-class WhiteNoise(Spread):
+class WhiteNoiseSea(Spread):
     """Constant density between two frequencies."""
 
     spectrum: Literal["white_noise"]
@@ -141,7 +130,7 @@ class WhiteNoise(Spread):
         return self
 
 
-class Table(Spread):
+class TableSea(Spread):
     """Densities at frequencies: lists, or the first column and another one of a text ``file``,
     each multiplied by a factor that has its unit."""
 
@@ -172,7 +161,7 @@ class Table(Spread):
         return self
 
 
-class DirectionalTable(Irregular):
+class DirectionalSea(Irregular):
     """Densities over frequency and direction: a netCDF ``file`` as `wavespectra` writes it (freq in
     Hz, dir in degrees that waves come from, clockwise from north, efth in m^2/Hz/degree).
 
@@ -253,7 +242,7 @@ class Components(Directed):
     """Time that all periods divide, if the components are to be summed by FFT."""
 
 
-class RecordedElevation(RecordedColumns, Directed):
+class RecordedSea(RecordedColumns, Directed):
     """A measured elevation over the time of the run, at ``position``; what is above
     ``highest_frequency`` is left out."""
 
@@ -274,17 +263,17 @@ class NoWaves(SchemaModel):
 
 
 SomeWaves = (
-    Jonswap
+    JonswapSea
     | PiersonMoskowitz
-    | Tma
-    | Torsethaugen
-    | OchiHubble
-    | WhiteNoise
-    | Table
-    | DirectionalTable
+    | TmaSea
+    | TorsethaugenSea
+    | OchiHubbleSea
+    | WhiteNoiseSea
+    | TableSea
+    | DirectionalSea
     | Regular
     | Components
-    | RecordedElevation
+    | RecordedSea
 )
 Train = Annotated[SomeWaves | NoWaves, Discriminator("spectrum")]
 

@@ -176,7 +176,7 @@ class HydrodynamicGroup:
         if self.has_given_coefficients:
             return "constant added mass and damping, as given"
         match self.radiation:
-            case ConstantRadiation(period):
+            case ConstantRadiation(period=period):
                 return f"constant added mass and damping at {period:g} s"
             case None:
                 return "none"
@@ -259,17 +259,17 @@ def _choose_retardation(db: HydroDatabase, chosen: Radiation | None) -> Retardat
 def _add_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGroup:
     """Group with the data of its radiation model."""
     match wet.radiation:
-        case ConstantRadiation(period):
+        case ConstantRadiation(period=period):
             if wet.has_given_coefficients:
                 return replace(wet, damping=wet.database.radiation_damping[0])
             added_mass, damping = _coefficients_at_period(wet.database, wet.bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
-        case StateSpaceRadiation(tolerance):
+        case StateSpaceRadiation(tolerance=tolerance):
             return _choose_fits(wet, _fit_states(wet, tolerance), before, radiation.is_tolerable)
         case ConvolutionRadiation():
             memory = radiation.groups_free_to_reduce(wet.memory, wet.free_dofs)
             return replace(wet, convolved=tuple(map(Convolved, memory)))
-        case AutomaticRadiation(tolerance):
+        case AutomaticRadiation(tolerance=tolerance):
             return _choose_fits(
                 wet, _fit_states(wet, tolerance), before, radiation.is_within_tolerance
             )
@@ -341,7 +341,7 @@ def with_states(body: Body, tolerance: float) -> Body:
     chosen = radiation_of(body)
     if not isinstance(chosen, ConvolutionRadiation | AutomaticRadiation):
         return body
-    states = StateSpaceRadiation(tolerance, chosen.length, chosen.step)
+    states = StateSpaceRadiation(tolerance=tolerance, length=chosen.length, step=chosen.step)
     return replace(body, radiation=states)
 
 

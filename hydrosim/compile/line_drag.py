@@ -129,7 +129,7 @@ def _drag_before(scene: Scene) -> dict[str, tuple[float, float]]:
     """c and m of the lines of the run that a scene of `open_start` starts from."""
     if scene.initial is None:
         return {}
-    run: xr.Dataset = scene.initial.run  # type: ignore[assignment]
+    run: xr.Dataset = scene.initial.run
     if LINE_DAMPING not in run:
         return {}
     line_rows = zip(run.line.values, run[LINE_DAMPING].values, run[DRIFT].values, strict=True)

@@ -32,11 +32,8 @@ from hydrosim.elements import (
     trigger,
     viscous_roll,
 )
-from hydrosim.elements.applied_force import AppliedForce
-from hydrosim.elements.bushing import Bushing
 from hydrosim.elements.contact import fender, landing
 from hydrosim.elements.contact import kind as contact_points
-from hydrosim.elements.damping import LinearDamping, QuadraticDamping
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.external import External
 from hydrosim.elements.joint import locks, motions
@@ -59,11 +56,8 @@ from hydrosim.elements.line import kind as lines
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.drum import Compensation, SpeedControl, TensionControl
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.linear_mooring import LinearMooring
 from hydrosim.elements.link import table as links
 from hydrosim.elements.link.kind import COMPENSATOR_KIND, LINK_KIND, SPRING_KIND
-from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
-from hydrosim.elements.viscous_roll import ViscousRoll
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
@@ -83,6 +77,7 @@ from hydrosim.scene.contacts import (
     StickSlip,
     Wall,
 )
+from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import (
     Compensator,
     DryFriction,
@@ -93,6 +88,8 @@ from hydrosim.scene.links import (
     Strut,
     TorsionSpring,
 )
+from hydrosim.scene.loads import AppliedForce, CurrentLoad, StreamLoad, WindLoad
+from hydrosim.scene.restraints import Bushing, LinearMooring
 from hydrosim.scene.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.tanks.contents import Tanks
 from hydrosim.water.wind import REFERENCE_HEIGHT, GustTable

@@ -9,47 +9,19 @@ sideways through pitch and roll.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import DOFS, LATERAL, mirrored_vector
+from hydrosim.dofs import DOFS
 from hydrosim.elements.kind import ElementKind, Layout
 from hydrosim.elements.signal import SIGNAL, compile_signals, value
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import add, cross, dot, matvec, vector
-from hydrosim.scene import ForceElement, Turns
-from hydrosim.scene.signal import Signal, scale_signal
-
-
-@dataclass(frozen=True)
-class AppliedForce(ForceElement):
-    """A given force and moment on a body. ``force`` has a signal over time [N, N m] for the name of
-    each DOF; it acts at ``point`` [m] of the body frame. ``body_fixed``: its axes turn with the
-    body."""
-
-    supplies: ClassVar[bool] = True
-    point: tuple[float, ...]
-    force: Mapping[str, Signal]
-    body_fixed: bool = False
-
-    def signals(self) -> Iterator[tuple[str, Signal]]:
-        yield from ((f"force.{dof}", signal) for dof, signal in self.force.items())
-
-    def mirror_image(self) -> ForceElement:
-        force = {
-            dof: scale_signal(signal, -1.0) if dof in LATERAL else signal
-            for dof, signal in self.force.items()
-        }
-        return replace(self, point=mirrored_vector(self.point), force=force)
-
-    def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        moves = self.body_fixed or (turns.exact and any(self.point))
-        return f"{name} turns with {self.body}" if turns.free and moves else None
-
+from hydrosim.scene import ForceElement
+from hydrosim.scene.loads import AppliedForce
 
 APPLIED = np.dtype(
     [
@@ -77,7 +49,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ap
     for name, e in applied.items():
         first = last
         last = last + len(e.force)
-        place = (layout.body[e.body], layout.row[name], e.point, e.body_fixed)
+        place = (layout.body[e.body], layout.row[name], e.point, e.frame == "body")
         rows.append((*place, first, last))
     parts = np.zeros(last, dtype=FORCE_PART)
     parts["dof"] = [DOFS.index(dof) for e in applied.values() for dof in e.force]

@@ -25,14 +25,13 @@ other frame and the lever arms stay as at rest, J is the identity, and the bushi
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
 from math import atan2, nan, sqrt, tan
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import DOFS, MIRROR_SIGN, about_z, mirrored_vector
+from hydrosim.dofs import about_z
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     Columns,
@@ -48,47 +47,12 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import ACTING, CONTACT_MARGIN, INACTIVE, MARGINS, MODE, UNDEFINED
 from hydrosim.multibody.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import add, cross, dot, matvec, product, scale, sub, vector
-from hydrosim.scene import ForceElement, Turns
+from hydrosim.scene import ForceElement
+from hydrosim.scene.restraints import Bushing
 
 BUSHING_OUTPUTS = 12  # see `write_outputs`
 MIN_TURN_COSINE = 1e-3  # least 1 + cosine of the relative rotation: 177 deg
 SERIES_ANGLE = 0.03  # rad: below, c is a series to 1e-15
-
-
-@dataclass(frozen=True)
-class Bushing(ForceElement):
-    """At ``point`` of the body, where the other frame is at rest on the body ``to`` or the earth.
-    ``stiffness`` (6, 6) [N/m ... N m/rad] and ``damping`` (6, 6) [N s/m ... N m s/rad] in the axes
-    of the body at rest, which move with the other frame."""
-
-    point: tuple[float, ...]
-    stiffness: np.ndarray
-    damping: np.ndarray
-    to: str | None = None
-
-    def can_carry_weight(self) -> bool:
-        return bool(np.any(self.stiffness[:3, :3]))
-
-    def restored_dofs(self) -> Collection[str]:
-        if self.to is not None:
-            return ()
-        held = np.diag(self.stiffness) > 0.0
-        return [dof for dof, is_held in zip(DOFS, held, strict=True) if is_held]
-
-    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
-        yield "to", self.to
-
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [name]
-
-    def mirror_image(self) -> ForceElement:
-        sign = np.outer(MIRROR_SIGN, MIRROR_SIGN)
-        both = {"stiffness": sign * self.stiffness, "damping": sign * self.damping}
-        return replace(self, point=mirrored_vector(self.point), **both)
-
-    def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        """Linear with small angles."""
-        return name if turns.exact else None
 
 
 BUSHING = np.dtype(

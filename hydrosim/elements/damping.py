@@ -35,8 +35,7 @@ coefficients do not depend on amplitude.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -47,51 +46,8 @@ from hydrosim.elements.pair import add_resistance, current_on, relative_velocity
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.multibody.vectors import product
-from hydrosim.scene import ForceElement, Turns
-
-
-@dataclass(frozen=True)
-class LinearDamping(ForceElement):
-    """``damping`` (6, 6) [N s/m ... N m s/rad] or ``damping_ratio`` (6,) of critical, about the
-    centre of gravity, or neither. With ``relative_to_current``, surge and sway count relative to
-    the water."""
-
-    damping: np.ndarray | None = None
-    damping_ratio: np.ndarray | None = None
-    relative_to_current: bool = False
-
-    def can_carry_weight(self) -> bool:
-        return False
-
-    def dragging_streams(self) -> Collection[str]:
-        return ("current",) if self.relative_to_current else ()
-
-    def can_add_energy(self) -> bool:
-        """A current drags the body along."""
-        return self.relative_to_current
-
-    def couplings(self) -> Iterator[np.ndarray]:
-        if self.damping is not None:
-            yield self.damping
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        return ()
-
-    def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        """Damping changes in axes that turn, unless it is invariant about the axis of the turn."""
-        dampings = turns.elements.linear_dampings
-        damping = next(e["damping"] for e in dampings if e["row"] == turns.row)
-        changes = turns.exact and any(_depends_on_turn(damping, angle) for angle in turns.free)
-        return f"{name} turns with {self.body}" if changes else None
-
-
-def _depends_on_turn(damping: np.ndarray, angle: int) -> bool:
-    """True if ``damping`` (6, 6) depends on how far its body has turned about an axis."""
-    from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
-
-    R = np.kron(np.eye(2), Rotation.from_rotvec(np.eye(3)[angle - 3]).as_matrix())
-    return not np.allclose(R @ damping @ R.T, damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())
-
+from hydrosim.scene import ForceElement
+from hydrosim.scene.damping import LinearDamping, QuadraticDamping
 
 LINEAR_DAMPING = np.dtype(
     [("body", int), ("row", int), ("damping", float, (6, 6)), ("stream", float, 2)]
@@ -174,29 +130,6 @@ class LinearDampingKind(ElementKind):
 LINEAR_DAMPING_KIND = LinearDampingKind(
     "linear_dampings", (LinearDamping,), compile_linear_dampings
 )
-
-
-@dataclass(frozen=True)
-class QuadraticDamping(ForceElement):
-    """``damping`` (6, 6) [N s^2/m^2 ... N m s^2/rad^2] about the centre of gravity."""
-
-    damping: np.ndarray
-
-    def can_carry_weight(self) -> bool:
-        return False
-
-    def dragging_streams(self) -> Collection[str]:
-        return ("current",)
-
-    def can_add_energy(self) -> bool:
-        """A current drags the body along."""
-        return True
-
-    def couplings(self) -> Iterator[np.ndarray]:
-        yield self.damping
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        return ()
 
 
 QUADRATIC_DAMPING = np.dtype(

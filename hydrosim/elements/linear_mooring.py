@@ -13,8 +13,7 @@ not depend on the heading. There is no slack and no table.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -25,47 +24,11 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.multibody.kinematics import wrench_of_coordinates
 from hydrosim.multibody.mass import spring_energy, spring_force
 from hydrosim.multibody.vectors import product
-from hydrosim.scene import ForceElement, Turns
+from hydrosim.scene import ForceElement
+from hydrosim.scene.restraints import LinearMooring
 
 TUNING = 100  # iterations, each of which removes most of the error
 NOISE = 1e-14  # of the largest stiffness: rounding of a turn
-
-
-@dataclass(frozen=True)
-class LinearMooring(ForceElement):
-    """``stiffness`` (6, 6) [N/m ... N m/rad]. In DOFs where ``natural_period`` (6,) [s] is not 0,
-    the stiffness is added that gives the body that period, by itself and with hydrostatics,
-
-        k = (2 pi / T)^2 (m + a(2 pi / T)) - k_hydrostatic;
-
-    ``damping`` (6, 6) or ``damping_ratio`` (6,) of critical per DOF, 2 sqrt(k (m + a)) with the
-    added mass at that DOF's natural frequency; or neither. Periods and ratios apply to the DOFs
-    along the body's axes at rest.
-    """
-
-    stiffness: np.ndarray
-    damping: np.ndarray | None = None
-    damping_ratio: np.ndarray | None = None
-    natural_period: np.ndarray | None = None
-
-    def can_carry_weight(self) -> bool:
-        return "heave" in self.restored_dofs()
-
-    def restored_dofs(self) -> Collection[str]:
-        wanted = np.zeros(6) if self.natural_period is None else self.natural_period
-        held = (np.diag(self.stiffness) > 0.0) | (wanted > 0.0)
-        return [dof for dof, is_held in zip(DOFS, held, strict=True) if is_held]
-
-    def couplings(self) -> Iterator[np.ndarray]:
-        yield self.stiffness
-        if self.damping is not None:
-            yield self.damping
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        return ()
-
-    def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        return None
 
 
 MOORING = np.dtype(

@@ -26,14 +26,12 @@ with hydrodynamics also receives this moment from its added mass (`multibody.hea
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
 from math import atan2
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import mirrored_vector
 from hydrosim.elements.kind import ElementKind, Layout
 from hydrosim.elements.pair import current_on
 from hydrosim.errors import InputError
@@ -43,6 +41,7 @@ from hydrosim.multibody.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.multibody.tree import FULL_TURN
 from hydrosim.multibody.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
+from hydrosim.scene.loads import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.water.current import current_at, is_sheared, mean_current
 from hydrosim.water.wind import (
     MIN_HEIGHT,
@@ -52,59 +51,6 @@ from hydrosim.water.wind import (
     gust_at,
     has_gusts,
 )
-
-
-@dataclass(frozen=True)
-class StreamLoad(ForceElement):
-    """Load on ``point`` of the body frame: coefficients of ``surge``, ``sway`` [N s^2/m^2] and
-    ``yaw`` [N m s^2/m^2] (n,) at the ``headings`` (n,) [rad], which rise within one turn."""
-
-    supplies: ClassVar[bool] = True
-    point: tuple[float, ...]
-    headings: np.ndarray
-    surge: np.ndarray
-    sway: np.ndarray
-    yaw: np.ndarray
-
-    def can_carry_weight(self) -> bool:
-        return False
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        return [self._in_order()]
-
-    def mirror_image(self) -> ForceElement:
-        sway = -self.sway
-        yaw = -self.yaw
-        load = replace(self, point=mirrored_vector(self.point), sway=sway, yaw=yaw)
-        return replace(load, headings=-self.headings)._in_order()
-
-    def _in_order(self) -> StreamLoad:
-        """The same load with headings that rise from 0 within one turn."""
-        headings = np.mod(self.headings, FULL_TURN)
-        order = np.argsort(headings)
-        surge, sway, yaw = (np.asarray(x)[order] for x in (self.surge, self.sway, self.yaw))
-        return replace(self, headings=headings[order], surge=surge, sway=sway, yaw=yaw)
-
-
-@dataclass(frozen=True)
-class CurrentLoad(StreamLoad):
-    """Load of the current, whose mean over the ``depth`` from top to bottom [m] it feels."""
-
-    depth: tuple[float, float] | None = field(default=None, kw_only=True)
-
-    def dragging_streams(self) -> Collection[str]:
-        return ("current",)
-
-
-@dataclass(frozen=True)
-class WindLoad(StreamLoad):
-    """Load of the wind at a ``height`` [m] above the still water."""
-
-    height: float | None = field(default=None, kw_only=True)
-
-    def dragging_streams(self) -> Collection[str]:
-        return ("wind",)
-
 
 STREAM_LOAD = np.dtype(
     [

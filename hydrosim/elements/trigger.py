@@ -38,7 +38,6 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.elements import bushing
-from hydrosim.elements.bushing import Bushing
 from hydrosim.elements.contact import geometry, landing, transitions
 from hydrosim.elements.contact.fender import normal_load_of
 from hydrosim.elements.contact.geometry import EARTH
@@ -69,6 +68,7 @@ from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Active, Clearance, ForceElement, Scene, When
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.links import Spring, Strut, TorsionSpring
+from hydrosim.scene.restraints import Bushing
 from hydrosim.tanks import contents, pumping
 from hydrosim.tanks.contents import flow_names, triggered_pumps
 
@@ -145,9 +145,10 @@ def _clearance_row(c: Clearance, layout: Layout) -> tuple[Any, ...]:
     if c.to is not None:
         other, place = layout.points[c.to]
         return body, point, other, place, False, (0.0, 0.0, 0.0)
-    normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
-    other = EARTH if c.body is None else layout.body[c.body]
-    return body, point, other, c.place, True, normal
+    assert c.plane is not None
+    normal = np.array(c.plane.normal, float) / np.linalg.norm(c.plane.normal)
+    other = EARTH if c.plane.body is None else layout.body[c.plane.body]
+    return body, point, other, c.plane.point, True, normal
 
 
 @kernel

@@ -49,8 +49,7 @@ flow; no forward speed; p_k are constants within the amplitudes of the test.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from math import pi, sqrt
 
 import numpy as np
@@ -58,106 +57,56 @@ import numpy as np
 from hydrosim.elements import kind, linear_mooring
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, root
-from hydrosim.scene import ForceElement, Turns
+from hydrosim.scene import ForceElement
+from hydrosim.scene.damping import ROLL_DOF, SharpBarge, ViscousRoll
 
 WATER_VISCOSITY = 1.19e-6  # m^2/s: kinematic viscosity of sea water at 15 deg C (ITTC 7.5-02-01-03)
 SLENDEREST, FULLEST = 1.0, 8.0  # H0: beams of 2 to 16 draughts
 MAX_AXIS_DEPTH, MIN_AXIS_DEPTH = 1.0, -4.0  # OG/d: from the bottom to four draughts above the water
 
 
-@dataclass(frozen=True)
-class SharpBarge:
-    """Box with sharp corners: ``length``, ``beam``, ``draught`` [m], and the kinematic
-    ``viscosity`` of the water [m^2/s]."""
-
-    length: float
-    beam: float
-    draught: float
-    viscosity: float = WATER_VISCOSITY
-
-    def eddy_damping(self, density: float, depth: float) -> float:
-        """Quadratic damping B2 [N m s^2/rad^2] with the centre of gravity at a ``depth`` [m]."""
-        d = self.draught
-        H0 = self.beam / (2.0 * d)
-        lever = 1.0 - depth / d
-        form = (H0**2 + lever) * (H0**2 + lever**2)
-        return 0.75 * density * self.length * d**4 * form
-
-    def friction_damping(self, density: float, depth: float, omega: float) -> float:
-        """Linear damping B_F [N m s/rad] at a frequency ``omega`` [rad/s]."""
-        girth = 1.7 * self.draught + self.beam
-        arm = (1.032 * girth - 2.0 * depth) / pi
-        return 0.787 * density * self.length * girth * arm**2 * sqrt(omega * self.viscosity)
-
-    def check_form(self, key: str, depth: float) -> None:
-        """Raises InputError if the form is far from that of a barge: H0 from 1 to 8, OG/d from -4
-        to 1, a length of at least a beam."""
-        H0 = self.beam / (2.0 * self.draught)
-        if not SLENDEREST <= H0 <= FULLEST:
-            raise InputError(
-                f"{key}.beam: found {self.beam:g} m at a draught of {self.draught:g} m, a ratio of"
-                f" {2.0 * H0:.3g}; expected {2.0 * SLENDEREST:g} to {2.0 * FULLEST:g}, the range of"
-                " barges. Use p1, p2, p3 of a decay test."
-            )
-        if not MIN_AXIS_DEPTH <= depth / self.draught <= MAX_AXIS_DEPTH:
-            raise InputError(
-                f"{key}.draught: found {self.draught:g} m with the centre of gravity {-depth:g} m"
-                f" above the water, {-depth / self.draught:.3g} draughts; expected"
-                f" {-MAX_AXIS_DEPTH:g} to {-MIN_AXIS_DEPTH:g}. Use p1, p2, p3 of a decay test."
-            )
-        if self.length < self.beam:
-            raise InputError(
-                f"{key}.length: found {self.length:g} m and a beam of {self.beam:g} m; expected at"
-                " least the beam, because the formula is that of a section. Is the beam the length?"
-            )
+def eddy_damping(barge: SharpBarge, density: float, depth: float) -> float:
+    """Quadratic damping B2 [N m s^2/rad^2] with the centre of gravity at a ``depth`` [m]."""
+    d = barge.draught
+    H0 = barge.beam / (2.0 * d)
+    lever = 1.0 - depth / d
+    form = (H0**2 + lever) * (H0**2 + lever**2)
+    return 0.75 * density * barge.length * d**4 * form
 
 
-ROLL_DOF = 3
+def friction_damping(barge: SharpBarge, density: float, depth: float, omega: float) -> float:
+    """Linear damping B_F [N m s/rad] at a frequency ``omega`` [rad/s]."""
+    girth = 1.7 * barge.draught + barge.beam
+    arm = (1.032 * girth - 2.0 * depth) / pi
+    viscosity = barge.viscosity or WATER_VISCOSITY
+    return 0.787 * density * barge.length * girth * arm**2 * sqrt(omega * viscosity)
+
+
+def check_form(barge: SharpBarge, key: str, depth: float) -> None:
+    """Raises InputError if the form is far from that of a barge: H0 from 1 to 8, OG/d from -4
+    to 1, a length of at least a beam."""
+    H0 = barge.beam / (2.0 * barge.draught)
+    if not SLENDEREST <= H0 <= FULLEST:
+        raise InputError(
+            f"{key}.beam: found {barge.beam:g} m at a draught of {barge.draught:g} m, a ratio of"
+            f" {2.0 * H0:.3g}; expected {2.0 * SLENDEREST:g} to {2.0 * FULLEST:g}, the range of"
+            " barges. Use p1, p2, p3 of a decay test."
+        )
+    if not MIN_AXIS_DEPTH <= depth / barge.draught <= MAX_AXIS_DEPTH:
+        raise InputError(
+            f"{key}.draught: found {barge.draught:g} m with the centre of gravity {-depth:g} m"
+            f" above the water, {-depth / barge.draught:.3g} draughts; expected"
+            f" {-MAX_AXIS_DEPTH:g} to {-MIN_AXIS_DEPTH:g}. Use p1, p2, p3 of a decay test."
+        )
+    if barge.length < barge.beam:
+        raise InputError(
+            f"{key}.length: found {barge.length:g} m and a beam of {barge.beam:g} m; expected at"
+            " least the beam, because the formula is that of a section. Is the beam the length?"
+        )
+
+
 EDDIES = 8.0 / (3.0 * pi)  # of B2 |p| p, per largest rate, in equivalent linear damping
 GAUSSIAN = sqrt(8.0 / pi)  # E|p|^3 / (sigma E p^2) of a Gaussian rate p
-
-
-@dataclass(frozen=True)
-class ViscousRoll(ForceElement):
-    """Coefficients ``p1`` [1/s], ``p2`` [1/rad], ``p3`` [s/rad^2] of a decay test, or ``linear``
-    [N m s/rad], ``quadratic`` [N m s^2/rad^2], ``cubic`` [N m s^3/rad^3], or the form of a
-    ``barge``; all add up. ``period`` [s] is the natural period of the test, for comparison."""
-
-    p1: float = 0.0
-    p2: float = 0.0
-    p3: float = 0.0
-    linear: float = 0.0
-    quadratic: float = 0.0
-    cubic: float = 0.0
-    includes_waves: bool = True
-    period: float | None = None
-    barge: SharpBarge | None = None
-
-    def check(self, name: str) -> None:
-        for key in ("p1", "p2", "p3", "linear", "quadratic", "cubic"):
-            value = getattr(self, key)
-            if not value >= 0.0:
-                raise InputError(
-                    f"forces.{name}.{key}: found {value:g}; expected 0 or more, because negative"
-                    " damping drives the roll."
-                )
-
-    def can_carry_weight(self) -> bool:
-        return False
-
-    def couplings(self) -> Iterator[np.ndarray]:
-        """Roll damping by itself couples nothing."""
-        yield from ()
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        return ()
-
-    def nonlinearity(self, name: str, turns: Turns) -> str | None:
-        """Only damping in proportion to the rate is linear, about an axis that does not turn."""
-        if self.p2 or self.p3 or self.quadratic or self.cubic or self.barge:
-            return name
-        changes = turns.exact and any(angle != ROLL_DOF for angle in turns.free)
-        return f"{name} turns with {self.body}" if changes else None
 
 
 ROLLING = np.dtype(
@@ -188,17 +137,18 @@ def _roll_damping(
     name: str, element: ViscousRoll, mode: kind.RollMode, layout: kind.Layout
 ) -> tuple[float, ...]:
     """Fields of `ROLLING` after body and row."""
-    measured = element.p1 * mode.mass
-    waves = mode.damping if element.includes_waves else 0.0
-    linear = element.linear + max(measured - waves, 0.0)
-    quadratic = element.quadratic + element.p2 * mode.mass
-    cubic = element.cubic + element.p3 * mode.mass
-    if element.barge is not None:
+    measured = (element.p1 or 0.0) * mode.mass
+    waves = 0.0 if element.includes_waves is False else mode.damping
+    linear = (element.linear or 0.0) + max(measured - waves, 0.0)
+    quadratic = (element.quadratic or 0.0) + (element.p2 or 0.0) * mode.mass
+    cubic = (element.cubic or 0.0) + (element.p3 or 0.0) * mode.mass
+    barge = element.ikeda
+    if barge is not None:
         depth = -float(layout.origin[layout.body[element.body]][2])
         density = layout.water_density
-        element.barge.check_form(f"forces.{name}.ikeda", depth)
-        linear += element.barge.friction_damping(density, depth, mode.frequency)
-        quadratic += element.barge.eddy_damping(density, depth)
+        check_form(barge, f"forces.{name}.ikeda", depth)
+        linear += friction_damping(barge, density, depth, mode.frequency)
+        quadratic += eddy_damping(barge, density, depth)
     return linear, quadratic, cubic, measured, waves, mode.mass, mode.frequency
 
 

@@ -71,6 +71,7 @@ Diameter = Annotated[float, Quantity("diameter", "m", "84 mm", above=0)]
 Damping = Annotated[float, Quantity("damping coefficient", "N*s/m", "100 kN*s/m", at_least=0)]
 ReferenceForce = Annotated[float, Quantity("force", "N", "1000 kN", above=0)]
 Power = Annotated[float, Quantity("power", "", "0.5", at_least=0, at_most=1)]
+Level = Annotated[float, Quantity("level", "m", "3 m", at_least=0)]
 Slope = Annotated[float, Quantity("friction slope", "N*s/m", "1e6 kN*s/m", above=0)]
 EitherStiffness = Annotated[float, Quantity("stiffness", "N/m", "40 tonne_force/m")]
 EitherTurnStiffness = Annotated[float, Quantity("rotational stiffness", "N*m/rad", "1 MN*m/deg")]
@@ -184,8 +185,26 @@ def _diagonal(value: Any) -> Any:
 
 
 def as_matrix(value: Any) -> np.ndarray:
-    """(n, n) array of a full matrix in rows, or of the diagonal in a `PerDof`."""
-    return np.diag(value.values()) if isinstance(value, PerDof) else np.array(value)
+    """(n, n) array of a full matrix in rows, or of the diagonal in a `PerDof`; (6, 6) zeros of
+    None."""
+    if value is None:
+        return np.zeros((6, 6))
+    return np.diag(value.values()) if isinstance(value, PerDof) else np.array(value, float)
+
+
+def as_matrix_or_none(value: Any) -> np.ndarray | None:
+    """The same of what may be left out."""
+    return None if value is None else as_matrix(value)
+
+
+def as_six_or_none(value: PerDof[float, float] | None) -> np.ndarray | None:
+    """Array (6,) of values per DOF, 0 where none is given."""
+    return None if value is None else np.array(value.values())
+
+
+def as_array_or_none(value: Any) -> np.ndarray | None:
+    """Array of a list that may be left out."""
+    return None if value is None else np.array(value, float)
 
 
 def _form_tag(value: object) -> str:

@@ -15,7 +15,7 @@ value is an `InputError`. The docstring below a field is the meaning of the key.
 
 Where a file gives something else than the scene has, the annotation names both,
 
-    length: Annotated[Signal | float, ReadAs(LengthOverTime)]
+    length: Annotated[Signal | float, ReadAs(LengthOverTime, (float, Signal))]
 
 A file is read as the form. Its ``build_for(element, where)`` gives the scene's value, by
 `with_built_parts`.
@@ -24,11 +24,14 @@ A file is read as the form. Its ``build_for(element, where)`` gives the scene's 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform, get_args
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from inspect import isfunction
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
 import numpy as np
 from pydantic import (
+    BaseModel,
     ConfigDict,
     Field,
     GetCoreSchemaHandler,
@@ -39,7 +42,7 @@ from pydantic import (
     model_validator,
 )
 from pydantic.dataclasses import dataclass
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import CoreSchema, core_schema, to_jsonable_python
 
 from hydrosim.errors import InputError
 from hydrosim.files.messages import fields_of, validation_problems
@@ -70,14 +73,16 @@ class CheckedClass(type):
         def __call__(cls, *values: Any, **named: Any) -> Any:
             if "__pydantic_fields__" not in vars(cls):  # a plain dataclass below
                 return super().__call__(*values, **named)
-            names = [field.name for field in dataclasses.fields(cls) if not field.kw_only]
+            names = cls.positional or [f.name for f in dataclasses.fields(cls) if not f.kw_only]
             if len(values) > len(names) or named.keys() & {*names[: len(values)]}:
                 raise TypeError(
                     f"{cls.__name__}: found too many values; expected {', '.join(names)}"
                 )
             given = dict(zip(names, values, strict=False)) | named
+            forms = {name for name, _ in _conversions(cls)}
             plain = {
-                key: x.tolist() if isinstance(x, np.ndarray) else x for key, x in given.items()
+                key: x.tolist() if isinstance(x, np.ndarray) and key not in forms else x
+                for key, x in given.items()
             }
             readers: dict[int | str, Any] = {}
             validator = cls.__pydantic_validator__
@@ -107,6 +112,9 @@ def schema_class(cls: C) -> C:
 class SchemaClass(metaclass=CheckedClass):
     """Base of the classes that `schema_class` makes. Unknown keys are errors."""
 
+    positional: ClassVar[tuple[str, ...]] = ()
+    """Fields that may be given by position, if not those that are not by keyword alone."""
+
     if TYPE_CHECKING:
         __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
 
@@ -118,21 +126,35 @@ class SchemaClass(metaclass=CheckedClass):
         made = read(value)
         if isinstance(value, dict):
             vars(made)["_keys"] = frozenset(value)
+            vars(made)["_forms"] = dict(made._converted_forms())
         return made
+
+    def _converted_forms(self) -> Iterator[tuple[str, Any]]:
+        """Convert fields that are read as a form; yields their names and forms."""
+        for name, annotation in _conversions(type(self)):
+            form = getattr(self, name)
+            if not annotation.has_value(form):
+                vars(self)[name] = annotation.convert(form)
+                yield name, form
+
+    def as_written(self, key: str) -> Any:
+        """The value of a key in the form that a file gives it in."""
+        return vars(self).get("_forms", {}).get(key, getattr(self, key))
 
     @model_serializer(mode="wrap")
     def _write_keys(self, write: SerializerFunctionWrapHandler, info: Any) -> dict[str, Any]:
         names = fields_of(type(self))
         given = vars(self).get("_keys", ())
+        forms = {name: _plain_form(form, info) for name, form in vars(self)["_forms"].items()}
         return {
             name: value
-            for name, value in write(self).items()
+            for name, value in (write(self) | forms).items()
             if not info.exclude_unset or {name, names[name].alias} & {*given}
         }
 
     def keys_with_value(self, *keys: str) -> list[str]:
         """The ``keys`` that have a value."""
-        return [key for key in keys if getattr(self, key) is not None]
+        return [key for key in keys if self.as_written(key) is not None]
 
     def with_built_parts(self, where: Any) -> Self:
         """The same with what its parts that have a `build_for` build for it at the place ``where``
@@ -144,17 +166,48 @@ class SchemaClass(metaclass=CheckedClass):
 
 @dataclasses.dataclass(frozen=True)
 class ReadAs:
-    """Annotation of a field that a file gives in another ``form`` than the annotated type."""
+    """Annotation of a field that a file gives in another ``form`` than the annotated type. What is
+    an instance of ``built``, or for which it is true, is the scene's value already. ``convert``
+    makes the value of the form where no place in a case is needed; the form stays known for
+    `SchemaClass.as_written`."""
 
     form: Any
+    built: Any
+    convert: Callable[[Any], Any] | None = None
 
-    def __get_pydantic_core_schema__(self, source: Any, get: GetCoreSchemaHandler) -> CoreSchema:
-        classes = tuple(kind for kind in (get_args(source) or (source,)) if kind is not type(None))
+    def has_value(self, value: Any) -> bool:
+        """True if a value is the scene's, not a form."""
+        return self.built(value) if isfunction(self.built) else isinstance(value, self.built)
 
+    def __get_pydantic_core_schema__(self, _: Any, get: GetCoreSchemaHandler) -> CoreSchema:
         def read(value: Any, read_form: Callable[[Any], Any]) -> Any:
-            return value if isinstance(value, classes) else read_form(value)
+            return value if self.has_value(value) else read_form(value)
 
-        return core_schema.no_info_wrap_validator_function(read, get.generate_schema(self.form))
+        return core_schema.no_info_wrap_validator_function(
+            read,
+            get.generate_schema(self.form),
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda value, info: _plain_form(value, info), info_arg=True
+            ),
+        )
+
+
+@lru_cache(maxsize=256)
+def _conversions(cls: type) -> list[tuple[str, Any]]:
+    """The fields with a ``convert``, and their annotations."""
+    annotations = (
+        (name, note) for name, field in fields_of(cls).items() for note in field.metadata
+    )
+    return [(name, x) for name, x in annotations if isinstance(x, ReadAs) and x.convert]
+
+
+def _plain_form(value: Any, info: Any) -> Any:
+    """A value as JSON has it."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", exclude_unset=info.exclude_unset, warnings=False)
+    return to_jsonable_python(value)
 
 
 @dataclasses.dataclass(frozen=True)

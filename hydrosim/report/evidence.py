@@ -29,9 +29,6 @@ from hydrosim.elements import (
     Winch,
     WindLoad,
 )
-from hydrosim.elements.applied_force import AppliedForce
-from hydrosim.elements.damping import QuadraticDamping
-from hydrosim.elements.viscous_roll import ViscousRoll
 from hydrosim.scene import (
     Body,
     Coefficients,
@@ -49,6 +46,8 @@ from hydrosim.scene import (
     WaveTrain,
     Weight,
 )
+from hydrosim.scene.damping import QuadraticDamping, ViscousRoll
+from hydrosim.scene.loads import AppliedForce
 
 # Features of scenes that evidence is about.
 

@@ -74,9 +74,10 @@ def check_points(scene: Scene) -> None:
                 )
                 text = f"found {point}; expected one of the named points: {there}"
                 raise InputError(f"output.clearances.{name}.{key}: {text}.")
-        if c.body is not None and c.body not in bodies:
+        body = c.plane and c.plane.body
+        if body and body not in bodies:
             expected = f"expected a body of this scene: {', '.join(bodies)}"
-            raise InputError(f"output.clearances.{name}.plane.body: found {c.body}; {expected}.")
+            raise InputError(f"output.clearances.{name}.plane.body: found {body}; {expected}.")
 
 
 def frames_of(model: Model, coordinates: np.ndarray) -> Frames:
@@ -109,12 +110,13 @@ def _clearance_over_time(scene: Scene, c: Clearance, frames: Frames) -> np.ndarr
     here = named_position(c.of)
     if c.to is not None:
         return np.asarray(np.linalg.norm(here - named_position(c.to), axis=1))
-    normal = np.array(c.normal, float) / np.linalg.norm(c.normal)
-    if c.body is None:
-        return np.asarray((here - np.array(c.place, float)) @ normal)
-    b = index[c.body]
+    assert c.plane is not None
+    normal = np.array(c.plane.normal, float) / np.linalg.norm(c.plane.normal)
+    if c.plane.body is None:
+        return np.asarray((here - np.array(c.plane.point)) @ normal)
+    b = index[c.plane.body]
     turned = frames[1][:, b] @ normal
-    return np.asarray(np.sum((here - _place_of_point(b, c.place, frames)) * turned, axis=1))
+    return np.asarray(np.sum((here - _place_of_point(b, c.plane.point, frames)) * turned, axis=1))
 
 
 HISTORY_ROWS = ("double integral", "integral", "velocity before", "velocity")

@@ -6,10 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
+from typing import Self
 
 import numpy as np
+from pydantic import StrictBool, StrictStr, model_validator
 
 from hydrosim.dofs import DOFS
+from hydrosim.files import quantities as of
+from hydrosim.files.schema_class import SchemaClass, schema_class
+from hydrosim.files.units import problem
+from hydrosim.scene.contacts import Plane
 from hydrosim.scene.force import LevelReached, When
 from hydrosim.scene.hydrodynamics import (
     ChangedDatabase,
@@ -65,13 +71,22 @@ class FreeSurface(StrEnum):
     FROZEN = "frozen"
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """Levels (n,) [m] of a tank at times (n,) [s]. The flow from or to the sea is constant between
-    two times, and zero before the first and after the last."""
+@schema_class
+class Plan(SchemaClass):
+    """Levels at times; the flow between them is constant, from or to the sea. Before the first and
+    after the last time there is none."""
 
-    time: np.ndarray
-    level: np.ndarray
+    time: of.Times
+    """Times that rise."""
+    level: tuple[of.Level, ...]
+    """Level of the tank at each time. Between them the flow is constant."""
+
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        if len(self.time) != len(self.level) or len(self.time) < 2:
+            found_text = f"{len(self.time)} times and {len(self.level)} levels"
+            raise problem(found_text, "two times or more, and a level at each")
+        return self
 
 
 @dataclass(frozen=True)
@@ -131,21 +146,23 @@ class Place(StrEnum):
         return forms.get(self, "{}").format(noun)
 
 
-@dataclass(frozen=True)
-class WaveForces:
-    """Wave loads on a body: first-order loads, slow second-order loads, and second-order loads at
-    sums of the waves' frequencies.
+@schema_class
+class WaveForces(SchemaClass):
+    """Which wave loads act. Loads from QTFs that lack headings round the circle are those at
+    rest."""
 
-    ``headings`` and ``position`` select whether loads of both orders are those of the body at rest,
-    or follow its yaw and its position, see `Place`. Loads from QTFs that lack headings round the
-    circle are those at rest.
-    """
-
-    first_order: bool = True
+    first_order: StrictBool = True
+    """Whether first-order wave loads act."""
     second_order: SecondOrder = SecondOrder.NONE
-    sum_frequency: bool = False
+    """Approximation of the slow second-order wave loads."""
+    sum_frequency: StrictBool = False
+    """Whether second-order loads at the sums of wave frequencies act."""
     headings: Place = Place.AUTOMATIC
+    """Whether wave loads follow the yaw of the body: mean (its heading at rest), slow or
+    instantaneous."""
     position: Place = Place.AUTOMATIC
+    """Whether wave loads follow the place of the body: mean (its place at rest), slow or
+    instantaneous."""
 
     @property
     def has_loads(self) -> bool:
@@ -162,17 +179,27 @@ class Weight(StrEnum):
     CARRIED = "carried"
 
 
-@dataclass(frozen=True)
-class Clearance:
-    """Distance ``of`` a named point ("bow of barge") ``to`` another point. Alternatively the
-    distance from a plane through ``place`` with a ``normal``, in the earth frame or in the frame of
-    ``body``."""
+@schema_class
+class Clearance(SchemaClass):
+    """The distance of a named point, "bow of barge", from another or from a plane."""
 
-    of: str
-    to: str | None = None
-    place: tuple[float, ...] = (0.0, 0.0, 0.0)
-    normal: tuple[float, ...] = (0.0, 0.0, 1.0)
-    body: str | None = None
+    of: StrictStr
+    """Named point of a body. Example: bow of barge."""
+    to: StrictStr | None = None
+    """Named point of another body that the distance is measured to. Example: leg of topside."""
+    plane: Plane | None = None
+    """Plane that the distance is measured to."""
+
+    @model_validator(mode="after")
+    def _check_other(self) -> Self:
+        if len(given := self.keys_with_value("to", "plane")) != 1:
+            raise problem(" and ".join(given) or "nothing to measure from", "either to or plane")
+        if self.to == self.of:
+            raise problem(f"the distance of {self.of} from itself", "two points")
+        if self.plane and self.plane.corners:
+            found_text = "a plane with corners"
+            raise problem(found_text, "one without: a clearance is that from the whole plane")
+        return self
 
 
 @dataclass(frozen=True)

@@ -304,7 +304,7 @@ NormalForce = NormalCurve | NormalLoop | PrescribedNormal
 
 # Contacts.
 
-ContactNormal = Annotated[NormalForce, ReadAs(Normal)]
+ContactNormal = Annotated[NormalForce, ReadAs(Normal, NormalForce)]
 Points = Annotated[
     np.ndarray, ArrayOf(Annotated[tuple[of.Point, ...], AfterValidator(of.require_entries)])
 ]

@@ -7,6 +7,9 @@ from enum import StrEnum
 
 import numpy as np
 
+from hydrosim.files import quantities as of
+from hydrosim.files.schema_class import SchemaClass, schema_class
+
 # Seas: spectra, regular waves, components and recorded elevations.
 
 
@@ -31,14 +34,16 @@ class Tma:
     gravity: float = 9.81
 
 
-@dataclass(frozen=True)
-class OchiHubblePeak:
-    """One of the peaks of `OchiHubble`: significant height [m], peak period [s], and ``shape``
-    lambda, the sharpness of the peak."""
+@schema_class
+class OchiHubblePeak(SchemaClass):
+    """One peak; ``shape`` is lambda."""
 
-    significant_height: float
-    peak_period: float
-    shape: float = 1.0
+    significant_height: of.Height
+    """Significant height of this peak alone."""
+    peak_period: of.Period
+    """Period of this peak."""
+    shape: of.Sharpness = 1.0
+    """Sharpness lambda of this peak."""
 
 
 @dataclass(frozen=True)

@@ -21,14 +21,28 @@ from hydrosim.scene.signal import RecordedColumns
 # Conditions for the start and the end of an action.
 
 
-@dataclass(frozen=True)
-class LevelReached:
-    """The moment when the level of a tank [m] is above this ``level``, or below it if ``above`` is
-    false."""
+@schema_class
+class LevelReached(SchemaClass):
+    """When the level of a tank is above or below a height."""
 
-    tank: str
-    level: float
-    above: bool
+    tank: StrictStr
+    """Name of a tank of the body. Example: fore_sb."""
+    above: of.Level | None = None
+    """The event happens when the level is above this."""
+    below: of.Level | None = None
+    """The event happens when the level is below this."""
+
+    @model_validator(mode="after")
+    def _check_side(self) -> Self:
+        given = self.keys_with_value("above", "below")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "neither", "one of above, below")
+        return self
+
+    @property
+    def level(self) -> float:
+        """The height [m]."""
+        return (self.below if self.above is None else self.above) or 0.0
 
 
 @dataclass(frozen=True)
@@ -137,9 +151,9 @@ Moment = Annotated[
 class Active(SchemaClass):
     """The time in which an element acts; each end is a time or an event. Neither occurs twice."""
 
-    start: Annotated[When | None, ReadAs(Moment | None)] = Field(default=None, alias="from")
+    start: Annotated[When | None, ReadAs(Moment | None, When)] = Field(default=None, alias="from")
     """Time or event from which the element acts."""
-    until: Annotated[When | None, ReadAs(Moment | None)] = None
+    until: Annotated[When | None, ReadAs(Moment | None, When)] = None
     """Time or event until which the element acts."""
 
     @model_validator(mode="after")
@@ -198,7 +212,7 @@ class ForceElement(SchemaClass):
     """Name of the body that the element acts on. Example: barge."""
     active: Active | None = field(default=None, kw_only=True)
     """Time in which the element acts: from, until, or both."""
-    when: Annotated[When | None, ReadAs(Moment | None)] = field(default=None, kw_only=True)
+    when: Annotated[When | None, ReadAs(Moment | None, When)] = field(default=None, kw_only=True)
     """Time or event from which the element acts, short for active with from."""
 
     @model_validator(mode="after")
@@ -215,10 +229,6 @@ class ForceElement(SchemaClass):
         if self.when is not None:
             active = Active(build_condition(self.when))
         return replace(self, active=active, when=None).with_built_parts(where)
-
-    def with_fitted_numbers(self, where: BuildContext) -> ForceElement:
-        """The same without data in files that determine its numbers: these numbers instead."""
-        return self
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         """Keys to the names of the other bodies that it acts on, these, and what leaving one out

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
-from typing import Protocol
+from typing import Annotated, ClassVar, Literal, Protocol, Self
 
 import numpy as np
+from pydantic import model_validator
+
+from hydrosim.files import quantities as of
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.units import problem
 
 # Models for the memory of radiated waves.
 
@@ -25,52 +30,67 @@ class RadiationModel(StrEnum):
     NONE = "none"
 
 
-@dataclass(frozen=True)
-class AutomaticRadiation:
-    """State-space models where they suffice, convolution elsewhere.
+@schema_class
+class TabulatedRadiation(SchemaClass):
+    """What all retardation functions have: how long they are, and the step of their tables."""
 
-    Each group of coupled motions gets extra states if its passive fit is within the relative
-    ``tolerance``, and otherwise the memory integral. A run that starts from another run keeps that
-    run's choice.
+    length: of.Period | None = None
+    """Length of the retardation functions. Without it they are 100 s long, or as long as the
+    frequencies of the database resolve."""
+    step: of.Period = 0.1
+    """Time step of the tables of the retardation functions. It is not the step of the run."""
 
-    The functions are tabulated every ``step`` [s] to ``length`` [s], or to `LENGTH` if none is
-    given, but not longer than the frequencies of the database resolve.
-    """
-
-    tolerance: float = 3e-4
-    length: float | None = None
-    step: float = 0.1
-
-
-@dataclass(frozen=True)
-class StateSpaceRadiation:
-    """Extra states: a rational fit of the retardation functions within a relative ``tolerance``.
-    Groups whose nearest passive fit has more than ten times this error use the memory integral.
-
-    The functions are tabulated every ``step`` [s] to ``length`` [s], or to `LENGTH` if none is
-    given, but not longer than the frequencies of the database resolve.
-    """
-
-    tolerance: float = 3e-4
-    length: float | None = None
-    step: float = 0.1
+    @model_validator(mode="after")
+    def _check_table(self) -> Self:
+        length = LENGTH if self.length is None else self.length
+        if length < 2.0 * self.step:
+            found_text = f"length {length:g} s, step {self.step:g} s"
+            raise problem(found_text, "a length of two steps or more")
+        return self
 
 
-@dataclass(frozen=True)
-class ConvolutionRadiation:
-    """The memory integral over ``length`` [s], or `LENGTH` if none is given, but not longer than
-    the frequencies of the database resolve. ``step`` [s] is the step of the table, not of the
-    run."""
+@schema_class
+class AutomaticRadiation(TabulatedRadiation):
+    """States where their fit holds the tolerance, else the memory integral itself: by groups of
+    coupled motions. A run that starts from another run keeps that run's choice."""
 
-    length: float | None = None
-    step: float = 0.1
+    positional: ClassVar[tuple[str, ...]] = ("tolerance", "length", "step")
+
+    model: Literal["automatic"] = field(default="automatic", kw_only=True)
+    """States where their fit is within the tolerance, the memory integral elsewhere."""
+    tolerance: of.Tolerance = 3e-4
+    """Largest error of the fit, relative to the largest diagonal entries."""
 
 
-@dataclass(frozen=True)
-class ConstantRadiation:
-    """No memory: added mass and damping of one ``period`` [s]."""
+@schema_class
+class StateSpaceRadiation(TabulatedRadiation):
+    """A rational fit of the retardation functions. Groups whose nearest passive fit has more than
+    ten times the tolerance use the memory integral."""
 
-    period: float
+    positional: ClassVar[tuple[str, ...]] = ("tolerance", "length", "step")
+
+    model: Literal["state_space"] = field(default="state_space", kw_only=True)
+    """A rational fit of the retardation functions."""
+    tolerance: of.Tolerance = 3e-4
+    """Largest error of the fit, relative to the largest diagonal entries."""
+
+
+@schema_class
+class ConvolutionRadiation(TabulatedRadiation):
+    """The memory integral itself."""
+
+    model: Literal["convolution"] = field(default="convolution", kw_only=True)
+    """The memory integral itself."""
+
+
+@schema_class
+class ConstantRadiation(SchemaClass):
+    """Added mass and damping of one period."""
+
+    model: Literal["constant"] = field(default="constant", kw_only=True)
+    """Added mass and damping of one period, without memory."""
+    period: of.Period
+    """Wave period whose added mass and damping are used."""
 
 
 Radiation = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation | ConstantRadiation
@@ -187,14 +207,28 @@ class ChangedDatabase:
     given: Given = NOTHING_GIVEN
 
 
-@dataclass(frozen=True, eq=False)
-class Coefficients:
-    """Hydrodynamics by numbers alone (6, 6) about the centre of gravity, without wave loads:
-    constant ``added_mass`` and ``damping``, and hydrostatic ``stiffness``."""
+AddedMassMatrix = Annotated[np.ndarray, ReadAs(of.AddedMassMatrix | None, np.ndarray, of.as_matrix)]
+StiffnessMatrix = Annotated[np.ndarray, ReadAs(of.StiffnessMatrix | None, np.ndarray, of.as_matrix)]
+DampingMatrix = Annotated[np.ndarray, ReadAs(of.DampingMatrix | None, np.ndarray, of.as_matrix)]
 
-    added_mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
+
+@schema_class
+class Coefficients(SchemaClass):
+    """Numbers instead of a database: constant, about the centre of gravity, and without wave
+    loads."""
+
+    added_mass: AddedMassMatrix = None  # type: ignore[assignment]
+    """Constant added mass: per degree of freedom, or a 6 x 6 matrix."""
+    damping: DampingMatrix = None  # type: ignore[assignment]
+    """Constant damping: per degree of freedom, or a 6 x 6 matrix."""
+    stiffness: StiffnessMatrix = None  # type: ignore[assignment]
+    """Hydrostatic stiffness: per degree of freedom, or a 6 x 6 matrix."""
+
+    @model_validator(mode="after")
+    def _check_some(self) -> Self:
+        if not self.keys_with_value("added_mass", "damping", "stiffness"):
+            raise problem("none of them", "a file, or some of added_mass, damping, stiffness")
+        return self
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,15 +8,16 @@ from enum import StrEnum
 from functools import cached_property
 from math import ceil, isclose
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from pydantic import StrictStr
+
+from hydrosim.files import quantities as of
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
 from hydrosim.scene.force import ForceElement
 from hydrosim.scene.joint import Arrangement, Joint, arrange_joints
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Solver: method, step, tolerance, and simplifications of a scene.
 
@@ -63,16 +64,18 @@ class Kinematics(StrEnum):
     LINEAR = "linear"
 
 
-@dataclass(frozen=True)
-class Tolerance:
-    """Error tolerances of adaptive methods, per second of a run: ``relative`` [1/s], ``position``
-    [m/s] and ``angle`` [rad/s]. Velocities have these per second more. The stretch of a contact
-    node has the ``relative`` fraction of its break-away stretch under a usual load, if that is
-    less."""
+@schema_class
+class Tolerance(SchemaClass):
+    """Error per second of a run that an adaptive method keeps to in each step. Velocities have the
+    tolerances of positions and angles per second more. The stretch of a contact node has the
+    ``relative`` fraction of its break-away stretch under a usual load, if that is less."""
 
-    relative: float = 1e-6
-    position: float = 1e-6
-    angle: float = 1e-8
+    relative: of.Tolerance = 1e-6
+    """Relative error per second."""
+    position: of.SmallLength = 1e-6
+    """Absolute error of positions per second."""
+    angle: of.SmallAngle = 1e-8
+    """Absolute error of angles per second."""
 
 
 class Unstable(StrEnum):
@@ -169,19 +172,24 @@ class OmittedEntry(NamedTuple):
         return f"found {self.found}; {self.becomes}. {self.advice}".rstrip()
 
 
-@dataclass(frozen=True)
-class Start:
-    """Initial state from another run: the state of ``run``, a dataset or its file, at ``time`` [s]
-    or at its end.
+def _is_result(value: object) -> bool:
+    return isinstance(value, Path) or hasattr(value, "data_vars")
 
-    Time continues: the new run begins at that time, and waves, ramps and tables keep their phase.
-    `Scene.duration` is the length of the new run alone. Bodies, degrees of freedom and radiation
-    must equal those of ``run``, except where motions are zero by symmetry. `Body.position` then
-    applies to locked degrees of freedom only; `Body.velocity` is not used.
-    """
 
-    run: xr.Dataset | Path | str
-    time: float | None = None
+@schema_class
+class Start(SchemaClass):
+    """A run to start from, at a time of it or at its end."""
+
+    # Time continues: the new run begins at that time, and waves, ramps and tables keep their phase.
+    # `Scene.duration` is the length of the new run alone. Bodies, degrees of freedom and radiation
+    # must equal those of the run, except where motions are zero by symmetry. `Body.position` then
+    # applies to locked degrees of freedom only; `Body.velocity` is not used. In Python the run may
+    # be a dataset.
+
+    run: Annotated[Any, ReadAs(StrictStr, _is_result)]
+    """Result file of the run that this one continues. Example: first.nc."""
+    time: of.Instant | None = None
+    """Time of that run at which this one begins. Without it that is its end."""
 
 
 @dataclass(frozen=True)

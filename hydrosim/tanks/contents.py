@@ -247,6 +247,6 @@ def triggered_pumps(scene: Scene) -> Iterator[TriggeredPump]:
 def _event_of_moment(when: float | LevelReached | When | None, body: Body) -> When | None:
     """The condition of a trigger for a time or a level."""
     if isinstance(when, LevelReached):
-        side = {"above" if when.above else "below": when.level}
-        return When(channel=f"tank_level.{when.tank} of {body.name}", **side)
+        channel = f"tank_level.{when.tank} of {body.name}"
+        return When(channel=channel, above=when.above, below=when.below)
     return When(float(when)) if isinstance(when, float | int) else when

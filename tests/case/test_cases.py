@@ -52,7 +52,7 @@ def test_mooring(base: scene.Scene) -> None:
 def test_lift_table_c(base: scene.Scene) -> None:
     lift = base.forces["deballast"]
     assert isinstance(lift, elements.AppliedForce)
-    assert (lift.point, lift.body_fixed) == ((0.0, 0.0, 0.0), False)
+    assert (lift.point, lift.frame) == ((0.0, 0.0, 0.0), "earth")
     assert list(lift.force) == ["heave"]
     time, force = lift.force["heave"].time, lift.force["heave"].value
     assert_array_equal(time, [0, 500, 4100])

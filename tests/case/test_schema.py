@@ -400,7 +400,7 @@ class TestAppliedForce:
         )
         force = load(text).scene().forces["element"]
         assert isinstance(force, elements.AppliedForce)
-        assert (force.body_fixed, force.point) == (True, (1.0, 0.0, 0.0))
+        assert (force.frame, force.point) == ("body", (1.0, 0.0, 0.0))
         assert list(force.force) == ["heave", "pitch"]
         for signal, values in zip(force.force.values(), ([0, 1000], [1000, 0]), strict=True):
             assert isinstance(signal, elements.Table)
@@ -409,7 +409,7 @@ class TestAppliedForce:
     def test_constant(self, load: Load) -> None:
         text = element("type: applied_force, body: block, force: {surge: 1 kN, yaw: 2 N*m}")
         force = load(text).scene().forces["element"]
-        assert force.body_fixed is False
+        assert force.frame == "earth"
         assert {dof: signal.value.item() for dof, signal in force.force.items()} == {
             "surge": 1000.0,
             "yaw": 2.0,

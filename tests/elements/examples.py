@@ -25,7 +25,7 @@ def built(example: dict[str, Any]) -> ForceElement:
     text = json.dumps(example)
     for name, ours in NAMES.items():
         text = text.replace(f'"{name}"', f'"{ours}"')
-    return ELEMENT.validate_python(json.loads(text)).build(
+    return ELEMENT.validate_python(json.loads(text)).build_active(
         BuildContext("forces.it", Path("case.yaml"))
     )
 

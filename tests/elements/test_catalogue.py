@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from examples import KINDS, LAWS, all_examples, built
+from pydantic import TypeAdapter
 from scenes import block, scene
 from test_elements import ELEMENTS
 
@@ -53,12 +54,12 @@ SHIPPED = [
 
 def test_every_element_and_law_can_be_asked_for() -> None:
     assert {type(built(kind.example)) for kind in KINDS} == {*SHIPPED}
-    assert {type(law.model_validate(law.example).build(1)) for law in LAWS} == {*ALL_LAWS}
+    assert {type(TypeAdapter(law).validate_python(law.example)) for law in LAWS} == {*ALL_LAWS}
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: str(kind.example["type"]))
 def test_every_example_is_in_the_schema_and_compiled_by_one_kind(kind: Any) -> None:
-    assert kind.model_json_schema()["examples"] == [kind.example]
+    assert TypeAdapter(kind).json_schema()["examples"] == [kind.example]
     element = built(kind.example)
     kinds = [kind for kind in KINDS_OF_UNITS if isinstance(kind, ElementKind)]
     homes = [kind for kind in kinds if _count(kind, element) > _count(kind, None)]

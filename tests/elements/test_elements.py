@@ -78,7 +78,8 @@ SLACKENING = np.array([-0.3, 0.1, 0.4]), np.array([0.0, 5e3, 4e4])  # extension,
 
 def push(body_fixed: bool) -> AppliedForce:
     force = table([0.0, 10.0], [np.zeros(6), PUSH])
-    return AppliedForce("block", (0.4, -0.3, 0.8), force, body_fixed)
+    frame = "body" if body_fixed else "earth"
+    return AppliedForce("block", (0.4, -0.3, 0.8), force, frame=frame)
 
 
 ANGLES = np.radians([10.0, 80.0, 130.0, 200.0, 290.0])
@@ -430,7 +431,7 @@ def test_springs_on_angles_turn_with_the_scene_to_first_order():
 IDLE = {
     "linear mooring": LinearMooring("block", np.zeros((6, 6))),
     "applied force": steady(surge=0.0, yaw=0.0),
-    "linear damping": LinearDamping("block"),
+    "linear damping": LinearDamping("block", np.zeros((6, 6))),
     "quadratic damping": QuadraticDamping("block", np.zeros((6, 6))),
     "wind load": WindLoad("block", (0.0, 0.0, 1.0), ANGLES, *np.zeros((3, 5))),
     "spring": Spring("block", (0.4, -0.3, 0.8), (50.0, 0.0, 0.0), 100.0, *SLACKENING, damping=2e3),

@@ -17,6 +17,7 @@ from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.run import run_document
 from hydrosim.scene import Active, Clearance, ForceElement, Kinematics, Method, Scene, Start, When
+from hydrosim.scene.contacts import Plane
 
 MASS = 2.0
 ALONG = ("surge",)
@@ -241,7 +242,7 @@ def test_a_clearance_from_the_plane_of_a_tilted_body_can_be_waited_for(kinematic
     0.3 x + 2 with small angles, reaches 2.1 m on its way."""
     passing = block(MASS, ALONG, velocity=moving(surge=1.0), points={"keel": (0.0, 0.0, 2.0)})
     deck = block(1.0, (), "deck", position=moving(pitch=0.3))
-    over = Clearance("keel of block", None, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "deck")
+    over = Clearance("keel of block", None, Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "deck"))
     push = replace(steady(surge=3.0), active=Active(When(channel="clearance.over", above=2.1)))
     above = scene((passing, deck), {"push": push}, 2.0, 0.1, kinematics=kinematics)
     run = hs.simulate(replace(above, clearances={"over": over}))

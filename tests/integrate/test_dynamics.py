@@ -89,7 +89,8 @@ def test_work_of_the_recorded_forces_is_the_kinetic_energy() -> None:
 def lifted(x: float, body_fixed: bool) -> xr.Dataset:
     """The moored barge in calm water, lifted at x on its centre line, until it has settled."""
     ramp = Table(np.array([0.0, 100.0]), np.array([0.0, LIFT]))
-    lift = AppliedForce("barge", (x, 0.0, 0.0), {"heave": ramp}, body_fixed=body_fixed)
+    frame = "body" if body_fixed else "earth"
+    lift = AppliedForce("barge", (x, 0.0, 0.0), {"heave": ramp}, frame=frame)
     scene = in_waves(scene_of("free_floating"))
     forces = {**scene.forces, "lift": lift}
     run = hs.simulate(replace(scene, forces=forces, duration=1300.0))

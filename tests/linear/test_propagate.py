@@ -346,9 +346,7 @@ NONLINEAR = {
     ),
     "exact rotations of block": dry(block(1.0), {}, **EXACT),
     "push turns with block": dry(block(1.0, ["yaw"]), {"push": PUSHED}, **EXACT),
-    "thrust turns with block": dry(
-        block(1.0, ["yaw"]), {"thrust": replace(PUSHED, body_fixed=True)}
-    ),
+    "thrust turns with block": dry(block(1.0, ["yaw"]), {"thrust": replace(PUSHED, frame="body")}),
     "drag turns with block": dry(
         block(1.0, ON_ONE_AXIS), {"drag": LinearDamping("block", SIX)}, **EXACT
     ),
@@ -382,7 +380,7 @@ LINEAR = {
     ),
     "no rotation": dry(
         block(1.0, DOFS[:3], position=moving(roll=0.3, yaw=0.2)),
-        {"drag": LinearDamping("block", SIX), "thrust": replace(PUSHED, body_fixed=True)},
+        {"drag": LinearDamping("block", SIX), "thrust": replace(PUSHED, frame="body")},
         **EXACT,
     ),
     "barge": barge(),

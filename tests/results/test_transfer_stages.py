@@ -148,7 +148,7 @@ def test_points_of_a_body_that_turns(kinematics):
     angles = moving(surge=1.0, roll=0.2, pitch=-0.1, yaw=0.3)
     ship = block(1.0, (), "ship", position=angles, points={"bow": (3.0, 1.0, -0.5)})
     other = block(1.0, ("surge",), "other", position=moving(pitch=0.2))
-    plane = Clearance("bow of ship", None, (1.0, 0.0, 0.5), (0.0, 0.0, 2.0), "other")
+    plane = Clearance("bow of ship", None, Plane((1.0, 0.0, 0.5), (0.0, 0.0, 2.0), "other"))
     solver = Solver(step=0.1, kinematics=kinematics, linear=still)
     at = Scene("points", 0.2, (ship, other), solver=solver, output_step=0.1)
     run = hs.simulate(replace(at, clearances={"over": plane}))

@@ -276,8 +276,8 @@ def test_pumps_start_and_stop_at_levels_and_when_a_tank_is_empty() -> None:
             400.0,
             None,
             "right",
-            start=hs.scene.LevelReached("left", 1.0, False),
-            stop=hs.scene.LevelReached("right", 1.2, True),
+            start=hs.scene.LevelReached("left", below=1.0),
+            stop=hs.scene.LevelReached("right", above=1.2),
         ),
     )
     body = loaded(*pumps, dofs=("surge",))
@@ -337,7 +337,7 @@ def test_a_restart_in_the_midst_of_pumping_is_the_same_run_to_the_bit() -> None:
     pumps = (
         Pump("out", 40.0, "left", None, start=0.7, stop=6.1),
         Pump("across", 90.0, "left", "right", start=2.2, stop=8.9),
-        Pump("in", 60.0, None, "right", hs.scene.LevelReached("left", 1.9, False), 9.3),
+        Pump("in", 60.0, None, "right", hs.scene.LevelReached("left", below=1.9), 9.3),
     )
     body = loaded(*pumps, velocity=moving(heave=-0.2, pitch=0.1, yaw=0.1))
     line = {"line": LinearMooring("block", np.diag([3e4, 2e4, 2e5, 4e5, 5e5, 6e5]))}

@@ -73,7 +73,7 @@ def test_times_and_levels_stand_beside_events() -> None:
     pumps = (
         Pump("out", 300.0, "left", None, 1.3, FAST),
         Pump("in", 200.0, None, "right", FAST, 11.1),
-        Pump("last", 1000.0, "left", None, LevelReached("right", 0.5, True), NEVER),
+        Pump("last", 1000.0, "left", None, LevelReached("right", above=0.5), NEVER),
     )
     run = hs.simulate(pushed(*pumps))
     t = run.time.values

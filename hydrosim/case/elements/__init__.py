@@ -6,16 +6,17 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator
 
-from hydrosim.case.elements.catenary import Catenary, Lines
-from hydrosim.case.elements.damping import LinearDamping, QuadraticDamping, ViscousRoll
-from hydrosim.case.elements.drive import Drive
+from hydrosim.case.elements.catenary import CatenaryEntry, Lines
+from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.elements.loads import AppliedForce, CurrentLoad, LinearMooring, WindLoad
-from hydrosim.case.elements.springs import Bushing, SpringEntry, StrutEntry, TorsionSpringEntry
-from hydrosim.case.elements.winch import Winch
+from hydrosim.case.elements.springs import SpringEntry, StrutEntry, TorsionSpringEntry
+from hydrosim.case.elements.winch import WinchEntry
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
+from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import Compensator, DryFriction, GasSpring, SpringDamper, Stop
+from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
+from hydrosim.scene.restraints import Bushing, LinearMooring
 
 
 def _check_kind(data: Any) -> Any:
@@ -30,7 +31,7 @@ AnyElement = Annotated[
     | Fender
     | Landing
     | SpringEntry
-    | Catenary
+    | CatenaryEntry
     | Lines
     | StrutEntry
     | TorsionSpringEntry
@@ -44,9 +45,9 @@ AnyElement = Annotated[
     | ViscousRoll
     | CurrentLoad
     | WindLoad
-    | Winch
+    | WinchEntry
     | Compensator
-    | Drive,
+    | DriveEntry,
     Discriminator("type"),
     BeforeValidator(_check_kind),
 ]

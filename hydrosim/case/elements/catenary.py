@@ -124,7 +124,7 @@ class Seabed(SchemaModel):
         return self
 
 
-class Catenary(Breaking):
+class CatenaryEntry(Breaking):
     """A mooring line with weight: segments between a point of a body and an anchor on the earth or
     on another body, in static balance."""
 
@@ -260,7 +260,7 @@ class Lines(Breaking):
 
     def read_lines(
         self, system: System, where: BuildContext, vessel: Vessel
-    ) -> dict[str, Catenary]:
+    ) -> dict[str, CatenaryEntry]:
         """The lines of the ``system`` in the file, by their names there. Raises InputError for a
         file that does not fit the case."""
         source = self.source(where)
@@ -270,8 +270,8 @@ class Lines(Breaking):
         bed = Seabed(friction=system.friction) if isfinite(depth) else None
         return {name: self._catenary(line, vessel, bed) for name, line in lines.items()}
 
-    def _catenary(self, line: MooringLine, vessel: Vessel, bed: Seabed | None) -> Catenary:
-        return Catenary.model_construct(
+    def _catenary(self, line: MooringLine, vessel: Vessel, bed: Seabed | None) -> CatenaryEntry:
+        return CatenaryEntry.model_construct(
             type="catenary",
             body=self.body,
             point=tuple(float(v) for v in np.subtract(line.fairlead, vessel.centre)),

@@ -79,7 +79,7 @@ AngleOverTime = Annotated[
 ]
 
 
-class Drive(Element):
+class DriveEntry(Element):
     """Prescribed motion of a degree of freedom of a body, or of a motion of a joint."""
 
     example: ClassVar[dict[str, Any]] = {

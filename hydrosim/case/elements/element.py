@@ -75,10 +75,6 @@ class Element(Exemplary):
     def build(self, where: BuildContext) -> ForceElement:
         """The element of the scene; files are looked for beside the case file."""
 
-    def with_fitted_numbers(self, where: BuildContext) -> Element:
-        """The same without data in files that determine its numbers: these numbers instead."""
-        return self
-
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         """Keys to the names of the other bodies that it acts on, these, and what leaving one out
         means."""

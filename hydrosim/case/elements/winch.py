@@ -85,7 +85,7 @@ SpeedOverTime = Annotated[
 ]
 
 
-class Compensation(SchemaModel):
+class CompensationEntry(SchemaModel):
     """Active heave compensation: the drum pays out what a point rises, and heaves in what it
     falls."""
 
@@ -101,7 +101,7 @@ class Compensation(SchemaModel):
     """Largest change of length, half of it to each side. Without it, any change."""
 
 
-class Winch(Breaking):
+class WinchEntry(Breaking):
     """A wire from a point of a body to an anchor, on the earth or on another body, with a drum that
     changes its length."""
 
@@ -148,7 +148,7 @@ class Winch(Breaking):
     """Acceleration of the drum with tension. Without it, the drum changes its speed at once."""
     drum: Drum | None = None
     """Lengths of wire at which the drum is full and empty."""
-    compensation: Compensation | None = None
+    compensation: CompensationEntry | None = None
     """Active heave compensation."""
     rated_load: of.ReferenceForce | None = None
     """Largest tension that the drum is made for. Statistics compare with it."""

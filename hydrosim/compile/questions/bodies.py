@@ -20,10 +20,10 @@ from hydrosim.compile.questions.query import (
 )
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
-from hydrosim.elements.applied_force import AppliedForce
-from hydrosim.elements.damping import QuadraticDamping
 from hydrosim.scene import Body, Question, Weight
 from hydrosim.scene.body import Box
+from hydrosim.scene.damping import QuadraticDamping
+from hydrosim.scene.loads import AppliedForce
 from hydrosim.scene.signal import Harmonic, Signal
 from hydrosim.tanks.timeline import body_without, least_moment, tanks_at_start
 

@@ -20,11 +20,8 @@ from hydrosim.compile.questions.query import (
     text_outside_range,
 )
 from hydrosim.dofs import DOFS
-from hydrosim.elements.damping import LinearDamping
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.linear_mooring import LinearMooring
 from hydrosim.elements.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
-from hydrosim.elements.viscous_roll import ViscousRoll
 from hydrosim.multibody.kinematics import Motion
 from hydrosim.scene import Body, Question, Weight
 from hydrosim.scene.contacts import (
@@ -36,6 +33,8 @@ from hydrosim.scene.contacts import (
     PrescribedNormal,
     StickSlip,
 )
+from hydrosim.scene.damping import LinearDamping, ViscousRoll
+from hydrosim.scene.restraints import LinearMooring
 
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)
@@ -247,7 +246,7 @@ def _ask_about_roll_forms(about: SceneContext) -> Iterator[Query]:
     sizes = {body.name: extents(body, db) for _, body, db in about.afloat()}
     for name, of in about.scene.forces.items():
         size = sizes.get(of.body) if isinstance(of, ViscousRoll) else None
-        if size is None or not isinstance(of, ViscousRoll) or of.barge is None:
+        if size is None or not isinstance(of, ViscousRoll) or of.ikeda is None:
             continue
         lengths = {
             "length": 2.0 * size.half.max(),
@@ -255,7 +254,7 @@ def _ask_about_roll_forms(about: SceneContext) -> Iterator[Query]:
             "draught": size.draught,
         }
         for key, length in lengths.items():
-            given = float(getattr(of.barge, key))
+            given = float(getattr(of.ikeda, key))
             if not 1.0 / SAME_SIZE <= given / length <= SAME_SIZE:
                 found_text = f"a {key} of {given:.3g} m"
                 usual = f"the hull of {of.body} has about {length:.3g} m"
@@ -322,13 +321,14 @@ def _ask_about_roll_damping(about: SceneContext) -> Iterator[Query]:
                 " includes_waves: false if p1 has no waves in it.",
             )
         period = 2.0 * np.pi / omega if omega > 0.0 else np.inf
-        ratio = element.p1 * period / (4.0 * np.pi)
+        p1 = element.p1 or 0.0
+        ratio = p1 * period / (4.0 * np.pi)
         if 0.0 < ratio < MIN_RATIO and not (element.p2 or element.p3):
-            linear_damping = f"{element.p1:.3g} 1/s, which is {ratio:.2g} of critical damping"
+            linear_damping = f"{p1:.3g} 1/s, which is {ratio:.2g} of critical damping"
             yield Query(f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical")
         if np.isfinite(period) and ratio > MAX_ROLL_RATIO:
             share = text_beyond(ratio, MAX_ROLL_RATIO, ".2g")
-            linear_damping = f"{element.p1:.3g} 1/s, which is {share} of critical damping"
+            linear_damping = f"{p1:.3g} 1/s, which is {share} of critical damping"
             yield Query(f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical")
         if element.period and omega > 0.0 and abs(element.period / period - 1.0) > SAME_PERIOD:
             yield Query(

@@ -18,12 +18,12 @@ from hydrosim.compile.questions.query import (
 )
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.integrate.state import start_loads
 from hydrosim.scene import Body, Weight
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.force import strongest_breaking_load
 from hydrosim.scene.links import Spring, TwoPointElement
+from hydrosim.scene.loads import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.scene.scene import joined_with
 
 # Share of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3

@@ -22,7 +22,7 @@ from hydrosim.compile.restart import resumed_state, started_from
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
+from hydrosim.elements.viscous_roll import EDDIES, VISCOUS_ROLL_KIND
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import (
@@ -47,6 +47,7 @@ from hydrosim.linear.stability import StepLimit, Watch, without_progress
 from hydrosim.report.sentences.run import radiation_verdict
 from hydrosim.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Joint, Scene, Weight
+from hydrosim.scene.damping import ViscousRoll
 from hydrosim.scene.joint import JointType
 from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.scene import arrangement, floating_roots
@@ -134,7 +135,11 @@ def describe_roll_damping(compiled: Compiled) -> Iterator[str]:
         parts = [f"{name}: B1 {B1:.4g}, B2 {B2:.4g}, B3 {B3:.4g} N m s^n/rad^n"]
         if element.p1 or element.p2 or element.p3:
             waves = float(linear_damping["waves"])
-            off = f"less {waves:.4g} by waves" if element.includes_waves else "waves not taken off"
+            off = (
+                f"less {waves:.4g} by waves"
+                if element.includes_waves is not False
+                else "waves not taken off"
+            )
             parts.append(f"p1 is {float(linear_damping['measured']):.4g} N m s/rad in all, {off}")
         if omega > 0.0:
             rate = omega * radians(AMPLITUDE_DEG)

@@ -149,6 +149,5 @@ def test_without_powers_it_is_the_same_law() -> None:
 
 
 def test_rate_free_friction_with_powers_is_refused() -> None:
-    law = StickSlip(0.3, 0.2, K, 0.0, 0.0, LoadPowers(LOAD, 0.5))
-    with pytest.raises(InputError, match=r"forces.fender.friction: found a load"):
-        hs.compile_scene(driven(law, 1.0))
+    with pytest.raises(InputError, match=r"StickSlip: found load without damping and slip_damping"):
+        StickSlip(0.3, 0.2, K, 0.0, 0.0, LoadPowers(LOAD, 0.5))

@@ -83,7 +83,7 @@ def tree() -> Scene:
         "tie": Spring("hand", (0.2, 0.0, 0.1), (0.0, 0.3, 0.0), 9.0, anchor_body="foot", **line),
         "anchor": Spring("foot", (0.0, 0.1, -0.5), (-6.0, 2.0, -8.0), 6.0, **line),
         "thrust": AppliedForce(
-            "drum", (0.1, 0.0, 0.0), {"surge": Harmonic(6.0, 3.0)}, body_fixed=True
+            "drum", (0.1, 0.0, 0.0), {"surge": Harmonic(6.0, 3.0)}, frame="body"
         ),
     }
     return scene(bodies, joints, 2.0, forces, output_step=0.1, tolerance=TOLERANCE)

@@ -56,7 +56,7 @@ def _turned_force(e: ForceElement, R: np.ndarray, shift: Sequence[float]) -> For
     if isinstance(e, Fender) and e.plane.body is None:
         point = tuple(R @ e.plane.point + [*shift, 0.0])
         return replace(e, plane=replace(e.plane, point=point, normal=tuple(R @ e.plane.normal)))
-    assert not isinstance(e, AppliedForce) or e.body_fixed
+    assert not isinstance(e, AppliedForce) or e.frame == "body"
     return e
 
 

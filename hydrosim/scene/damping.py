@@ -1,24 +1,27 @@
-"""Damping in a case file: `linear_damping`, `quadratic_damping` and `viscous_roll`."""
+"""Damping of bodies, which are their keys in a case file: `linear_damping`, `quadratic_damping` and
+`viscous_roll`."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import field
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import StrictBool, StrictStr, model_validator
 
-from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.files import quantities as of
-from hydrosim.files.quantities import SchemaModel, as_matrix
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
+from hydrosim.scene.force import ForceElement, Turns
+from hydrosim.scene.restraints import MaybeDampingMatrix, Ratios
 
-if TYPE_CHECKING:
-    from hydrosim.elements.damping import LinearDamping as BuiltLinearDamping
-    from hydrosim.elements.damping import QuadraticDamping as BuiltQuadraticDamping
-    from hydrosim.elements.viscous_roll import ViscousRoll as BuiltViscousRoll
+ROLL_DOF = 3
 
 
-class LinearDamping(Element):
+@schema_class
+class LinearDamping(ForceElement):
     """Damping in the body's axes: per DOF, a full 6 x 6 matrix, or of critical."""
 
     example: ClassVar[dict[str, Any]] = {
@@ -27,11 +30,11 @@ class LinearDamping(Element):
         "damping": {"roll": "2 MN*m*s/rad"},
     }
 
-    type: Literal["linear_damping"]
+    type: Literal["linear_damping"] = field(default="linear_damping", kw_only=True)
     """Linear damping in the axes of the body."""
-    damping: of.DampingMatrix | None = None
+    damping: MaybeDampingMatrix = None
     """Damping: per degree of freedom, or a 6 x 6 matrix."""
-    damping_ratio: of.PerDof[of.Factor, of.Factor] | None = None
+    damping_ratio: Ratios = None
     """Part of critical damping, per degree of freedom."""
     relative_to_current: StrictBool = False
     """Whether damping is of the velocity relative to the current."""
@@ -43,22 +46,41 @@ class LinearDamping(Element):
             raise problem(" and ".join(given) or "none", "either damping or damping_ratio")
         return self
 
-    def build(self, where: BuildContext) -> BuiltLinearDamping:
-        from hydrosim.elements.damping import LinearDamping as BuiltLinearDamping
+    def can_carry_weight(self) -> bool:
+        return False
 
-        damping, ratio = self.damping, self.damping_ratio
-        return BuiltLinearDamping(
-            self.body,
-            damping=None if damping is None else as_matrix(damping),
-            damping_ratio=None if ratio is None else np.array(ratio.values()),
-            relative_to_current=self.relative_to_current,
-        )
+    def dragging_streams(self) -> Collection[str]:
+        return ("current",) if self.relative_to_current else ()
+
+    def can_add_energy(self) -> bool:
+        """A current drags the body along."""
+        return self.relative_to_current
+
+    def couplings(self) -> Iterator[np.ndarray]:
+        if self.damping is not None:
+            yield self.damping
+
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """Damping changes in axes that turn, unless it is invariant about the axis of the turn."""
+        dampings = turns.elements.linear_dampings
+        damping = next(e["damping"] for e in dampings if e["row"] == turns.row)
+        changes = turns.exact and any(_depends_on_turn(damping, angle) for angle in turns.free)
+        return f"{name} turns with {self.body}" if changes else None
 
 
-# `quadratic_damping` in a case file.
+def _depends_on_turn(damping: np.ndarray, angle: int) -> bool:
+    """True if ``damping`` (6, 6) depends on how far its body has turned about an axis."""
+    from scipy.spatial.transform import Rotation  # slow to load, and few scenes need it
+
+    R = np.kron(np.eye(2), Rotation.from_rotvec(np.eye(3)[angle - 3]).as_matrix())
+    return not np.allclose(R @ damping @ R.T, damping, rtol=0.0, atol=1e-12 * np.abs(damping).max())
 
 
-class QuadraticDamping(Element):
+@schema_class
+class QuadraticDamping(ForceElement):
     """Damping with the squared velocity, in the body's axes: per DOF, or a full 6 x 6 matrix."""
 
     example: ClassVar[dict[str, Any]] = {
@@ -67,18 +89,27 @@ class QuadraticDamping(Element):
         "damping": {"surge": "20 kN*s^2/m^2"},
     }
 
-    type: Literal["quadratic_damping"]
+    type: Literal["quadratic_damping"] = field(default="quadratic_damping", kw_only=True)
     """Damping by the squared velocity relative to the current, in the axes of the body."""
-    damping: of.QuadraticMatrix
+    damping: Annotated[np.ndarray, ReadAs(of.QuadraticMatrix, np.ndarray, of.as_matrix)]
     """Coefficients: per degree of freedom, or a 6 x 6 matrix."""
 
-    def build(self, where: BuildContext) -> BuiltQuadraticDamping:
-        from hydrosim.elements.damping import QuadraticDamping as BuiltQuadraticDamping
+    def can_carry_weight(self) -> bool:
+        return False
 
-        return BuiltQuadraticDamping(self.body, damping=as_matrix(self.damping))
+    def dragging_streams(self) -> Collection[str]:
+        return ("current",)
 
+    def can_add_energy(self) -> bool:
+        """A current drags the body along."""
+        return True
 
-# `viscous_roll` in a case file.
+    def couplings(self) -> Iterator[np.ndarray]:
+        yield self.damping
+
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
+
 
 FITTED = ("p1", "p2", "p3")
 COEFFICIENT_KEYS = ("linear", "quadratic", "cubic")
@@ -99,7 +130,8 @@ class Decay(SchemaModel):
     """End of the part that is fitted. Without it, the end of the file."""
 
 
-class Ikeda(SchemaModel):
+@schema_class
+class SharpBarge(SchemaClass):
     """A barge with sharp corners, whose eddies are estimated by Ikeda's formula."""
 
     length: of.LineLength
@@ -112,7 +144,8 @@ class Ikeda(SchemaModel):
     """Kinematic viscosity of the water, for friction. Without it, 1.19e-6 m^2/s, of sea water."""
 
 
-class ViscousRoll(Element):
+@schema_class
+class ViscousRoll(ForceElement):
     """Roll damping beyond radiation: p1, p2, p3 of a decay test, a recorded decay, Ikeda's formula
     for barges, or coefficients."""
 
@@ -124,7 +157,7 @@ class ViscousRoll(Element):
         "p3": "0.5 s/rad^2",
     }
 
-    type: Literal["viscous_roll"]
+    type: Literal["viscous_roll"] = field(default="viscous_roll", kw_only=True)
     """Roll damping: linear, quadratic and cubic in the roll rate of the body."""
     p1: of.DecayRate | None = None
     """Linear damping of a decay test, per inertia."""
@@ -139,7 +172,7 @@ class ViscousRoll(Element):
     it, true: a decay test measures both together."""
     decay: Decay | None = None
     """A recorded decay, in place of p1, p2 and p3."""
-    ikeda: Ikeda | None = None
+    ikeda: SharpBarge | None = None
     """A barge with sharp corners, in place of p1, p2 and p3."""
     linear: of.TurnDamping | None = None
     """Moment per roll rate."""
@@ -168,39 +201,19 @@ class ViscousRoll(Element):
             raise problem(f"period with {used[0]}", "it with p1, p2, p3 of a decay test")
         return self
 
-    def build(self, where: BuildContext) -> BuiltViscousRoll:
-        from hydrosim.elements.viscous_roll import WATER_VISCOSITY, SharpBarge  # loads numba
-        from hydrosim.elements.viscous_roll import ViscousRoll as BuiltViscousRoll
+    def can_carry_weight(self) -> bool:
+        return False
 
-        keys = self.with_fitted_numbers(where)
-        form = keys.ikeda
-        barge = None
-        if form is not None:
-            viscosity = form.viscosity or WATER_VISCOSITY
-            barge = SharpBarge(form.length, form.beam, form.draught, viscosity)
-        return BuiltViscousRoll(
-            self.body,
-            p1=keys.p1 or 0.0,
-            p2=keys.p2 or 0.0,
-            p3=keys.p3 or 0.0,
-            linear=keys.linear or 0.0,
-            quadratic=keys.quadratic or 0.0,
-            cubic=keys.cubic or 0.0,
-            includes_waves=keys.includes_waves is not False,
-            period=keys.period,
-            barge=barge,
-        )
+    def couplings(self) -> Iterator[np.ndarray]:
+        """Roll damping by itself couples nothing."""
+        yield from ()
 
-    def with_fitted_numbers(self, where: BuildContext) -> ViscousRoll:
-        """With p1, p2, p3 and the period that are fitted to the recorded decay, if there is one."""
-        if self.decay is None:
-            return self
-        from hydrosim.elements.roll_decay import fit_files
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        return ()
 
-        form = self.decay
-        key = f"{where.path}: {where.key}.decay"
-        fit = fit_files(
-            [where.path.parent / form.file], form.column, form.unit, form.start, form.end, key
-        )
-        values = dict(zip(FITTED, fit.damping, strict=True))
-        return self.model_copy(update={"decay": None, "period": fit.period.value, **values})
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """Only damping in proportion to the rate is linear, about an axis that does not turn."""
+        if self.p2 or self.p3 or self.quadratic or self.cubic or self.ikeda:
+            return name
+        changes = turns.exact and any(angle != ROLL_DOF for angle in turns.free)
+        return f"{name} turns with {self.body}" if changes else None
