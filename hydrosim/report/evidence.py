@@ -22,10 +22,7 @@ from hydrosim.elements import (
     Landing,
     LinearDamping,
     LinearMooring,
-    Spring,
     StickSlip,
-    Strut,
-    TorsionSpring,
     Winch,
     WindLoad,
 )
@@ -47,6 +44,7 @@ from hydrosim.scene import (
     Weight,
 )
 from hydrosim.scene.damping import QuadraticDamping, ViscousRoll
+from hydrosim.scene.links import Link, Spring
 from hydrosim.scene.loads import AppliedForce
 
 # Features of scenes that evidence is about.
@@ -198,7 +196,10 @@ OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
     Feature.SLOPE: _has_friction_law(FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
     Feature.CATENARIES: _elements(Catenary),
-    Feature.STRUTS: _elements(Strut, TorsionSpring),
+    Feature.STRUTS: lambda scene: any(
+        isinstance(e, Link) and not isinstance(e, Spring | Compensator)
+        for e in scene.forces.values()
+    ),
     Feature.WINCHES: _elements(Winch, Compensator),
     Feature.BUSHINGS: _elements(Bushing),
     Feature.MOORINGS: _elements(LinearMooring),

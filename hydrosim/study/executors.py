@@ -205,14 +205,14 @@ Digest = Callable[[xr.Dataset], xr.Dataset]
 """What is kept of a run."""
 
 
-class Stop(Protocol):
+class StopSignal(Protocol):
     """Tells runs on their way to end, as `threading.Event` does."""
 
     def is_set(self) -> bool:
         """Whether they are to end now."""
 
 
-def outcome_of(work: RunTask | Exception, digest: Digest, stop: Stop) -> RunOutcome:
+def outcome_of(work: RunTask | Exception, digest: Digest, stop: StopSignal) -> RunOutcome:
     """One run, in a thread of its own; it ends early once ``stop`` is set. Whatever goes wrong in
     it is its own failure, but for what is asked of all runs."""
 

@@ -61,17 +61,6 @@ MIN_SWING_COSINE = 1e-3  # least 1 + cosine of the swing of an axis: 177 deg
 MAX_HALF_TURN = 0.75 * pi  # from the middle of its half turn: a twist then belongs to the next one
 ZERO = (0.0, 0.0, 0.0)
 
-COORDINATE = [
-    *(("coordinate", int), ("body", int), ("other", int)),
-    *(("ends", float, 6), ("axes", float, 18), ("closest", float)),
-    *(("motion", int), ("move", int), ("joint_axis", int)),
-    *(("neutral", float), ("varies", bool), ("signal", signal.SIGNAL)),
-]
-"""Fields of a coordinate, which is a `DISTANCE`, a `TWIST` or a `JOINT_MOTION`: the bodies; the
-points of both ends, and the closest that they may come; the triads of both sides, each in the
-frame of its side, the axis first; the free coordinate of a motion, its move of the tree of joints,
-and the axis of that; L0, or the signal of it if that ``varies``."""
-
 
 class LinkKinematics(NamedTuple):
     """State of the coordinate of a link: its offset ``x`` and the ``rate`` of that; the ``speed``

@@ -10,7 +10,7 @@ import numpy as np
 
 from hydrosim.elements.contact import curves
 from hydrosim.elements.kind import Variable
-from hydrosim.elements.link.coordinate import COORDINATE
+from hydrosim.elements.signal import SIGNAL
 from hydrosim.modes import INACTIVE
 from hydrosim.scene.links import Link
 
@@ -18,6 +18,16 @@ LOAD_OUTPUT, PLACE_OUTPUT, OFFSET_OUTPUT, POWER_OUTPUT, LINK_OUTPUTS = range(5)
 """Columns of what a run records of a link."""
 ANYWHERE = (-inf, inf)
 
+COORDINATE = [
+    *(("coordinate", int), ("body", int), ("other", int)),
+    *(("ends", float, 6), ("axes", float, 18), ("closest", float)),
+    *(("motion", int), ("move", int), ("joint_axis", int)),
+    *(("neutral", float), ("varies", bool), ("signal", SIGNAL)),
+]
+"""Fields of a coordinate (`hydrosim.elements.link.coordinate`), a distance, a twist or a motion of
+a joint: the bodies; the points of both ends, and the closest that they may come; the triads of both
+sides, each in the frame of its side, the axis first; the free coordinate of a motion, its move of
+the tree of joints, and the axis of that; L0, or the signal of it if that ``varies``."""
 LINK = np.dtype(
     [
         *(

@@ -29,7 +29,10 @@ SWING = 2.0 * pi / 8.0  # rad/s
 def on_gas(step: float, start: float = 0.3, speed: float = 0.0, damping: float = 0.0) -> Scene:
     """A weight that hangs on a passive compensator, and starts off its middle."""
     gas = Compensator(
-        *("block", ORIGIN, (0.0, 0.0, 20.0), 20.0, T0, STROKE, GAS_LENGTH, N, STOP, damping)
+        *("block", ORIGIN, (0.0, 0.0, 20.0), 20.0, T0, STROKE, GAS_LENGTH),
+        exponent=N,
+        stiffness=STOP,
+        damping=damping,
     )
     body = block(MASS, ("heave",), position=moving(heave=start), velocity=moving(heave=speed))
     forces = {"gas": gas, "weight": steady(heave=-WEIGHT)}

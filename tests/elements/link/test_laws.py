@@ -194,7 +194,7 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure: Figu
     elif coordinate is LINE:
         held = hs.elements.Strut("block", *straight, point=ORIGIN, anchor=ANCHOR)
     else:
-        held = SpringDamper("block", *straight, joint="it")
+        held = SpringDamper("block", stiffness=spring, joint="it")
     whole = on(coordinate, 0.6, 0.0, friction=friction, held=held)
 
     def stretch(y: np.ndarray) -> float:
@@ -240,7 +240,7 @@ def test_a_spring_of_a_joint_is_the_resistance_of_that_joint() -> None:
     body = block(MASS, inertia=np.diag([INERTIA, INERTIA, INERTIA]))
     free = replace(hinge, resistances=(Resistance(velocity=1.0),))
     held = replace(hinge, resistances=(Resistance(k, damping=c, velocity=1.0),))
-    spring = SpringDamper("block", np.array([0.0, 1.0]), np.array([0.0, k]), c, joint="it")
+    spring = SpringDamper("block", stiffness=k, damping=c, joint="it")
     runs = [
         hs.simulate(replace(scene(body, forces, 4.0, 0.1), joints={"it": joint}))
         for joint, forces in ((free, {"spring": spring}), (held, {}))
