@@ -17,7 +17,7 @@ from hydrosim.elements.contact.law import OPEN, STICK
 from hydrosim.elements.contact.laws import COULOMB
 from hydrosim.elements.kind import BODY_ROWS
 from hydrosim.elements.line.points import line_shapes
-from hydrosim.elements.spring import kinematics
+from hydrosim.elements.link.kind import SPRING_KIND, link_kinematics
 from hydrosim.elements.trigger import AFTER
 from hydrosim.errors import InputError
 from hydrosim.integrate.dynamics import Model, motion_at
@@ -183,12 +183,10 @@ def _check_breaks(scene: Scene, model: Model, state: State) -> None:
 def _check_springs(scene: Scene, model: Model, state: State) -> None:
     """Refuse springs whose ends coincide at the start."""
     motion = motion_at(model, state.y)
-    p = model.elements.springs
-    for name, line in zip(spring_names(scene), p.lines, strict=True):
-        if (
-            kinematics(line, 0.0, model.bodies, motion, p).length
-            <= COINCIDENT_ENDS_RTOL * line["length"]
-        ):
+    p = SPRING_KIND.constants_in(model)
+    for i, name in enumerate(spring_names(scene)):
+        apart = link_kinematics(p, i, state.y, motion, model.bodies).place
+        if apart <= COINCIDENT_ENDS_RTOL * p.links[i]["neutral"]:
             raise _coincident_ends(name)
 
 

@@ -359,6 +359,14 @@ class ElementKind(UnitKind):
     def constants_in(self, parts: KindConstants) -> Any:
         return getattr(parts.elements, self.field)
 
+    def replaced_in(self, elements: Any, p: Any) -> Any:
+        """The ``elements`` with the constants ``p`` of this kind."""
+        return elements._replace(**{self.field: p})
+
+    def indexed_in(self, elements: Any, indices: Mapping[str, int]) -> Any:
+        """The ``elements`` with these indices in the constants of this kind."""
+        return elements._replace(**{self.field: getattr(elements, self.field)._replace(**indices)})
+
     def unit_names(self, scene: Scene) -> list[str]:
         every = elements_of(scene, self.classes)
         return [unit for name, e in every for unit in e.unit_names(name)]
@@ -475,7 +483,9 @@ class KindWithModeSets(ElementKind):
         """Velocities (n, k) at all units, in their directions."""
         return np.zeros((0, 0))
 
-    def moved_onto_segment(self, p: Any, modes: np.ndarray, bodies: Any, motion: Any) -> Any:
+    def moved_onto_segment(
+        self, p: Any, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
+    ) -> Any:
         """The constants with every unit on the piece of its curve given by ``modes``, at its
         position and in its direction, wherever the bodies are."""
         return p

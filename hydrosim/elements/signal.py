@@ -55,12 +55,6 @@ def signal_rate(signal: Signal) -> float:
     return float((third / size) ** (1.0 / 3.0))
 
 
-def largest_corner(table: Table) -> float:
-    """Largest jump of the rate of a table [1/s times its unit]; it is constant outside."""
-    slopes = np.diff(table.value) / np.diff(table.time)
-    return float(np.abs(np.diff(slopes, prepend=0.0, append=0.0)).max())
-
-
 SIGNAL = np.dtype(
     [
         *(("amplitude", float), ("frequency", float), ("phase", float)),

@@ -10,10 +10,7 @@ import xarray as xr
 
 from hydrosim.dofs import about_z
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.link import Strut
-from hydrosim.elements.spring import Spring
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -37,6 +34,7 @@ from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
 from hydrosim.scene import JointType, Scene
 from hydrosim.scene.contacts import Contact, Fender, Landing
+from hydrosim.scene.links import Compensator, Spring, Strut
 
 MAX_REPLAY_BYTES = 2_200_000  # bytes of all moments, as 32-bit numbers
 ENLARGEMENTS = (1, 2, 5, 10, 20, 50)  # of motions

@@ -92,6 +92,12 @@ def constant(value: float) -> Table:
     return Table(np.zeros(1), np.array([value]))
 
 
+def largest_corner(table: Table) -> float:
+    """Largest jump of the rate of a table [1/s times its unit]; it is constant outside."""
+    slopes = np.diff(table.value) / np.diff(table.time)
+    return float(np.abs(np.diff(slopes, prepend=0.0, append=0.0)).max())
+
+
 def scale_signal(signal: Signal, factor: float) -> Signal:
     """The signal times ``factor``."""
     if isinstance(signal, Harmonic):

@@ -9,11 +9,12 @@ from pydantic import BeforeValidator, Discriminator
 from hydrosim.case.elements.catenary import CatenaryEntry, Lines
 from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.elements.springs import Compensator, Spring, Strut, TorsionSpring
+from hydrosim.case.elements.springs import SpringEntry, StrutEntry, TorsionSpringEntry
 from hydrosim.case.elements.winch import WinchEntry
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
 from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
+from hydrosim.scene.links import Compensator, DryFriction, GasSpring, SpringDamper, Stop
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, LinearMooring
 
@@ -29,11 +30,15 @@ AnyElement = Annotated[
     | AppliedForce
     | Fender
     | Landing
-    | Spring
+    | SpringEntry
     | CatenaryEntry
     | Lines
-    | Strut
-    | TorsionSpring
+    | StrutEntry
+    | TorsionSpringEntry
+    | SpringDamper
+    | GasSpring
+    | Stop
+    | DryFriction
     | Bushing
     | LinearDamping
     | QuadraticDamping

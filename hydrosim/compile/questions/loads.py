@@ -18,12 +18,11 @@ from hydrosim.compile.questions.query import (
 )
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.pair import TwoPointElement
-from hydrosim.elements.spring import Spring
 from hydrosim.integrate.state import start_loads
 from hydrosim.scene import Body, Weight
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.force import strongest_breaking_load
+from hydrosim.scene.links import Spring, TwoPointElement
 from hydrosim.scene.loads import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.scene.scene import joined_with
 

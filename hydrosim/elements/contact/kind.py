@@ -180,7 +180,7 @@ class KindOfContacts(KindWithModeSets):
         return np.reshape([(touch.rate, *touch.velocity) for touch in touches], (-1, 3))
 
     def moved_onto_segment(
-        self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any
+        self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> ContactConstants:
         """Constants in which each plane presses its point, and each mode keeps its branch."""
         points = p.points.copy()

@@ -264,7 +264,7 @@ class GuideKind(KindWithModeSets):
         return [free, ModeSet("pins at their walls", rest_at_first(first, PIN_PRESSED))]
 
     def moved_onto_segment(
-        self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any
+        self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> GuideConstants:
         """Constants in which pins are pressed by the steepest piece of their walls at any
         position."""
