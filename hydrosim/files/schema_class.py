@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 from inspect import isfunction
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
@@ -207,7 +206,6 @@ class ReadAs:
         )
 
 
-@lru_cache(maxsize=256)
 def _conversions(cls: type) -> list[tuple[str, Any]]:
     """The fields with a ``convert``, and their annotations."""
     annotations = (
