@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 # Hydrodynamics given as numbers: a database that is constant and has no wave loads.
 
 SOURCE = "coefficients of the case"
-CONSTANT = inf  # s: placeholder period, because coefficients are the same at all periods
+CONSTANT = 1.0  # s: placeholder period, because coefficients are the same at all periods
 _FREQUENCIES = np.array([1e-3, 1e3])  # rad/s, a range that holds all motions
 
 

@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 from inspect import isfunction
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
 
@@ -104,7 +103,7 @@ def schema_class(cls: C) -> C:
     """Make a frozen dataclass of ``cls``, a `SchemaClass`. A class may extend the configuration by
     its ``__pydantic_config__``."""
     config = {**CONFIG, **cls.__dict__.get("__pydantic_config__", {})}
-    made: Any = dataclass(frozen=True, config=ConfigDict(**config))(cls)
+    made: Any = dataclass(frozen=True, eq=False, config=ConfigDict(**config))(cls)
     return made
 
 
@@ -137,6 +136,15 @@ class SchemaClass(metaclass=CheckedClass):
                 vars(self)[name] = annotation.convert(form)
                 yield name, form
 
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return False
+        names = [field.name for field in dataclasses.fields(self)]
+        return all(_are_equal(getattr(self, name), getattr(other, name)) for name in names)
+
+    def __hash__(self) -> int:
+        return hash(type(self))
+
     def as_written(self, key: str) -> Any:
         """The value of a key in the form that a file gives it in."""
         return vars(self).get("_forms", {}).get(key, getattr(self, key))
@@ -162,6 +170,12 @@ class SchemaClass(metaclass=CheckedClass):
         parts = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         built = {k: x.build_for(self, where) for k, x in parts.items() if hasattr(x, "build_for")}
         return dataclasses.replace(self, **built)
+
+
+def _are_equal(first: Any, second: Any) -> bool:
+    if isinstance(first, np.ndarray):
+        return np.array_equal(first, np.asarray(second))
+    return bool(first == second)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -192,7 +206,6 @@ class ReadAs:
         )
 
 
-@lru_cache(maxsize=256)
 def _conversions(cls: type) -> list[tuple[str, Any]]:
     """The fields with a ``convert``, and their annotations."""
     annotations = (
