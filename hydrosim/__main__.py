@@ -42,7 +42,6 @@ from hydrosim.cli.terminal import (
     tells_absent_variables,
 )
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.files.document import printable
 from hydrosim.files.interrupts import install_signal_handlers
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
@@ -195,6 +194,8 @@ def _lack_of_memory(error: BaseException | None) -> str:
 
 
 def _plain_message(error: Exception) -> str:
+    from hydrosim.files.document import printable  # loads numpy
+
     return printable(str(error)).replace("[", "\\[")
 
 
