@@ -17,8 +17,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from hydrosim.case import load_case
 from hydrosim.case.criteria import CRITERIA
 from hydrosim.compile.clock import compile_clock
@@ -43,6 +41,8 @@ from hydrosim.scene import ForceElement, Scene
 from hydrosim.statistics.figures import figure_asked, figure_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.case.load import Case, Stage
     from hydrosim.results.ledger import ErrorEstimate
 

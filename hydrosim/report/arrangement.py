@@ -6,10 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from html import escape
 from math import cos, floor, log10, sin
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.dofs import about_z
 from hydrosim.elements.contact.fender import Contact
@@ -22,6 +21,9 @@ from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Drawing, Node
 from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DRAWING_WIDTH = 720.0
 DRAWING_MARGIN = 70.0

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
 from hydrosim.case.tables import plain, seas
@@ -41,6 +41,9 @@ from hydrosim.results.channels import channel_names, channel_series, group_by_si
 from hydrosim.results.phases import Phase as Named
 from hydrosim.results.phases import is_operation, transferred_fraction
 from hydrosim.statistics.results import crawl
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEGLIGIBLE_MOTION = 1e-6  # m or rad: smaller motions count as none
 NEGLIGIBLE_LOAD_RATIO = 1e-9  # of the largest load of a joint

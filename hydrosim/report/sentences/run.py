@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.joint.locks import CLOSED as CLOSED_JOINT
@@ -44,6 +43,8 @@ from hydrosim.results.phases import FIGURES, STAGE_TIME
 from hydrosim.statistics.figures import Criterion, criteria_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.study.converge import ConvergenceStudy, ConvergenceTrial
 
 # Stages of groups of contacts, and impacts where contacts close.
