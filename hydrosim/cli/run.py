@@ -84,7 +84,7 @@ def run(
         try:
             dataset = simulate_case(case, result)
         except SimulationError as error:
-            print_lines(f"result    {_save_result(error.dataset, result)}")
+            print_lines(f"result    {_save_result(error.run_data, result)}")
             raise
         path = _save_result(dataset, result)
     show_document(run_document(_locate_warnings(dataset, case)), verbose)

@@ -503,7 +503,7 @@ def simulate_with_progress(
     """Simulate a case with a progress bar. Its state is saved to disk ``every`` so often [s]."""
     from hydrosim.compile.restart import open_start, start_time
     from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
-    from hydrosim.simulation import simulate
+    from hydrosim.simulation import simulate_data
 
     checkpoint = Checkpoint(checkpoint_of(result), every, resume, print_status)
     scene = open_start(case.scene())
@@ -519,4 +519,4 @@ def simulate_with_progress(
             report(time - start, scene.duration, done)
             reached = time
 
-        return simulate(scene, tell, checkpoint)
+        return simulate_data(scene, tell, checkpoint)
