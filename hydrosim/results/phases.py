@@ -195,7 +195,9 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Data
         weight[k] = memory.weight or np.nan
         parts = GroupLoad(run.time.values, impulse[:, k], load[:, k], weight[k]).transfer_times()
         here = run.isel(time=-1, fender=run.fender_group.values == run.contact_group.values[k])
-        times[k] = _stage_times(weight_at_group[-1], parts, bool(np.all(here.fender_mode == OPEN)))
+        times[k] = _stage_times(
+            weight_at_group[-1], parts, bool(np.all(here.fender_mode.values == OPEN))
+        )
         figures[k] = [*_stage_figures(weight_at_group[-1]), -here.fender_compression.max()]
     over = ("contact_group",)
     variables = {

@@ -413,7 +413,7 @@ def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
 def _line_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.spring.values):
         line = run.sel(spring=name)
-        slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
+        slack = Value(float(np.mean(line.spring_mode.values == 0)), "share", 2)
         yield [name, *_tension_cells(run, line.spring_tension), slack]
 
 
