@@ -349,9 +349,14 @@ def open_run(path: str | Path) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
     missing, is not netCDF, is not the result of a run, or has fewer than two records."""
     run = read_run(Path(path))
+    require_two_records(run, path)
+    return run
+
+
+def require_two_records(run: xr.Dataset, path: str | Path) -> None:
+    """Raises InputError if the run in a file has fewer than two records."""
     if run.sizes["time"] < 2:
         raise InputError(
             f"{path}: has fewer than two recorded times, so there is nothing to draw;"
             f" {RUN_FILE_HINT}."
         )
-    return run

@@ -157,6 +157,10 @@ class RunVariable(NDArrayOperatorsMixin):
         values = self.values.transpose([self.dims.index(name) for name in names])
         return self._derived(names, values, lambda: self._to_xarray().transpose(*dims))
 
+    def copy(self, data: np.ndarray) -> RunVariable:
+        """Other values for the same labels."""
+        return self._derived(self.dims, data, lambda: self._to_xarray().copy(data=data))
+
     def clip(self, min: float | None = None, max: float | None = None) -> RunVariable:
         """Values within limits."""
         values = np.clip(self.values, min, max)

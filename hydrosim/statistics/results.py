@@ -84,7 +84,7 @@ def crawl(run: xr.Dataset) -> xr.DataArray:
     """Path length of the contact nodes (time, fender, axis) since the start [m]. While open, a node
     stays at the point of last contact; NaN before the first contact."""
     node = run.fender_node.transpose("time", "fender", "axis")
-    gone = (node - node[0]).values
+    gone = node.values - node.values[0]
     rows = np.arange(run.sizes["time"])[:, None]
     touches = run.fender_mode.transpose("time", "fender").values > 0
     last = np.maximum.accumulate(np.where(touches, rows, -1))
