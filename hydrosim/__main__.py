@@ -115,9 +115,9 @@ def _of_all(
     pass
 
 
-# Loading makes many objects that stay. Garbage collection need not visit them during the run, nor
-# at the end, where it would take a third of a second.
-gc.set_threshold(50_000)
+# Loading makes many objects that stay. Garbage collection need not visit them, which would take a
+# tenth of a second while they are made, and a third at the end.
+gc.set_threshold(500_000)
 atexit.register(gc.freeze)
 
 

@@ -34,7 +34,7 @@ def new_run_data(data: Mapping[str, Any], coords: Mapping[str, Any]) -> xr.Datas
     own dimension come last, as in `xarray.Dataset`."""
     contents = {name: _content_of(content) for name, content in {**data, **coords}.items()}
     last = {name: content for name, content in contents.items() if content.dims == (name,)}
-    return cast("xr.Dataset", RunData({**_without(contents, last), **last}, coords, {}))
+    return cast("xr.Dataset", RunData({**_leave_out(contents, last), **last}, coords, {}))
 
 
 def as_xarray(run: xr.Dataset) -> xr.Dataset:
@@ -90,19 +90,19 @@ class RunVariable(NDArrayOperatorsMixin):
         return _answer_with(self._to_xarray, name)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
-        if method == "__call__" and not options and all(map(self._fits, inputs)):
-            values = ufunc(*map(_plain, inputs))
-            return self._derived(self.dims, values, lambda: ufunc(*map(_as_arrays, inputs)))
+        if method == "__call__" and not options and all(map(self._has_same_labels, inputs)):
+            values = ufunc(*map(_values_of, inputs))
+            return self._derive(self.dims, values, lambda: ufunc(*map(_as_arrays, inputs)))
         return getattr(ufunc, method)(*map(_as_arrays, inputs), **options)
 
-    def _fits(self, value: Any) -> bool:
+    def _has_same_labels(self, value: Any) -> bool:
         """Whether a value is a number, or has the same labels in the same order."""
         if isinstance(value, RunVariable):
             same = value.dims == self.dims and value._run is self._run
             return value is self or (same and not value._chosen | self._chosen)
         return isinstance(value, int | float | np.number)
 
-    def _derived(
+    def _derive(
         self,
         dims: tuple[str, ...],
         values: Any,
@@ -133,7 +133,7 @@ class RunVariable(NDArrayOperatorsMixin):
 
     def isel(self, chosen: Mapping[str, Any] | None = None, **by_name: Any) -> RunVariable:
         """Values at indices along dimensions: whole numbers, slices, or arrays (also of truth)."""
-        places = {dim: _plain(index) for dim, index in {**(chosen or {}), **by_name}.items()}
+        places = {dim: _values_of(index) for dim, index in {**(chosen or {}), **by_name}.items()}
         values = self.values
         for axis, dim in reversed([*enumerate(self.dims)]):
             if dim in places:
@@ -141,7 +141,7 @@ class RunVariable(NDArrayOperatorsMixin):
         several = {dim for dim, i in places.items() if isinstance(i, slice) or np.ndim(i)}
         dims = tuple(dim for dim in self.dims if dim not in places or dim in several)
         here = {dim: index for dim, index in places.items() if dim in self.dims}
-        return self._derived(dims, values, lambda: self._to_xarray().isel(here), frozenset(several))
+        return self._derive(dims, values, lambda: self._to_xarray().isel(here), frozenset(several))
 
     def sel(self, chosen: Mapping[str, Any] | None = None, **by_name: Any) -> Any:
         """Values at labels along dimensions: names, numbers, or arrays of them."""
@@ -155,34 +155,30 @@ class RunVariable(NDArrayOperatorsMixin):
         order = [name for dim in dims for name in (rest if dim is ... else [dim])]
         names = tuple(order or self.dims[::-1])
         values = self.values.transpose([self.dims.index(name) for name in names])
-        return self._derived(names, values, lambda: self._to_xarray().transpose(*dims))
+        return self._derive(names, values, lambda: self._to_xarray().transpose(*dims))
 
     def copy(self, data: np.ndarray) -> RunVariable:
         """Other values for the same labels."""
-        return self._derived(self.dims, data, lambda: self._to_xarray().copy(data=data))
+        return self._derive(self.dims, data, lambda: self._to_xarray().copy(data=data))
 
     def clip(self, min: float | None = None, max: float | None = None) -> RunVariable:
         """Values within limits."""
         values = np.clip(self.values, min, max)
-        return self._derived(self.dims, values, lambda: self._to_xarray().clip(min, max))
+        return self._derive(self.dims, values, lambda: self._to_xarray().clip(min, max))
 
     def min(self, dim: str | None = None) -> RunVariable:
         """Smallest value, along all dimensions or one."""
-        return self._reduced(np.fmin.reduce, "min", dim)
+        return self._reduce_along(np.fmin.reduce, "min", dim)
 
     def max(self, dim: str | None = None) -> RunVariable:
         """Largest value, along all dimensions or one."""
-        return self._reduced(np.fmax.reduce, "max", dim)
+        return self._reduce_along(np.fmax.reduce, "max", dim)
 
-    def any(self, dim: str | None = None) -> RunVariable:
-        """Whether a value is not zero, along all dimensions or one."""
-        return self._reduced(np.any, "any", dim)
-
-    def _reduced(self, reduce: Callable[..., Any], name: str, dim: str | None) -> RunVariable:
+    def _reduce_along(self, reduce: Callable[..., Any], name: str, dim: str | None) -> RunVariable:
         axis = None if dim is None else self.dims.index(dim)
         dims = tuple(d for d in self.dims if dim not in (d, None))
         values = reduce(self.values, axis=axis)
-        return self._derived(dims, values, lambda: getattr(self._to_xarray(), name)(dim))
+        return self._derive(dims, values, lambda: getattr(self._to_xarray(), name)(dim))
 
 
 class RunData:
@@ -206,9 +202,9 @@ class RunData:
         if isinstance(key, str):
             return RunVariable(self._contents[key], self, lambda: self._to_xarray()[key])
         dims = {dim for name in key for dim in self._contents[name].dims}
-        fits = (name for name in self._coordinates if dims.issuperset(self._contents[name].dims))
-        names = dict.fromkeys([*key, *fits])
-        return self._with({name: self._contents[name] for name in names})
+        along = (name for name in self._coordinates if dims.issuperset(self._contents[name].dims))
+        names = dict.fromkeys([*key, *along])
+        return self._with_contents({name: self._contents[name] for name in names})
 
     def __contains__(self, name: object) -> bool:
         return name in self._contents
@@ -244,7 +240,9 @@ class RunData:
     def isel(self, chosen: Mapping[str, Any] | None = None, **by_name: Any) -> RunData:
         """All variables at indices along dimensions."""
         places = {**(chosen or {}), **by_name}
-        return self._with({name: _content_of(x.isel(places)) for name, x in self.variables.items()})
+        return self._with_contents(
+            {name: _content_of(x.isel(places)) for name, x in self.variables.items()}
+        )
 
     def sel(self, chosen: Mapping[str, Any] | None = None, **by_name: Any) -> Any:
         """All variables at labels along dimensions."""
@@ -254,7 +252,9 @@ class RunData:
 
     def assign(self, variables: Mapping[str, Any]) -> RunData:
         """The run with further variables."""
-        return self._with({name: _content_of(content) for name, content in variables.items()}, True)
+        return self._with_contents(
+            {name: _content_of(content) for name, content in variables.items()}, True
+        )
 
     def assign_coords(self, coords: Mapping[str, Any] | None = None, **by_name: Any) -> RunData:
         """The run with further coordinates: tuples, or labels along the dimension of their name."""
@@ -265,7 +265,7 @@ class RunData:
 
     def assign_attrs(self, attributes: Mapping[str, Any] | None = None, **more: Any) -> RunData:
         """The run with further attributes."""
-        made = self._with(self._contents)
+        made = self._with_contents(self._contents)
         made.attrs |= {**(attributes or {}), **more}
         return made
 
@@ -301,34 +301,36 @@ class RunData:
         dims = {*self._contents[name].dims}
         return [k for k in self._auxiliary_coordinates() if dims.issuperset(self._contents[k].dims)]
 
-    def _with(self, contents: Mapping[str, VariableContent], more: bool = False) -> RunData:
+    def _with_contents(
+        self, contents: Mapping[str, VariableContent], more: bool = False
+    ) -> RunData:
         """Run with these variables alone, or with these ``more``."""
-        held = {**self._contents, **contents} if more else contents
-        coordinates = [name for name in self._coordinates if name in held]
-        return RunData(held, coordinates, self.attrs)
+        variables = {**self._contents, **contents} if more else contents
+        coordinates = [name for name in self._coordinates if name in variables]
+        return RunData(variables, coordinates, self.attrs)
 
     def _places_of(self, labels: Mapping[str, Any]) -> dict[str, Any] | None:
         """Indices of labels along dimensions; None if xarray has to find them."""
         places: dict[str, Any] = {}
         for dim, label in labels.items():
-            wanted = _plain(label)
-            if isinstance(wanted, slice) or dim not in self._contents:
+            chosen = _values_of(label)
+            if isinstance(chosen, slice) or dim not in self._contents:
                 return None
-            values = np.asarray(wanted)
+            values = np.asarray(chosen)
             if values.dtype.kind == "b":
                 places[dim] = values
                 continue
             index = {text: k for k, text in enumerate(self._contents[dim].values.tolist())}
             if not index.keys() >= {*values.ravel().tolist()}:
                 return None
-            found_indices = [index[text] for text in values.ravel().tolist()]
-            places[dim] = np.array(found_indices, int) if values.ndim else found_indices[0]
+            indices = [index[text] for text in values.ravel().tolist()]
+            places[dim] = np.array(indices, int) if values.ndim else indices[0]
         return places
 
     def _to_xarray(self) -> xr.Dataset:
         contents = self._contents
         coords = {name: contents[name] for name in contents if name in self._coordinates}
-        made = new_dataset(_without(contents, coords), coords, self.attrs)
+        made = new_dataset(_leave_out(contents, coords), coords, self.attrs)
         return made[[*contents]]
 
 
@@ -347,7 +349,7 @@ def _content_of(content: Any) -> VariableContent:
     return VariableContent(names, np.asarray(values), dict(*attributes))
 
 
-def _without(contents: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
+def _leave_out(contents: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
     return {name: content for name, content in contents.items() if name not in {*names}}
 
 
@@ -355,7 +357,7 @@ def _coordinates_attribute(names: Iterable[str]) -> dict[str, str]:
     return {"coordinates": " ".join(sorted(names))} if names else {}
 
 
-def _plain(value: Any) -> Any:
+def _values_of(value: Any) -> Any:
     return value.values if hasattr(value, "values") else value
 
 
