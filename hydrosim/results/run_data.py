@@ -215,19 +215,20 @@ class RunData:
         return _answer_with(self._to_xarray, name)
 
     @property
-    def variables(self) -> dict[str, RunVariable]:
+    def variables(self) -> VariablesByName:
         """All variables, with the coordinates."""
-        return {name: self[name] for name in self._contents}
+        return VariablesByName(self, self._contents)
 
     @property
-    def coords(self) -> dict[str, RunVariable]:
+    def coords(self) -> VariablesByName:
         """The coordinates."""
-        return {name: self[name] for name in self._contents if name in self._coordinates}
+        names = [name for name in self._contents if name in self._coordinates]
+        return VariablesByName(self, dict.fromkeys(names))
 
     @property
-    def data_vars(self) -> dict[str, RunVariable]:
+    def data_vars(self) -> VariablesByName:
         """The variables that are no coordinates."""
-        return {name: self[name] for name in self._contents if name not in self._coordinates}
+        return VariablesByName(self, _leave_out(self._contents, self._coordinates))
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -331,7 +332,27 @@ class RunData:
         contents = self._contents
         coords = {name: contents[name] for name in contents if name in self._coordinates}
         made = new_dataset(_leave_out(contents, coords), coords, self.attrs)
-        return made[[*contents]]
+        return made if [*made.variables] == [*contents] else made[[*contents]]
+
+
+class VariablesByName(Mapping[str, RunVariable]):
+    """Some variables of a run, each made when it is asked for."""
+
+    def __init__(self, run: RunData, names: Mapping[str, Any]) -> None:
+        self._run = run
+        self._names = names
+
+    def __getitem__(self, name: str) -> RunVariable:
+        if name not in self._names:
+            raise KeyError(name)
+        variable: RunVariable = self._run[name]
+        return variable
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
 STORED_KINDS = "fiuOU"
@@ -350,7 +371,8 @@ def _content_of(content: Any) -> VariableContent:
 
 
 def _leave_out(contents: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
-    return {name: content for name, content in contents.items() if name not in {*names}}
+    left_out = {*names}
+    return {name: content for name, content in contents.items() if name not in left_out}
 
 
 def _coordinates_attribute(names: Iterable[str]) -> dict[str, str]:
