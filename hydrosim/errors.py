@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cached_property
 from pathlib import Path
 from shutil import disk_usage
 from typing import TYPE_CHECKING
@@ -48,7 +47,7 @@ class SimulationError(HydrosimError):
         self.run_data = run_data
         self._to_xarray = to_xarray
 
-    @cached_property
+    @property
     def dataset(self) -> xr.Dataset:
         """The results until then."""
         return self._to_xarray(self.run_data)
