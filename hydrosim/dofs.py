@@ -36,13 +36,15 @@ LATERAL = tuple(dof for dof, sign in zip(DOFS, MIRROR_SIGN, strict=True) if sign
 Vector = Sequence[float] | np.ndarray
 
 
-def mirrored_vector(vector: Vector) -> tuple[float, ...]:
+def mirrored_vector(vector: Vector) -> tuple[float, float, float]:
     """The mirror image of a position or a force (3,)."""
-    return tuple(np.asarray(vector) * MIRROR_SIGN[:3])
+    x, y, z = np.asarray(vector) * MIRROR_SIGN[:3]
+    return x, y, z
 
 
-def foot_of_perpendicular(point: Vector, normal: Vector, y: float) -> tuple[float, ...]:
+def foot_of_perpendicular(point: Vector, normal: Vector, y: float) -> tuple[float, float, float]:
     """The point (3,) [m] of a plane that is nearest to the origin, in axes whose origin is at
     (0, ``y``, 0). The plane has the ``normal`` and goes through ``point``, in the old axes."""
     n = np.array(normal, dtype=float)
-    return tuple(n * (np.subtract(point, (0.0, y, 0.0)) @ n) / (n @ n))
+    foot = n * (np.subtract(point, (0.0, y, 0.0)) @ n) / (n @ n)
+    return foot[0], foot[1], foot[2]

@@ -17,7 +17,8 @@ import hydrosim
 PACKAGE = Path(hydrosim.__file__).parent
 ROOMS = """
 errors dofs modes
-files scene
+files
+scene
 jit
 multibody water
 database tanks
@@ -34,7 +35,7 @@ cli
 __main__ __init__
 """
 FLOOR = {room: k for k, line in enumerate(ROOMS.strip().splitlines()) for room in line.split()}
-LONGEST = 25
+LONGEST = 30
 """Files, from the first that imports to the last that is imported."""
 MOST = 25
 """Files in a folder."""

@@ -27,6 +27,8 @@ from hydrosim.case.tanks import Lightship
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import as_attribute
 from hydrosim.files.layers import DUMPER, FILES
+from hydrosim.files.messages import fields_of
+from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import Scale
 from hydrosim.scene.joint import arrange_joints
 
@@ -72,15 +74,19 @@ def _build_bodies(data: CaseFile) -> dict[str, Any]:
 def _plain_value(value: Any, folder: Path) -> Any:
     """A value as YAML has it; None is left out of mappings."""
     match value:
-        case BaseModel():
-            fields = type(value).model_fields
-            return _plain_value({fields[key].alias or key: item for key, item in value}, folder)
+        case BaseModel() | SchemaClass():
+            parts = {
+                f.alias or key: getattr(value, key) for key, f in fields_of(type(value)).items()
+            }
+            return _plain_value(parts, folder)
         case dict():
             return {
                 str(key): os.path.abspath(folder / item) if _is_file(key, item) else plain
                 for key, item in value.items()
                 if (plain := _plain_value(item, folder)) is not None
             }
+        case np.ndarray():
+            return value.tolist()
         case tuple() | list():
             return [_plain_value(item, folder) for item in value]
         case Scale():

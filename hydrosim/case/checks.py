@@ -11,7 +11,6 @@ from hydrosim.case.elements.catenary import Lines
 from hydrosim.case.elements.drive import Drive
 from hydrosim.case.hydrodynamics import accepted_of, files_of
 from hydrosim.case.schema import CaseFile
-from hydrosim.case.signals import Recorded
 from hydrosim.case.streams import CurrentPower
 from hydrosim.case.waves import (
     Components,
@@ -25,6 +24,7 @@ from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene.joint import arrange_joints
+from hydrosim.scene.signal import RecordedColumns
 
 # The output has forces of these names (`hydrosim.elements.kind`, which would load numba).
 RESERVED = ("hydrostatic", "radiation", "wave_first_order", "wave_second_order", "weight")
@@ -205,7 +205,7 @@ def _check_file(keys: Keys, path: Path, wanted: str) -> Iterator[Problem]:
         yield Problem(keys, f"found {found_text} at {place}; expected {wanted}; {RELATIVE}")
 
 
-def recorded_series(case: CaseFile) -> Iterator[tuple[Keys, Recorded]]:
+def recorded_series(case: CaseFile) -> Iterator[tuple[Keys, RecordedColumns]]:
     """All recorded series of a case, with the keys to them."""
     for name, element in case.forces.items():
         yield from ((("forces", name, *keys), form) for keys, form in element.recorded_series())

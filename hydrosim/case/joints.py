@@ -15,10 +15,11 @@ import numpy as np
 from pydantic import Discriminator, StrictStr, model_validator
 
 from hydrosim import scene
-from hydrosim.case.elements.element import Active, Exemplary
+from hydrosim.case.elements.element import Exemplary
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
+from hydrosim.scene.force import Active
 from hydrosim.scene.joint import JointType
 
 MIN_AXIS_LENGTH = 1e-100  # length of an axis: below it has no direction

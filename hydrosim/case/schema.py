@@ -24,7 +24,6 @@ from pydantic.config import JsonDict
 
 from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
-from hydrosim.case.elements.contacts import Plane
 from hydrosim.case.hydrodynamics import Coefficients, Hydrodynamics, Hydrostatics, files_of
 from hydrosim.case.joints import AnyJoint
 from hydrosim.case.streams import Current, Wind
@@ -46,6 +45,7 @@ from hydrosim.scene import (
     Unstable,
     Weight,
 )
+from hydrosim.scene.contacts import Plane
 from hydrosim.scene.hydrodynamics import LENGTH
 from hydrosim.scene.scene import ACCURACIES, ACCURACY
 

@@ -12,7 +12,6 @@ from pydantic import ValidationError
 from hydrosim import scene
 from hydrosim.case import schema, waves
 from hydrosim.case.elements import BuildContext
-from hydrosim.case.signals import read_record
 from hydrosim.case.waves import Component
 from hydrosim.files.messages import validation_problems
 from hydrosim.files.series import read_series
@@ -27,6 +26,7 @@ from hydrosim.files.text import (
     without_repeats,
 )
 from hydrosim.scene import DirectionalTable
+from hydrosim.scene.signal import read_record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +84,7 @@ def _unit_scale(source: Source, name: str, unit: str) -> float:
 
 def _wave_component(source: Source, values: dict[str, Any], line: int | None = None) -> Component:
     """A component with these values, which are checked as those in a case file are."""
-    readers: dict[int, Any] = {}
+    readers: dict[int | str, Any] = {}
     try:
         return Component.model_validate(values, context=readers)
     except ValidationError as error:

@@ -9,13 +9,13 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim import scene
-from hydrosim.case.elements.element import AtTime, Event
 from hydrosim.case.hydrodynamics import Depth, MeshHull, RecipeHull
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import Axes, Scale, SchemaModel
 from hydrosim.files.units import Quantity, problem
 from hydrosim.scene import FreeSurface
+from hydrosim.scene.force import AtTime, Event
 
 SEA_NAME = "sea"
 PLACING = ("scale", "axes", "offset", "waterline")  # keys of a mesh

@@ -16,11 +16,11 @@ from pydantic import (
     model_validator,
 )
 
-from hydrosim.case.signals import Recorded
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
 from hydrosim.scene import Amplitudes
+from hydrosim.scene.signal import RecordedColumns
 
 
 class Growing(SchemaModel):
@@ -253,7 +253,7 @@ class Components(Directed):
     """Time that all periods divide, if the components are to be summed by FFT."""
 
 
-class RecordedElevation(Recorded, Directed):
+class RecordedElevation(RecordedColumns, Directed):
     """A measured elevation over the time of the run, at ``position``; what is above
     ``highest_frequency`` is left out."""
 

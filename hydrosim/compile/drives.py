@@ -13,19 +13,13 @@ from hydrosim.dofs import DOFS
 from hydrosim.elements import driven_coordinates
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.events import follow_drives
-from hydrosim.elements.signal import (
-    Harmonic,
-    SmoothTable,
-    Table,
-    compile_signals,
-    find_motion,
-    find_piece,
-)
+from hydrosim.elements.signal import compile_signals, find_motion, find_piece
 from hydrosim.errors import InputError
 from hydrosim.integrate.dynamics import Model, new_work
 from hydrosim.multibody.kinematics import LARGEST_TILT
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.scene import Kinematics, arrangement, tree_joints
+from hydrosim.scene.signal import Harmonic, SmoothTable, Table
 
 if TYPE_CHECKING:
     from hydrosim.integrate.state import State

@@ -14,7 +14,6 @@ from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_databas
 from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
 from hydrosim.dofs import DOFS
 from hydrosim.elements import heights_of_wind, signals_of
-from hydrosim.elements.signal import Recorded
 from hydrosim.elements.stream_load import STREAM_LOAD_KIND, CurrentLoad, StreamLoad, WindLoad
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import text_of
@@ -41,6 +40,7 @@ from hydrosim.scene import (
     WhiteNoise,
 )
 from hydrosim.scene.scene import arrangement
+from hydrosim.scene.signal import Recorded
 from hydrosim.water.components import (
     SeaState,
     WaveComponents,

@@ -12,12 +12,12 @@ from hydrosim.compile.joints import check_trees
 from hydrosim.compile.restart import start_time
 from hydrosim.compile.sizes import check_sizes
 from hydrosim.elements import has_kind, signals_of, undefined_units
+from hydrosim.elements.contact.fender import check_contact
 from hydrosim.elements.contact.law import OPEN, STICK
 from hydrosim.elements.contact.laws import COULOMB
 from hydrosim.elements.kind import BODY_ROWS
 from hydrosim.elements.line.points import line_shapes
-from hydrosim.elements.signal import Recorded
-from hydrosim.elements.spring import kinematics
+from hydrosim.elements.link.kind import SPRING_KIND, link_kinematics
 from hydrosim.elements.trigger import AFTER
 from hydrosim.errors import InputError
 from hydrosim.integrate.dynamics import Model, motion_at
@@ -26,7 +26,9 @@ from hydrosim.linear.linearise import find_constraint_rows
 from hydrosim.modes import MODE
 from hydrosim.results.memory import check_points
 from hydrosim.scene import Kinematics, Scene
+from hydrosim.scene.contacts import Contact
 from hydrosim.scene.scene import ACCURACIES
+from hydrosim.scene.signal import Recorded
 
 if TYPE_CHECKING:
     from hydrosim.integrate.state import State
@@ -86,6 +88,8 @@ def check_scene(scene: Scene) -> None:
         raise InputError("scene: " + "; ".join(problems_found) + ".")
     for name, element in scene.forces.items():
         element.check(name)
+        if isinstance(element, Contact):
+            check_contact(name, element)
     if scene.initial is None or scene.initial.time is not None:  # else once its run is opened
         _check_records(scene)
         check_drives(scene, start_time(scene))
@@ -179,12 +183,10 @@ def _check_breaks(scene: Scene, model: Model, state: State) -> None:
 def _check_springs(scene: Scene, model: Model, state: State) -> None:
     """Refuse springs whose ends coincide at the start."""
     motion = motion_at(model, state.y)
-    p = model.elements.springs
-    for name, line in zip(spring_names(scene), p.lines, strict=True):
-        if (
-            kinematics(line, 0.0, model.bodies, motion, p).length
-            <= COINCIDENT_ENDS_RTOL * line["length"]
-        ):
+    p = SPRING_KIND.constants_in(model)
+    for i, name in enumerate(spring_names(scene)):
+        apart = link_kinematics(p, i, state.y, motion, model.bodies).place
+        if apart <= COINCIDENT_ENDS_RTOL * p.links[i]["neutral"]:
             raise _coincident_ends(name)
 
 

@@ -27,8 +27,6 @@ from hydrosim.elements import (
     drive,
     external,
     linear_mooring,
-    link,
-    spring,
     stream_load,
     tanks,
     trigger,
@@ -38,14 +36,6 @@ from hydrosim.elements.applied_force import AppliedForce
 from hydrosim.elements.bushing import Bushing
 from hydrosim.elements.contact import fender, landing
 from hydrosim.elements.contact import kind as contact_points
-from hydrosim.elements.contact.coulomb import Coulomb
-from hydrosim.elements.contact.curves import NormalCurve, NormalLoop, PrescribedNormal
-from hydrosim.elements.contact.fender import Contact, Fender, Normal
-from hydrosim.elements.contact.friction_slope import FrictionSlope
-from hydrosim.elements.contact.frictionless import Frictionless
-from hydrosim.elements.contact.geometry import Plane
-from hydrosim.elements.contact.landing import Landing, Wall
-from hydrosim.elements.contact.stick_slip import LoadPowers, StickSlip
 from hydrosim.elements.damping import LinearDamping, QuadraticDamping
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.external import External
@@ -64,21 +54,46 @@ from hydrosim.elements.kind import (
     LinearResistance,
     UnitKind,
 )
-from hydrosim.elements.line import catenary, compensator, winch
+from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.line import kind as lines
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.drum import Compensation, SpeedControl, TensionControl
 from hydrosim.elements.line.winch import Winch
 from hydrosim.elements.linear_mooring import LinearMooring
-from hydrosim.elements.link import Strut, TorsionSpring
-from hydrosim.elements.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
-from hydrosim.elements.spring import Spring
+from hydrosim.elements.link import table as links
+from hydrosim.elements.link.kind import COMPENSATOR_KIND, LINK_KIND, SPRING_KIND
 from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.elements.viscous_roll import ViscousRoll
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE_COLUMNS
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.contacts import (
+    Contact,
+    Coulomb,
+    Fender,
+    Frictionless,
+    FrictionSlope,
+    Landing,
+    LoadPowers,
+    NormalCurve,
+    NormalLoop,
+    Plane,
+    PrescribedNormal,
+    Seats,
+    StickSlip,
+    Wall,
+)
+from hydrosim.scene.links import (
+    Compensator,
+    DryFriction,
+    GasSpring,
+    Spring,
+    SpringDamper,
+    Stop,
+    Strut,
+    TorsionSpring,
+)
+from hydrosim.scene.signal import Harmonic, Recorded, Signal, SmoothTable, Table, constant
 from hydrosim.tanks.contents import Tanks
 from hydrosim.water.wind import REFERENCE_HEIGHT, GustTable
 
@@ -89,17 +104,15 @@ class Elements(NamedTuple):
     linear_moorings: Any
     applied_forces: Any
     fenders: Any
-    springs: Any
+    links: Any
     linear_dampings: Any
     quadratic_dampings: Any
     viscous_rolls: Any
     stream_loads: Any
-    links: Any
     bushings: Any
     catenaries: Any
     guides: Any
     winches: Any
-    compensators: Any
     locks: Any
     joint_motions: Any
     externals: Any
@@ -111,18 +124,18 @@ ELEMENT_KINDS: tuple[UnitKind, ...] = (
     linear_mooring.LINEAR_MOORING_KIND,
     applied_force.APPLIED_FORCE_KIND,
     contact_points.CONTACT_KIND,
-    spring.SPRING_KIND,
+    SPRING_KIND,
+    COMPENSATOR_KIND,
+    LINK_KIND,
     damping.LINEAR_DAMPING_KIND,
     damping.QUADRATIC_DAMPING_KIND,
     viscous_roll.VISCOUS_ROLL_KIND,
     stream_load.STREAM_LOAD_KIND,
     tanks.TANK_FLOW_KIND,
-    link.LINK_KIND,
     bushing.BUSHING_KIND,
     lines.CATENARY_KIND,
     landing.GUIDE_KIND,
     winch.WINCH_KIND,
-    compensator.COMPENSATOR_KIND,
     locks.LOCK_KIND,
     locks.JOINT_LOAD_KIND,
     motions.JOINT_MOTION_KIND,
@@ -144,8 +157,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     if e.applied_forces.each.size > 0:
         applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, loads)
     fender.add_force(t, y, modes, motion, bodies, e.fenders, loads)
-    if e.springs.lines.size > 0:  # passing arguments alone would cost a few percent
-        spring.add_force(t, y, modes, motion, bodies, e.springs, loads)
+    if e.links.links.size > 0:  # passing arguments alone would cost a few percent
+        links.add_force(t, y, modes, motion, bodies, e.links, loads)
     if e.linear_dampings.size > 0:
         damping.add_linear_damping(t, y, modes, motion, bodies, e.linear_dampings, loads)
     if e.quadratic_dampings.size > 0:
@@ -154,8 +167,6 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         viscous_roll.add_force(t, y, modes, motion, bodies, e.viscous_rolls, loads)
     if e.stream_loads.each.size > 0:
         stream_load.add_force(t, y, modes, motion, bodies, e.stream_loads, loads)
-    if e.links.links.size > 0:
-        link.add_force(t, y, modes, motion, bodies, e.links, loads)
     if e.bushings.each.size > 0:
         bushing.add_force(t, y, modes, motion, bodies, e.bushings, loads)
     if e.catenaries.lines.size > 0:
@@ -164,8 +175,6 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
         landing.add_force(t, y, modes, motion, bodies, e, wrench)
     if e.winches.each.size > 0:
         winch.add_force(t, y, modes, motion, bodies, e.winches, loads)
-    if e.compensators.each.size > 0:
-        compensator.add_force(t, y, modes, motion, bodies, e.compensators, loads)
     if e.locks.each.size > 0:
         clear(dy[e.locks.state : e.locks.state + locks.LOCK_STATES * e.locks.each.size])
     if e.joint_motions.each.size > 0:
@@ -195,10 +204,8 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
     if e.fenders.points.size > 0:
         fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
-    if e.springs.lines.size > 0:
-        spring.add_energy(t, y, modes, motion, bodies, e.springs, stored)
     if e.links.links.size > 0:
-        link.add_energy(t, y, modes, motion, bodies, e.links, stored)
+        links.add_energy(t, y, modes, motion, bodies, e.links, stored)
     if e.bushings.each.size > 0:
         bushing.add_energy(t, y, modes, motion, bodies, e.bushings, stored)
     if e.catenaries.lines.size > 0:
@@ -207,8 +214,6 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         landing.add_energy(modes, motion, bodies, e, stored)
     if e.winches.each.size > 0:
         winch.add_energy(t, y, modes, motion, bodies, e.winches, stored)
-    if e.compensators.each.size > 0:
-        compensator.add_energy(t, y, modes, motion, bodies, e.compensators, stored)
     if e.joint_motions.each.size > 0:
         motions.add_energy(y, modes, e.joint_motions, stored)
     if e.triggers.each.size > 0:
@@ -233,8 +238,8 @@ def kinds_with_mode_sets(parts: KindConstants) -> list[tuple[KindWithModeSets, A
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Elements:
     """Constants of all ``elements``; `assign_indices` assigns the indices of their states and
     modes."""
-    element_kinds = [kind for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)]
-    return Elements(**{kind.field: kind.compile(elements, layout) for kind in element_kinds})
+    compilers = {k.field: k.compile for k in ELEMENT_KINDS if isinstance(k, ElementKind)}
+    return Elements(**{field: compile(elements, layout) for field, compile in compilers.items()})
 
 
 def renumber_coordinates(
@@ -265,21 +270,22 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
     likewise, and the integrals of losses, row by row, from ``losses`` on. Reactions of joints
     follow those of contact points. Constants with such indices have fields ``state``, ``mode``,
     ``losses`` and ``reaction``."""
-    constants = {}
+    elements = parts.elements
+    flows = parts.tanks
     mode = 0
-    reaction = parts.elements.fenders.points.size
+    reaction = elements.fenders.points.size
     for kind in ELEMENT_KINDS:
         p = kind.constants_in(parts)
         places = {"state": state, "mode": mode, "losses": losses, "reaction": reaction}
         indices = {name: places[name] for name in getattr(p, "_fields", ()) if name in places}
-        constants[kind] = p._replace(**indices) if indices else p
+        if kind is tanks.TANK_FLOW_KIND:
+            flows = p._replace(**indices)
+        elif isinstance(kind, ElementKind) and indices:
+            elements = kind.indexed_in(elements, indices)
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
         reaction += _reaction_count(kind, p)
-    indices = {
-        kind.field: constants[kind] for kind in ELEMENT_KINDS if isinstance(kind, ElementKind)
-    }
-    return IndexedConstants(Elements(**indices), constants[tanks.TANK_FLOW_KIND])
+    return IndexedConstants(elements, flows)
 
 
 def _reaction_count(kind: UnitKind, p: Any) -> int:

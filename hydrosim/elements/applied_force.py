@@ -17,11 +17,12 @@ import numpy as np
 
 from hydrosim.dofs import DOFS, LATERAL, mirrored_vector
 from hydrosim.elements.kind import ElementKind, Layout
-from hydrosim.elements.signal import SIGNAL, Signal, compile_signals, scale_signal, value
+from hydrosim.elements.signal import SIGNAL, compile_signals, value
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import add, cross, dot, matvec, vector
 from hydrosim.scene import ForceElement, Turns
+from hydrosim.scene.signal import Signal, scale_signal
 
 
 @dataclass(frozen=True)

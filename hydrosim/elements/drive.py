@@ -22,20 +22,13 @@ import numpy as np
 
 from hydrosim.dofs import DOFS, LATERAL
 from hydrosim.elements.kind import Columns, ElementKind, Layout, UnitRecord, Variable
-from hydrosim.elements.signal import (
-    SIGNAL,
-    Signal,
-    compile_signals,
-    corners,
-    find_motion,
-    find_piece,
-    scale_signal,
-)
+from hydrosim.elements.signal import SIGNAL, compile_signals, corners, find_motion, find_piece
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import wrench_of_coordinates
 from hydrosim.multibody.tree import BALL, push_joint
 from hydrosim.scene import ForceElement, Turns
+from hydrosim.scene.signal import Signal, scale_signal
 
 POSITION, SPEED, ACCELERATION = range(3)
 DRIVE_OUTPUTS = 1

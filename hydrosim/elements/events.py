@@ -1,21 +1,22 @@
 """Modes of all elements that have modes: their ends, their successors, and observed values.
 
-Rows of modes belong to contact points, springs, flows, links, bushings, catenaries, guides,
-winches, compensators, joints, their motions and triggers, in this order. Every row has the same
-number of margins, which are positive while its mode lasts.
+Rows of modes belong to contact points, springs, compensators, other links, flows, bushings,
+catenaries, guides, winches, joints, their motions and triggers, in this order. Every row has the
+same number of margins, which are positive while its mode lasts.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hydrosim.elements import bushing, drive, external, link, spring, trigger
+from hydrosim.elements import bushing, drive, external, trigger
 from hydrosim.elements.contact import curves, fender, group, landing, transitions
 from hydrosim.elements.contact.kind import add_tallies
 from hydrosim.elements.contact.laws import COULOMB
 from hydrosim.elements.joint import locks, motions
 from hydrosim.elements.joint.rows import REFERENCE_SIZE
-from hydrosim.elements.line import catenary, compensator, winch
+from hydrosim.elements.line import catenary, winch
+from hydrosim.elements.link import table as links
 from hydrosim.jit.kernels import kernel, root, root_giving
 from hydrosim.modes import NO_INDEX
 from hydrosim.tanks import pumping
@@ -32,13 +33,11 @@ def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
     """Shapes of the output of `write_outputs`, in its order, by the unit of kinds."""
     return {
         "fender": (elements.fenders.points.size, fender.CONTACT_OUTPUTS),
-        "spring": (elements.springs.lines.size, spring.SPRING_OUTPUTS),
-        "link": (elements.links.links.size, link.LINK_OUTPUTS),
+        **links.output_shapes(elements.links),
         "bushing": (elements.bushings.each.size, bushing.BUSHING_OUTPUTS),
         "line": (elements.catenaries.lines.size, catenary.CATENARY_OUTPUTS),
         "guide": (elements.guides.pins.size, landing.GUIDE_OUTPUTS),
         "winch": (elements.winches.each.size, winch.WINCH_OUTPUTS),
-        "compensator": (elements.compensators.each.size, compensator.COMPENSATOR_OUTPUTS),
         "joint": (elements.locks.joints, 6),
         "joint_motion": (elements.joint_motions.each.size, motions.JOINT_MOTION_OUTPUTS),
         "external": (elements.externals.delayed, external.EXTERNAL_OUTPUTS),
@@ -50,13 +49,11 @@ def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
 def joint_output_start(elements):
     """Place of the loads of joints in the output of `write_outputs`."""
     behind = elements.fenders.points.size * fender.CONTACT_OUTPUTS
-    behind += elements.springs.lines.size * spring.SPRING_OUTPUTS
-    behind += elements.links.links.size * link.LINK_OUTPUTS
+    behind += elements.links.links.size * links.LINK_OUTPUTS
     behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
     behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
     behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
-    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
-    return behind + elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
+    return behind + elements.winches.each.size * winch.WINCH_OUTPUTS
 
 
 @kernel
@@ -66,16 +63,12 @@ def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
     flat array ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb) [N, N
     m]."""
     fenders = elements.fenders
-    springs = elements.springs
     if fenders.points.size > 0:
         fender.write_outputs(t, y, modes, motion, bodies, fenders, holds.reaction, out)
     behind = fenders.points.size * fender.CONTACT_OUTPUTS
-    if springs.lines.size > 0:
-        spring.write_outputs(t, modes, motion, bodies, springs, out[behind:])
-    behind += springs.lines.size * spring.SPRING_OUTPUTS
     if elements.links.links.size > 0:
-        link.write_outputs(modes, motion, bodies, elements.links, out[behind:])
-    behind += elements.links.links.size * link.LINK_OUTPUTS
+        links.write_outputs(t, y, modes, motion, bodies, elements.links, out[behind:])
+    behind += elements.links.links.size * links.LINK_OUTPUTS
     if elements.bushings.each.size > 0:
         bushing.write_outputs(modes, motion, bodies, elements.bushings, out[behind:])
     behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
@@ -88,9 +81,6 @@ def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if elements.winches.each.size > 0:
         winch.write_outputs(t, y, modes, motion, bodies, elements.winches, out[behind:])
     behind += elements.winches.each.size * winch.WINCH_OUTPUTS
-    if elements.compensators.each.size > 0:
-        compensator.write_outputs(modes, motion, bodies, elements.compensators, out[behind:])
-    behind += elements.compensators.each.size * compensator.COMPENSATOR_OUTPUTS
     if elements.locks.each.size > 0:
         locks.write_outputs(elements.locks, holds, out[behind:])
     behind += elements.locks.joints * 6
@@ -110,12 +100,10 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
     """Fill ``modes`` for a start from ``y``."""
     if elements.fenders.points.size > 0:
         transitions.set_initial_modes(t, y, modes, motion, bodies, elements.fenders)
-    if elements.springs.lines.size > 0:
-        spring.set_initial_modes(t, modes, motion, bodies, elements.springs)
+    if elements.links.links.size > 0:
+        links.set_initial_modes(t, y, modes, motion, bodies, elements.links)
     if tanks.flows.size > 0:
         pumping.set_initial_modes(t, modes, tanks)
-    if elements.links.links.size > 0:
-        link.set_initial_modes(modes, motion, bodies, elements.links)
     if elements.bushings.each.size > 0:
         bushing.set_initial_modes(modes, motion, bodies, elements.bushings)
     if elements.catenaries.lines.size > 0:
@@ -124,8 +112,6 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
         landing.set_initial_modes(modes, motion, bodies, elements)
     if elements.winches.each.size > 0:
         winch.set_initial_modes(t, y, modes, motion, bodies, elements.winches)
-    if elements.compensators.each.size > 0:
-        compensator.set_initial_modes(modes, motion, bodies, elements.compensators)
     if elements.locks.each.size > 0:
         locks.set_initial_modes(y, modes, motion, bodies, elements.locks)
     if elements.joint_motions.each.size > 0:
@@ -140,16 +126,13 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     """Margins of all rows of modes into ``out``; for contact points and lines only those that are
     ``watched``."""
     fenders = elements.fenders
-    springs = elements.springs
     transitions.find_margins(
         t, y, modes, motion, bodies, fenders, headings, reactions, watched, out
     )
-    if springs.lines.size > 0:
-        spring.find_margins(t, modes, motion, bodies, springs, out)
+    if elements.links.links.size > 0:
+        links.find_margins(t, y, modes, motion, bodies, elements.links, out)
     if tanks.flows.size > 0:
         pumping.find_margins(t, y, modes, tanks, out)
-    if elements.links.links.size > 0:
-        link.find_margins(modes, motion, bodies, elements.links, out)
     if elements.bushings.each.size > 0:
         bushing.find_margins(modes, motion, bodies, elements.bushings, out)
     if elements.catenaries.lines.size > 0:
@@ -158,8 +141,6 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
         landing.find_margins(modes, motion, bodies, elements, out)
     if elements.winches.each.size > 0:
         winch.find_margins(t, y, modes, motion, bodies, elements.winches, out)
-    if elements.compensators.each.size > 0:
-        compensator.find_margins(modes, motion, bodies, elements.compensators, out)
     if elements.locks.each.size > 0:
         locks.find_margins(y, modes, motion, bodies, elements.locks, reactions, out)
     if elements.joint_motions.each.size > 0:
@@ -192,7 +173,6 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
     after, has reached zero. A node that relaxes in few steps of length ``step`` is settled only
     later."""
     fenders = elements.fenders
-    springs = elements.springs
     triggers = elements.triggers
     if is_trigger(row, elements):
         trigger.transition(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
@@ -203,10 +183,6 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
         return
     if row >= elements.locks.mode and elements.locks.each.size > 0:
         locks.transition(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
-        return
-    if row >= elements.compensators.mode and elements.compensators.each.size > 0:
-        p = elements.compensators
-        compensator.transition(row - p.mode, which, modes, motion, bodies, p)
         return
     if row >= elements.winches.mode and elements.winches.each.size > 0:
         p = elements.winches
@@ -223,14 +199,12 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
     if row >= elements.bushings.mode and elements.bushings.each.size > 0:
         bushing.transition(row - elements.bushings.mode, modes, elements.bushings)
         return
-    if row >= elements.links.mode and elements.links.links.size > 0:
-        link.transition(row - elements.links.mode, which, modes, motion, bodies, elements.links)
-        return
     if row >= tanks.mode and tanks.flows.size > 0:
         pumping.switch_flow(row - tanks.mode, which, t, modes, tanks)
         return
-    if row >= springs.mode and springs.lines.size > 0:
-        spring.transition(row - springs.mode, which, t, modes, motion, bodies, springs)
+    if row >= elements.links.mode and elements.links.links.size > 0:
+        i = row - elements.links.mode
+        links.transition(i, which, t, y, modes, motion, bodies, elements.links)
         return
     i = row - fenders.mode
     transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)
@@ -266,6 +240,9 @@ def guard_dependencies(row, part, elements, tanks):
         return (k, k + REFERENCE_SIZE) if row < elements.joint_motions.mode else (0, 0)
     if elements.winches.each.size > 0 and row >= elements.winches.mode:
         return winch.guard_dependencies(row - elements.winches.mode, part, elements.winches)
+    i = row - elements.links.mode
+    if 0 <= i < elements.links.links.size:
+        return links.guard_dependencies(i, elements.links) if part == 0 else (0, 0)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]

@@ -359,6 +359,14 @@ class ElementKind(UnitKind):
     def constants_in(self, parts: KindConstants) -> Any:
         return getattr(parts.elements, self.field)
 
+    def replaced_in(self, elements: Any, p: Any) -> Any:
+        """The ``elements`` with the constants ``p`` of this kind."""
+        return elements._replace(**{self.field: p})
+
+    def indexed_in(self, elements: Any, indices: Mapping[str, int]) -> Any:
+        """The ``elements`` with these indices in the constants of this kind."""
+        return elements._replace(**{self.field: getattr(elements, self.field)._replace(**indices)})
+
     def unit_names(self, scene: Scene) -> list[str]:
         every = elements_of(scene, self.classes)
         return [unit for name, e in every for unit in e.unit_names(name)]
@@ -373,7 +381,7 @@ def capacity_of(unit: str, every: Sequence[tuple[str, ForceElement]]) -> dict[st
     """The coordinate of the allowable load [N] of each ``unit`` of the elements ``every``, NaN
     where none is given; empty if no unit has one."""
     count = [len(e.unit_names(name)) for name, e in every]
-    capacities = [np.nan if e.capacity is None else e.capacity for _, e in every]
+    capacities = [getattr(e, "capacity", None) or np.nan for _, e in every]
     values = np.repeat(np.array(capacities, float), count)
     description = {"long_name": "capacity: allowable force", "units": "N"}
     has_capacity = np.isfinite(values).any()
@@ -475,7 +483,9 @@ class KindWithModeSets(ElementKind):
         """Velocities (n, k) at all units, in their directions."""
         return np.zeros((0, 0))
 
-    def moved_onto_segment(self, p: Any, modes: np.ndarray, bodies: Any, motion: Any) -> Any:
+    def moved_onto_segment(
+        self, p: Any, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
+    ) -> Any:
         """The constants with every unit on the piece of its curve given by ``modes``, at its
         position and in its direction, wherever the bodies are."""
         return p

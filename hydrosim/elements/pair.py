@@ -2,55 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 from math import sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
-from hydrosim.dofs import mirrored_vector
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import cross, dot, matvec, product, scale, sub, vector
-from hydrosim.scene import ForceElement
 from hydrosim.water.current import current_on_hull
 
 if TYPE_CHECKING:
     from hydrosim.elements.kind import Layout
-
-
-class TwoPointElement(ForceElement):
-    """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
-    of ``anchor_body``: their dataclasses have these fields."""
-
-    point: tuple[float, ...]
-    anchor: tuple[float, ...]
-    anchor_body: str | None
-
-    def restored_dofs(self) -> Collection[str]:
-        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
-
-    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
-        yield "anchor_body", self.anchor_body
-
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [name]
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        """The element itself; an anchor on the earth is given relative to the plane."""
-        if self.anchor_body is not None:
-            return [self]
-        return [self._with_ends(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
-
-    def mirror_image(self) -> ForceElement | None:
-        return self._with_ends(
-            point=mirrored_vector(self.point), anchor=mirrored_vector(self.anchor)
-        )
-
-    def _with_ends(self, **changes: Any) -> ForceElement:
-        return replace(self, **changes)
 
 
 class LineOfAction(NamedTuple):
@@ -106,14 +68,13 @@ def _small_angles(b, motion):
 
 
 @kernel
-def apply_tension(line, s, T, wrench):
-    """Add the tension T on both ends of a ``line`` to its row of ``wrench``: at the lever arm
-    ``s.arm`` along ``s.direction``, and its opposite at ``s.anchor_arm``."""
-    force = scale(T, s.direction)
-    add_wrench(line.body, force, cross(s.arm, force), wrench)
-    if line.anchor_body != EARTH:
+def apply_tension(body, other, arm, other_arm, force, wrench):
+    """Add the ``force`` of a line that pulls to ``wrench`` (6 nb,): on its ``body`` at a lever
+    ``arm``, and the opposite at the other end."""
+    add_wrench(body, force, cross(arm, force), wrench)
+    if other != EARTH:
         reaction = scale(-1.0, force)
-        add_wrench(line.anchor_body, reaction, cross(s.anchor_arm, reaction), wrench)
+        add_wrench(other, reaction, cross(other_arm, reaction), wrench)
 
 
 # Velocity of a body through a stream of water or air, and a wrench, both in the body's axes.

@@ -15,85 +15,13 @@ and never overshoots. Its acceleration jumps at the points, which are breakpoint
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from math import copysign, cos, pi, sin
 from typing import Any
 
 import numpy as np
 
-from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel, piece_of
-
-
-@dataclass(frozen=True)
-class Samples:
-    """``value`` (n,) at the rising ``time`` (n,) [s]; lists become arrays. Raises InputError where
-    their sizes differ."""
-
-    time: np.ndarray
-    value: np.ndarray
-
-    def __post_init__(self) -> None:
-        for name in ("time", "value"):
-            object.__setattr__(self, name, np.atleast_1d(np.asarray(getattr(self, name), float)))
-        if self.time.shape != self.value.shape or self.time.ndim != 1:
-            shapes_text = f"found times {self.time.shape} and values {self.value.shape}"
-            raise InputError(
-                f"{type(self).__name__}: {shapes_text}; expected a value for each time."
-            )
-
-
-class Table(Samples):
-    """Straight lines through the values."""
-
-
-class Recorded(Samples):
-    """A smooth curve through the values, four or more."""
-
-    def largest_miss(self) -> float:
-        """Largest error, at the omitted values, of the spline through every other value. For a
-        smooth record the spline through all values has a sixteenth of this error."""
-        time, value = self.time, self.value
-        if time.size < 9:
-            return float(np.ptp(value))
-        return float(np.abs(_spline_through(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
-
-
-class SmoothTable(Samples):
-    """A curve with continuous rate and without overshoot through the values, two or more."""
-
-
-@dataclass(frozen=True)
-class Harmonic:
-    """mean + amplitude sin(2 pi t / period + phase); ``period`` [s], ``phase`` [rad]."""
-
-    amplitude: float
-    period: float
-    mean: float = 0.0
-    phase: float = 0.0
-
-
-Signal = Table | Recorded | SmoothTable | Harmonic
-
-
-def constant(value: float) -> Table:
-    """The constant signal ``value``."""
-    return Table(np.zeros(1), np.array([value]))
-
-
-def scale_signal(signal: Signal, factor: float) -> Signal:
-    """The signal times ``factor``."""
-    if isinstance(signal, Harmonic):
-        amplitude, mean = factor * signal.amplitude, factor * signal.mean
-        return replace(signal, amplitude=amplitude, mean=mean)
-    return replace(signal, value=factor * signal.value)
-
-
-def smallest_value(signal: Signal) -> float:
-    """Smallest value among the points of a signal."""
-    if isinstance(signal, Harmonic):
-        return signal.mean - abs(signal.amplitude)
-    return float(np.min(signal.value))
+from hydrosim.scene.signal import Harmonic, Recorded, Signal, SmoothTable, Table, spline_through
 
 
 def first_value(signal: Signal) -> float:
@@ -122,15 +50,9 @@ def signal_rate(signal: Signal) -> float:
     size = float(np.std(signal.value))
     if size == 0.0:
         return 0.0
-    spline = _spline_through(signal.time, signal.value)
+    spline = spline_through(signal.time, signal.value)
     third = np.sqrt(np.average((6.0 * spline.c[0]) ** 2, weights=np.diff(spline.x)))
     return float((third / size) ** (1.0 / 3.0))
-
-
-def largest_corner(table: Table) -> float:
-    """Largest jump of the rate of a table [1/s times its unit]; it is constant outside."""
-    slopes = np.diff(table.value) / np.diff(table.time)
-    return float(np.abs(np.diff(slopes, prepend=0.0, append=0.0)).max())
 
 
 SIGNAL = np.dtype(
@@ -176,17 +98,11 @@ def _pieces(signal: Signal) -> np.ndarray:
         return np.array([(0.0, signal.mean, 0.0, 0.0, 0.0)], dtype=SIGNAL_PIECE)
     time, value = signal.time, signal.value
     if isinstance(signal, Recorded):
-        return _signal_pieces(time[:-1], _spline_through(time, value).c[::-1])
+        return _signal_pieces(time[:-1], spline_through(time, value).c[::-1])
     if isinstance(signal, SmoothTable):
         return _signal_pieces(time[:-1], _monotone_cubic(time, value).c[::-1])
     slopes = np.append(np.diff(value) / np.diff(time), 0.0)  # constant after the last
     return _signal_pieces(time, np.array([value, slopes, 0.0 * value, 0.0 * value]))
-
-
-def _spline_through(time: np.ndarray, value: np.ndarray) -> Any:
-    from scipy.interpolate import CubicSpline  # slow to load, and few scenes have a record
-
-    return CubicSpline(time, value)
 
 
 def _monotone_cubic(time: np.ndarray, value: np.ndarray) -> Any:

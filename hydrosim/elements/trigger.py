@@ -37,10 +37,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements import bushing, link, spring
+from hydrosim.elements import bushing
 from hydrosim.elements.bushing import Bushing
 from hydrosim.elements.contact import geometry, landing, transitions
-from hydrosim.elements.contact.fender import Contact, normal_load_of
+from hydrosim.elements.contact.fender import normal_load_of
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.joint import locks
 from hydrosim.elements.kind import (
@@ -56,18 +56,19 @@ from hydrosim.elements.kind import (
     rest_at_first,
     unit_ranges,
 )
-from hydrosim.elements.line import catenary, compensator, winch
+from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.link import Link, Strut, TorsionSpring
-from hydrosim.elements.spring import Spring
+from hydrosim.elements.link import table as links
+from hydrosim.elements.link.law import Link
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE, NO_INDEX, RISING
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import dot, matvec, sub, vector
 from hydrosim.scene import Active, Clearance, ForceElement, Scene, When
+from hydrosim.scene.contacts import Contact
+from hydrosim.scene.links import Spring, Strut, TorsionSpring
 from hydrosim.tanks import contents, pumping
 from hydrosim.tanks.contents import flow_names, triggered_pumps
 
@@ -77,19 +78,18 @@ from hydrosim.tanks.contents import flow_names, triggered_pumps
     HORIZONTAL_SPEED,
     NORMAL_FORCE,
     COMPRESSION,
-    SPRING_TENSION,
     LINK_LOAD,
     LINK_PLACE,
     TANK_LEVEL,
-) = range(9)
-CLEARANCE, RELATIVE_SPEED, LINE_TENSION, WINCH_TENSION, WINCH_LENGTH = 9, 10, 11, 12, 13
+) = range(8)
+CLEARANCE, RELATIVE_SPEED, LINE_TENSION, WINCH_TENSION, WINCH_LENGTH = 8, 9, 10, 11, 12
 CHANNEL_KINDS = {
     "position": POSITION,
     "velocity": VELOCITY,
     "speed": HORIZONTAL_SPEED,
     "fender_normal_force": NORMAL_FORCE,
     "fender_compression": COMPRESSION,
-    "spring_tension": SPRING_TENSION,
+    "spring_tension": LINK_LOAD,
     "line_tension": LINE_TENSION,
     "strut_force": LINK_LOAD,
     "strut_length": LINK_PLACE,
@@ -100,10 +100,10 @@ CHANNEL_KINDS = {
     "clearance": CLEARANCE,
     "relative_speed": RELATIVE_SPEED,
 }
-CHANNEL_CLASSES = {
+CHANNEL_CLASSES: dict[str, tuple[type[ForceElement], Any]] = {
     "fender_normal_force": (Contact, Contact),
     "fender_compression": (Contact, Contact),
-    "spring_tension": (Spring, Spring),
+    "spring_tension": (Link, Spring),
     "line_tension": (Catenary, Catenary),
     "strut_force": (Link, Strut),
     "strut_length": (Link, Strut),
@@ -114,7 +114,7 @@ CHANNEL_CLASSES = {
 """Of kinds that belong to units: the elements among which these units are numbered, and those that
 have the channel."""
 CHANNEL = np.dtype([("kind", int), ("first", int), ("end", int)])
-"""A channel: its kind and its entries, points, springs, links or tanks with ``first`` <= i <
+"""A channel: its kind and its entries, points, links or tanks with ``first`` <= i <
 ``end``; two named points for a relative speed."""
 
 GAP = np.dtype(
@@ -212,7 +212,7 @@ def _channel_range(
     if kind not in CHANNEL_CLASSES:
         return {}
     among, classes = CHANNEL_CLASSES[kind]
-    every = unit_ranges(elements, among)
+    every = unit_ranges(order_units(elements), among)
     units = {name: place for name, place in every.items() if isinstance(elements[name], classes)}
     unit_indices = {
         unit: (k, k + 1)
@@ -227,18 +227,12 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     """Present value of a channel."""
     k = channel.first
     fenders = elements.fenders
-    springs = elements.springs
     if channel.kind == POSITION:
         return motion.coordinates[k]
     if channel.kind == VELOCITY:
         return motion.velocity[k]
     if channel.kind == HORIZONTAL_SPEED:
         return hypot(motion.velocity[k], motion.velocity[k + 1])
-    if channel.kind == SPRING_TENSION:
-        line = springs.lines[k]
-        mode = modes[springs.mode + k]
-        stretched = spring.kinematics(line, t, bodies, motion, springs)
-        return spring.tension(line, mode, stretched, springs)[0]
     if channel.kind == LINE_TENSION:
         return catenary.tension_of(k, t, y, modes, motion, bodies, elements.catenaries)
     if channel.kind == WINCH_TENSION:
@@ -246,9 +240,9 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     if channel.kind == WINCH_LENGTH:
         return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).length
     if channel.kind == LINK_LOAD:
-        return link.link_outputs(k, modes, motion, bodies, elements.links)[0]
+        return links.find_load(k, t, y, modes, motion, bodies, elements.links)
     if channel.kind == LINK_PLACE:
-        return link.link_outputs(k, modes, motion, bodies, elements.links)[1]
+        return links.find_place(k, t, y, modes, motion, bodies, elements.links)
     if channel.kind == COMPRESSION:
         return geometry.contact_kinematics(fenders.points[k], bodies, motion).compression
     if channel.kind == CLEARANCE:
@@ -278,17 +272,16 @@ CONDITION = np.dtype(
 TRIGGER = np.dtype(
     [
         *(("row", int), ("start", CONDITION), ("end", CONDITION)),
-        *(("point", int), ("points", int), ("line", int), ("lines", int)),
+        *(("point", int), ("points", int)),
         *(("link", int), ("links", int), ("bushing", int), ("bushings", int)),
-        *(("catenary", int), ("catenaries", int)),
-        *(("winch", int), ("winches", int), ("cylinder", int), ("cylinders", int)),
+        *(("catenary", int), ("catenaries", int), ("winch", int), ("winches", int)),
         *(("flow", int), ("lock", int)),
     ]
 )
 """A trigger: the row of forces of its element, both conditions, and its own contact points,
-springs, links, bushings, catenaries, winches and compensators, ``points`` from ``point`` on; or its
+links, bushings, catenaries and winches, ``points`` from ``point`` on; or its
 flow or joint, else `NO_INDEX`."""
-NO_UNITS = (0,) * 14
+NO_UNITS = (0,) * 10
 
 
 class TriggerConstants(NamedTuple):
@@ -307,8 +300,8 @@ class TriggerConstants(NamedTuple):
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> TriggerConstants:
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
-    kinds = (Contact, Spring, Link, Bushing, Catenary, Winch, Compensator)
-    ranges = [unit_ranges(elements, kind) for kind in kinds]
+    kinds = (Contact, Link, Bushing, Catenary, Winch)
+    ranges = [unit_ranges(order_units(elements), kind) for kind in kinds]
     rows: list[Any] = []
     for name, element in elements.items():
         if element.active is None:
@@ -336,6 +329,12 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tr
     return TriggerConstants(
         np.array(rows, dtype=TRIGGER), compile_clearances(layout), compile_points(layout), 0, 0, 0
     )
+
+
+def order_units(elements: Mapping[str, ForceElement]) -> dict[str, ForceElement]:
+    """The elements in the order in which units are numbered: links as in their table."""
+    others = {name: e for name, e in elements.items() if not isinstance(e, Link)}
+    return {**others, **links.order_links(elements)}
 
 
 def _compile_conditions(
@@ -416,7 +415,6 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
     """Activate or deactivate the contacts and lines of trigger ``j``; switch its flow."""
     trigger = elements.triggers.each[j]
     fenders = elements.fenders
-    springs = elements.springs
     stage = modes[elements.triggers.mode + j, MODE]
     now = stage == DURING
     if trigger.flow != NO_INDEX:
@@ -438,16 +436,11 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             landing.activate(i, modes, motion, bodies, elements)
         else:
             landing.deactivate(i, y, modes, motion, bodies, elements)
-    for i in range(trigger.line, trigger.line + trigger.lines):
-        if now:
-            spring.set_initial_mode(i, t, modes, motion, bodies, springs)
-        else:
-            spring.deactivate(i, modes, springs)
     for i in range(trigger.link, trigger.link + trigger.links):
         if now:
-            link.activate(i, modes, motion, bodies, elements.links)
+            links.activate(i, t, y, modes, motion, bodies, elements.links)
         else:
-            link.deactivate(i, modes, elements.links)
+            links.deactivate(i, modes, elements.links)
     for i in range(trigger.bushing, trigger.bushing + trigger.bushings):
         if now:
             bushing.activate(i, modes, motion, bodies, elements.bushings)
@@ -463,11 +456,6 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             winch.activate_in_run(i, t, y, modes, motion, bodies, elements.winches)
         else:
             winch.deactivate(i, y, modes, elements.winches)
-    for i in range(trigger.cylinder, trigger.cylinder + trigger.cylinders):
-        if now:
-            compensator.activate(i, modes, motion, bodies, elements.compensators)
-        else:
-            compensator.deactivate(i, modes, elements.compensators)
 
 
 @kernel
@@ -522,7 +510,7 @@ def clear_inactive_energy(modes, p, stored):
     """Clear the energy stored in inactive elements that have no modes of their own."""
     for j in range(p.each.size):
         trigger = p.each[j]
-        has_no_modes = trigger.points + trigger.lines == 0 and trigger.lock == NO_INDEX
+        has_no_modes = trigger.points == 0 and trigger.lock == NO_INDEX
         if has_no_modes and not is_on(j, modes, p):
             stored[trigger.row] = 0.0
 

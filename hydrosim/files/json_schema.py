@@ -25,6 +25,8 @@ import yaml
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaWarningKind
 
+from hydrosim.files.messages import fields_of
+
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 DEFINITION_PREFIX = "#/$defs/"
 NULL = {"type": "null"}
@@ -33,6 +35,8 @@ EQUIVALENT_KEYWORDS = {"oneOf": "anyOf"}  # validators, not schemas, distinguish
 REFERENCE_SIBLINGS = ("description", "default")  # of a key, beside the reference to its value
 EXAMPLE = " Example: "
 SEVERAL = ("prefixItems", "items", "anyOf")  # where a list or an alternative contains quantities
+KINDS = ("type", "law", "model", "spectrum")
+"""Keys that say which kind of mapping this is."""
 Schema = dict[str, Any]
 
 
@@ -44,10 +48,27 @@ class _Described(GenerateJsonSchema):
 
     def model_schema(self, schema: Any) -> Schema:
         """Schema of a model, with the meaning of its keys."""
-        model = super().model_schema(schema)
-        for key, text in meanings(schema["cls"]).items():
-            model["properties"][key] |= _docstring_parts(text)
-        return model
+        return _describe_keys(super().model_schema(schema), schema["cls"])
+
+    def dataclass_schema(self, schema: Any) -> Schema:
+        """Schema of a class of the scene, with the meaning of its keys in their order. A file must
+        say the kind of mapping, which Python leaves out."""
+        model = _describe_keys(super().dataclass_schema(schema), schema["cls"])
+        properties, needed = model["properties"], {*model.pop("required", ())}
+        for key in {*KINDS} & properties.keys():
+            if properties[key].get("const") == properties[key].get("default"):
+                needed.add(key)
+                del properties[key]["default"]
+        keys = [field.alias or name for name, field in fields_of(schema["cls"]).items()]
+        model["properties"] = {key: properties[key] for key in keys}
+        return model | {"required": [key for key in keys if key in needed]} if needed else model
+
+
+def _describe_keys(model: Schema, cls: type) -> Schema:
+    """The schema of a class with the meaning of its keys."""
+    for key, text in meanings(cls).items():
+        model["properties"][key] |= _docstring_parts(text)
+    return model
 
 
 def _docstring_parts(text: str) -> Schema:
@@ -61,12 +82,12 @@ def _docstring_parts(text: str) -> Schema:
     )
 
 
-def meanings(model: type[BaseModel]) -> dict[str, str]:
+def meanings(model: Any) -> dict[str, str]:
     """Meaning of each key of a ``model``: the docstring below its field."""
     texts: dict[str, str] = {}
     for base in reversed(model.__mro__):
         texts |= _field_docstrings(base.__module__).get(base.__qualname__, {})
-    fields = model.model_fields.items()
+    fields = fields_of(model).items()
     return {field.alias or name: texts[name] for name, field in fields if name in texts}
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields as dataclass_fields
+from dataclasses import is_dataclass
 from difflib import get_close_matches
 from typing import Any, NamedTuple, TypeVar
 
@@ -154,9 +156,14 @@ def _plain_word(word: str) -> str:
 
 
 Keys = tuple[str | int, ...]
-Readers = Mapping[int, type[BaseModel]]
+Reader = Any
+"""A model, or a class that `hydrosim.files.schema_class` makes."""
+Readers = Mapping[int | str, Reader]
+"""By the ``id`` of the mapping that they read, and by their names."""
 Details = Mapping[str, Any]
 
+UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+"""Errors of pydantic: of models, and of dataclasses."""
 MANY_UNKNOWN = 4  # keys of one mapping that one message reports
 MANY_KNOWN = 12  # keys are not all listed where one of them is suggested
 MAX_LIST_LETTERS = 60  # characters of a list
@@ -171,6 +178,7 @@ class Problem(NamedTuple):
 
 EXPECTED = {
     "model_type": "a mapping of keys and values",
+    "dataclass_type": "a mapping of keys and values",
     "model_attributes_type": "a mapping of keys and values",
     "dict_type": "a mapping of names and values",
     "tuple_type": "a list",
@@ -182,8 +190,7 @@ EXPECTED = {
 
 
 def validation_problems(error: ValidationError, data: Any, readers: Readers) -> Iterator[Problem]:
-    """Each mistake in ``data`` with its place; ``readers`` are the models by the ``id`` of the
-    mapping that they read."""
+    """Each mistake in ``data`` with its place; ``readers`` are the models that read it."""
     every: list[Details] = list(error.errors(include_url=False))
     renamed = {*_renamed_keys(every, data, readers)}
     for details in every:
@@ -198,7 +205,7 @@ def _problem_of_error(
     match details["type"]:
         case "hydrosim":
             return Problem(keys, context["text"])
-        case "extra_forbidden":
+        case kind if kind in UNKNOWN_KEY:
             return _unknown_key_problem(
                 keys, readers.get(id(_value_at(data, keys[:-1]))), _similar_errors(details, every)
             )
@@ -230,8 +237,9 @@ def _problem_of_error(
             return Problem(
                 keys, f"found {value_text(value)}; expected a list, in brackets: [{value}]"
             )
-        case "model_type":
-            return Problem(keys, f"found {value_text(value)}; expected {_mapping_text(context)}")
+        case "model_type" | "dataclass_type":
+            reader = readers.get(context["class_name"])
+            return Problem(keys, f"found {value_text(value)}; expected {_mapping_text(reader)}")
         case kind:
             expected = EXPECTED.get(kind, details["msg"].removeprefix("Input should be "))
             return Problem(keys, f"found {value_text(value)}; expected {expected}")
@@ -249,7 +257,7 @@ def _renamed_keys(every: Sequence[Details], data: Any, readers: Readers) -> Iter
     for error in every:
         keys = error["loc"]
         reader = readers.get(id(_value_at(data, keys[:-1])))
-        if error["type"] == "extra_forbidden" and reader:
+        if error["type"] in UNKNOWN_KEY and reader:
             corrected = (*keys[:-1], closest_word(str(keys[-1]), _fields_of_reader(reader)))
             yield from {corrected} & missing
 
@@ -258,9 +266,7 @@ def _count_text(count: int) -> str:
     return "one" if count == 1 else f"{count}"
 
 
-def _unknown_key_problem(
-    keys: Keys, reader: type[BaseModel] | None, alike: Sequence[Details]
-) -> Problem:
+def _unknown_key_problem(keys: Keys, reader: Reader | None, alike: Sequence[Details]) -> Problem:
     fields = _fields_of_reader(reader) if reader else {}
     if len(alike) >= MANY_UNKNOWN:
         names = ", ".join(str(error["loc"][-1]) for error in alike)
@@ -311,35 +317,34 @@ def _flat_text(value: Sequence[Any]) -> str:
     return f"found a list of values; expected a list of lists; put it in brackets{example}"
 
 
-def _mapping_text(context: Mapping[str, Any]) -> str:
-    """Description of the mapping that the model of that name reads."""
-    models = [
-        model for model in _models_below(BaseModel) if model.__name__ == context.get("class_name")
-    ]
-    if not models:
+def _mapping_text(reader: Reader | None) -> str:
+    """Description of the mapping that a model reads."""
+    if reader is None:
         return EXPECTED["model_type"]
-    fields = _fields_of_reader(models[0])
+    fields = _fields_of_reader(reader)
     needed = [name for name, field in fields.items() if field.is_required()]
     if not needed:
         return f"a mapping with some of {', '.join(fields)}"
     return f"a mapping with the key{'s' * (len(needed) > 1)} {', '.join(needed)}"
 
 
-def _models_below(base: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    for subclass in base.__subclasses__():
-        yield subclass
-        yield from _models_below(subclass)
-
-
-def _missing_keys_text(keys: Keys, reader: type[BaseModel]) -> str:
+def _missing_keys_text(keys: Keys, reader: Reader) -> str:
     about = _fields_of_reader(reader)[str(keys[-1])].metadata
     expected = next((item.expected_text for item in about if isinstance(item, Quantity)), "one")
     return f'found no key "{keys[-1]}"; expected {expected}'
 
 
-def _fields_of_reader(reader: type[BaseModel]) -> dict[str, FieldInfo]:
+def _fields_of_reader(reader: Reader) -> dict[str, FieldInfo]:
     """The fields of a model, by the keys of a file."""
-    return {field.alias or name: field for name, field in reader.model_fields.items()}
+    return {field.alias or name: field for name, field in fields_of(reader).items()}
+
+
+def fields_of(reader: Reader) -> dict[str, FieldInfo]:
+    """The fields of a model by their names, in the order of their declaration."""
+    fields = reader.__pydantic_fields__
+    if not is_dataclass(reader):
+        return dict(fields)
+    return {field.name: fields[field.name] for field in dataclass_fields(reader)}
 
 
 def _choice_text(value: Any, expected: str) -> str:
@@ -373,7 +378,7 @@ def validate_document(document: Node, model: type[M], further: Further[M] = lamb
     first `MOST_TOLD`.
     """
     raw = plain_values(document)
-    readers: dict[int, Any] = {}
+    readers: dict[int | str, Any] = {}
     try:
         data = model.model_validate(raw, context=readers)
     except ValidationError as error:

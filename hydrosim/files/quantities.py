@@ -121,8 +121,7 @@ SixBySix = Six[Six[T, C], Six[C, R]]
 
 
 class SchemaModel(BaseModel):
-    """A mapping in a case file. Unknown keys are errors. The context, a dict from ``id`` of the
-    mapping to the model that read it, gives the known keys for messages."""
+    """A mapping in a case file. Unknown keys are errors. The context has `messages.Readers`."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
@@ -130,7 +129,7 @@ class SchemaModel(BaseModel):
     @classmethod
     def _tell_who_reads(cls, value: Any, info: ValidationInfo) -> Any:
         if info.context is not None:
-            info.context[id(value)] = cls
+            info.context.update({id(value): cls, cls.__name__: cls})
         return value
 
     def keys_with_value(self, *keys: str) -> list[str]:

@@ -17,6 +17,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, isfinite, pi
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,7 @@ class Quantity:
         return number
 
     def _plain(self, value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        if isinstance(value, bool) or not isinstance(value, Real):
             raise self._wrong(value)
         return float(value)
 
@@ -211,6 +212,52 @@ class Cyclic(Quantity):
         if "Hz" not in unit:
             return super()._factor(text, unit)
         return self.radians * Quantity(self.what, self.cycles, self.example)._factor(text, unit)
+
+
+class CoordinateValue(float):
+    """A value along a coordinate that was given with a unit: in ``unit``, or in ``turn_unit`` if it
+    ``turns``; ``text`` is what was written."""
+
+    text: str
+    turns: bool
+    unit: str
+    turn_unit: str
+
+    def __reduce__(self) -> tuple[type[float], tuple[float], dict[str, Any]]:
+        return type(self), (float(self),), vars(self)
+
+
+@dataclass(frozen=True)
+class CoordinateQuantity(Quantity):
+    """Annotation of a `Quantity` along a coordinate: in ``unit`` along a line, in ``turn_unit``
+    about an axis. The value is a `CoordinateValue` if a unit was given."""
+
+    turn_unit: str = ""
+
+    def read(self, value: object) -> float:
+        """The value in SI; raises PydanticCustomError if it is not such a quantity."""
+        if isinstance(value, CoordinateValue):
+            return value
+        if not isinstance(value, str):
+            return super().read(value)
+        turning = Quantity(self.what, self.turn_unit, self.example, self.above, self.at_least)
+        try:
+            number, turns = super().read(value), False
+        except PydanticCustomError:
+            try:
+                number, turns = turning.read(value), True
+            except PydanticCustomError:
+                number, turns = super().read(value), False
+        if NUMBER.fullmatch(value.strip()):
+            return number
+        read_value = CoordinateValue(number)
+        vars(read_value).update(text=value, turns=turns, unit=self.unit, turn_unit=self.turn_unit)
+        return read_value
+
+    @property
+    def expected_text(self) -> str:
+        article = "an" if self.what[0] in "aeiou" else "a"
+        return f'{article} {self.what} in {self.unit} or {self.turn_unit}, such as "{self.example}"'
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.elements import ELEMENT_KINDS, spring
+from hydrosim.elements import ELEMENT_KINDS
 from hydrosim.elements.contact import kind as contact_points
 from hydrosim.elements.kind import (
     BALLAST,
@@ -33,6 +33,7 @@ from hydrosim.elements.kind import (
     has_flow,
     row_names,
 )
+from hydrosim.elements.link.kind import SPRING_KIND
 from hydrosim.integrate.dynamics import Model
 from hydrosim.scene import ForceElement, Scene, WaveForces
 from hydrosim.scene.scene import arrangement, tree_joints
@@ -131,7 +132,7 @@ def contact_names(scene: Scene) -> list[str]:
 
 def spring_names(scene: Scene) -> list[str]:
     """Names of all springs."""
-    return spring.SPRING_KIND.unit_names(scene)
+    return SPRING_KIND.unit_names(scene)
 
 
 def memory_names(scene: Scene, model: Model) -> list[str]:

@@ -345,11 +345,12 @@ def _press_all_units(model: Model, state: State, modes: np.ndarray) -> Model:
     """The model with every unit on its piece of its curve."""
     bodies = model.bodies
     motion = motion_at(model, state.y)
-    changed = {
-        kind.field: kind.moved_onto_segment(p, modes_of_kind(kind, p, modes), bodies, motion)
-        for kind, p in kinds_with_mode_sets(model)
-    }
-    return model._replace(elements=model.elements._replace(**changed))
+    elements = model.elements
+    for kind, p in kinds_with_mode_sets(model):
+        kind_modes = modes_of_kind(kind, p, modes)
+        pressed = kind.moved_onto_segment(p, kind_modes, bodies, motion, state.y)
+        elements = kind.replaced_in(elements, pressed)
+    return model._replace(elements=elements)
 
 
 def _moving_sideways(model: Model, state: State, modes: np.ndarray, time: float) -> State:

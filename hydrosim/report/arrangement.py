@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.elements.contact.fender import Contact
-from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.link import Strut
-from hydrosim.elements.spring import Spring
 from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Drawing, Node
 from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
+from hydrosim.scene.contacts import Contact
+from hydrosim.scene.links import Compensator, Spring, Strut
 
 if TYPE_CHECKING:
     import xarray as xr

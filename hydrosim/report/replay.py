@@ -8,13 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrosim.dofs import about_z
-from hydrosim.elements.contact.fender import Contact, Fender
-from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.compensator import Compensator
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.link import Strut
-from hydrosim.elements.spring import Spring
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -37,6 +32,8 @@ from hydrosim.report.scenery import (
 from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
 from hydrosim.scene import JointType, Scene
+from hydrosim.scene.contacts import Contact, Fender, Landing
+from hydrosim.scene.links import Compensator, Spring, Strut
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -230,9 +227,9 @@ def _plane_shapes(scene: Scene, size: float) -> Iterator[dict[str, Any]]:
             number = _body_number(scene, plane.body)
             yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
         elif isinstance(element, Landing):
-            number = _body_number(scene, element.on)
-            for seat in element.seats:
-                corners = _square_corners(seat, element.axis, 0.15 * PLANE_HALF_SIDE * size)
+            number = _body_number(scene, element.on.body)
+            for seat in element.on.points:
+                corners = _square_corners(seat, element.on.axis, 0.15 * PLANE_HALF_SIDE * size)
                 yield {"body": number, "corners": [list(map(float, c)) for c in corners]}
 
 

@@ -16,8 +16,6 @@ import scipy
 
 from hydrosim.case.load import load_case
 from hydrosim.dofs import about_z
-from hydrosim.elements.contact.fender import Contact, Fender
-from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.catenary import Catenary, pull_entries
 from hydrosim.elements.line.hang import SuspendedLine
@@ -31,6 +29,7 @@ from hydrosim.report.page import base64_of_floats
 from hydrosim.run.provenance import case_of
 from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
 from hydrosim.scene.body import TankShape
+from hydrosim.scene.contacts import Contact, Fender, Landing
 from hydrosim.water.components import WaveComponents, sea
 
 if TYPE_CHECKING:
@@ -321,13 +320,13 @@ def supports_of(scene: Scene, shapes: Sequence[np.ndarray], size: float) -> list
     contact = 0
     for element in scene.forces.values():
         if isinstance(element, Landing):
-            for k, (point, seat) in enumerate(zip(element.points, element.seats, strict=True)):
+            for k, (point, seat) in enumerate(zip(element.points, element.on.points, strict=True)):
                 body_number = numbers[element.body]
                 ends = [(body_number, point, _nearest_in_bounding_box(shapes[body_number], point))]
-                if element.on is None:
+                if element.on.body is None:
                     ends += [(NO_BODY, seat, np.array([seat[0], seat[1], -depth]))]
                 else:
-                    on = numbers[element.on]
+                    on = numbers[element.on.body]
                     ends += [(on, seat, _nearest_in_bounding_box(shapes[on], seat))]
                 supports += [
                     {

@@ -16,13 +16,11 @@ from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup
 from hydrosim.compile.hydrostatics import cut_shape
 from hydrosim.compile.questions.elements import SOFTEST
 from hydrosim.dofs import loads_about_z
-from hydrosim.elements.contact.curves import PrescribedNormal
-from hydrosim.elements.contact.fender import Contact
-from hydrosim.elements.contact.landing import Landing
 from hydrosim.elements.contact.law import OPEN
 from hydrosim.elements.joint.locks import CLOSED, WAITING
 from hydrosim.results.memory import frames_of
 from hydrosim.scene import Body, FreeSurface, Joint, Kinematics, Place, Question, Scene
+from hydrosim.scene.contacts import Contact, Landing, PrescribedNormal
 from hydrosim.scene.joint import MotionKind
 from hydrosim.tanks.shapes import heel_and_trim, volume_at
 from hydrosim.water.body import is_long
@@ -171,10 +169,10 @@ def _distance_from_seat(
     places, rotations = frames_of(compiled.model, run.position.values.reshape(run.time.size, -1))
     b = index[landing.body]
     place = places[:, b] + rotations[:, b] @ landing.points[point]
-    seat = landing.seats[point]
-    axis = np.array(landing.axis, float)
-    if landing.on is not None:
-        a = index[landing.on]
+    seat = landing.on.points[point]
+    axis = np.array(landing.on.axis)
+    if landing.on.body is not None:
+        a = index[landing.on.body]
         seat = places[:, a] + rotations[:, a] @ seat
         axis = rotations[:, a] @ axis
     across = np.cross(place - seat, axis)

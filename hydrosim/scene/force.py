@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
+from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
+
+from hydrosim.dofs import DOFS
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
+from hydrosim.files.units import AnyQuantity, Scale, factor, problem
+from hydrosim.scene.signal import RecordedColumns
 
 # Conditions for the start and the end of an action.
 
@@ -32,30 +42,192 @@ class When:
     below: float | None = None
     lasting: float = 0.0
 
+    def build(self) -> When:
+        """The condition itself."""
+        return self
+
+
+CHANNEL_UNITS = {
+    "fender_normal_force": "N",
+    "spring_tension": "N",
+    "line_tension": "N",
+    "fender_compression": "m",
+    "strut_force": "N",
+    "strut_length": "m",
+    "winch_tension": "N",
+    "winch_length": "m",
+    "torsion_angle": "rad",
+    "clearance": "m",
+}
+"""Of channels; those of motions are in m or rad, with their speeds per second."""
+OTHER_CHANNELS = ("position", "velocity", "speed", "relative_speed", "tank_level")
+
+
+class Event(SchemaModel):
+    """That a channel of the run has been above or below a value for so long."""
+
+    channel: StrictStr
+    """Channel of the run that is watched. Example: speed.barge."""
+    above: Annotated[Scale, AnyQuantity("value", "0.1 m/s")] | None = None
+    """The event happens when the channel is above this value."""
+    below: Annotated[Scale, AnyQuantity("value", "0.1 m/s")] | None = None
+    """The event happens when the channel is below this value."""
+    lasting: of.Span = 0.0
+    """Time that the condition must last."""
+
+    @model_validator(mode="after")
+    def _check_value(self) -> Self:
+        given = self.keys_with_value("above", "below")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no value", "either above or below")
+        kinds = (*OTHER_CHANNELS, *CHANNEL_UNITS)
+        if self.channel.partition(".")[0] not in kinds:
+            expected = f"one that begins with {', '.join(kinds)}"
+            raise problem(f"the channel {self.channel}", expected, "as in speed.barge")
+        unit, value = self._unit, self.above or self.below
+        if value is not None and value.unit is not None:
+            try:
+                factor(value.unit, unit)
+            except ValueError as error:
+                expected = f"a value in {unit}, which {self.channel} has"
+                raise problem(value.text, expected, str(error)) from None
+        return self
+
+    @property
+    def _unit(self) -> str:
+        """The unit of the channel."""
+        name, _, rest = self.channel.partition(".")
+        turns = rest.rpartition(".")[2] in DOFS[3:]
+        speed = "/s" if name in ("velocity", "speed", "relative_speed") else ""
+        return CHANNEL_UNITS.get(name, f"{'rad' if turns else 'm'}{speed}")
+
+    def build(self) -> When:
+        """The condition of the scene."""
+        above, below = (None if x is None else x.value for x in (self.above, self.below))
+        return When(0.0, self.channel, above, below, self.lasting)
+
+
+class AtTime(SchemaModel):
+    """A time since the start of the run."""
+
+    time: of.Instant
+    """Time since the start of the run. Example: 200 s."""
+
+    def build(self) -> When:
+        """The condition of the scene."""
+        return When(self.time)
+
+
+def form_of(value: object) -> str:
+    """What a moment is given as: a time, a mapping with a time, or an event of a channel."""
+    if isinstance(value, AtTime) or (isinstance(value, dict) and "time" in value):
+        return "mapping"
+    return "event" if isinstance(value, dict | Event) else "time"
+
+
+Moment = Annotated[
+    Annotated[of.Instant, Tag("time")]
+    | Annotated[AtTime, Tag("mapping")]
+    | Annotated[Event, Tag("event")],
+    Discriminator(form_of),
+]
+
+
+@schema_class
+class Active(SchemaClass):
+    """The time in which an element acts; each end is a time or an event. Neither occurs twice."""
+
+    start: Annotated[When | None, ReadAs(Moment | None)] = Field(default=None, alias="from")
+    """Time or event from which the element acts."""
+    until: Annotated[When | None, ReadAs(Moment | None)] = None
+    """Time or event until which the element acts."""
+
+    @model_validator(mode="after")
+    def _check_order(self) -> Self:
+        if not self.keys_with_value("start", "until"):
+            raise problem("an empty mapping", "from, until, or both")
+        begin, end = (_moment_time(moment) for moment in (self.start, self.until))
+        if begin is not None and end is not None and begin >= end:
+            raise problem(f"from {begin:g} s until {end:g} s", "an end after the start")
+        return self
+
+    def build(self) -> Active:
+        """The same with conditions for both ends."""
+        return Active(build_condition(self.start), build_condition(self.until))
+
+
+def _moment_time(moment: Any) -> float | None:
+    """The time of a moment, None if it is none or waits for a channel."""
+    if isinstance(moment, When):
+        return None if moment.channel else moment.time
+    if moment is None or isinstance(moment, Event):
+        return None
+    return moment.time if isinstance(moment, AtTime) else float(moment)
+
+
+def build_condition(moment: Any) -> When | None:
+    """The condition that a moment of a file is."""
+    return When(float(moment)) if isinstance(moment, float) else moment and moment.build()
+
 
 @dataclass(frozen=True)
-class Active:
-    """Period in which an element acts: from ``start`` (the beginning if None) ``until`` the given
-    moment (the end if None). Neither start nor end occurs twice."""
+class BuildContext:
+    """Where something is: its ``key`` in the case file ``path``; density [kg/m^3] and gravity
+    [m/s^2] of its ``water``; the ``joints`` of the case."""
 
-    start: When | None = None
-    until: When | None = None
+    key: str
+    path: Path
+    water: tuple[float, float] = (1025.0, 9.81)
+    joints: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class ForceElement:
-    """Base of the elements in `hydrosim.elements`. ``body`` is the name of the body that it acts
-    on; ``active`` limits the time. ``capacity`` [N] is the allowable force of each of its contact
-    points or lines. Forces are compared with it; nothing breaks.
+@schema_class
+class ForceElement(SchemaClass):
+    """Base of the elements in `hydrosim.elements`. In examples there are a "barge" and a "topside".
 
     The work of an element that ``supplies`` is booked as work, otherwise as dissipation. Each
     element declares its properties in its own file. An undeclared property only costs speed.
     """
 
     supplies: ClassVar[bool] = False
-    body: str
+    stream: ClassVar[str | None] = None
+    """The stream of the environment, if it is one that loads the element."""
+    type: str = field(default="", kw_only=True)
+    """Kind of force element."""
+    body: StrictStr
+    """Name of the body that the element acts on. Example: barge."""
     active: Active | None = field(default=None, kw_only=True)
-    capacity: float | None = field(default=None, kw_only=True)
+    """Time in which the element acts: from, until, or both."""
+    when: Annotated[When | None, ReadAs(Moment | None)] = field(default=None, kw_only=True)
+    """Time or event from which the element acts, short for active with from."""
+
+    @model_validator(mode="after")
+    def _check_active(self) -> Self:
+        if self.active and self.when is not None:
+            expected = "one of them: when is short for active: {from: ...}"
+            raise problem("active and when", expected)
+        return self
+
+    def build_active(self, where: BuildContext) -> ForceElement:
+        """The element with all that a file leaves open: the time in which it acts, its share of
+        totals, the contents of files beside the case file."""
+        active = self.active and self.active.build()
+        if self.when is not None:
+            active = Active(build_condition(self.when))
+        return replace(self, active=active, when=None).with_built_parts(where)
+
+    def with_fitted_numbers(self, where: BuildContext) -> ForceElement:
+        """The same without data in files that determine its numbers: these numbers instead."""
+        return self
+
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
+        """Keys to the names of the other bodies that it acts on, these, and what leaving one out
+        means."""
+        yield from ()
+
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
+        """Recorded series that it needs, with the keys to them."""
+        yield from ()
 
     def check(self, name: str) -> None:
         """Raises InputError for values that no case file allows, but a scene written in Python may
@@ -115,6 +287,14 @@ class ForceElement:
     def nonlinearity(self, name: str, turns: Turns) -> str | None:
         """Reason why its force is not linear in the motions of its body; None if it is."""
         return name
+
+
+@schema_class
+class LimitedElement(ForceElement):
+    """Base of elements with a ``capacity`` [N], the allowable force of each. Forces are compared
+    with it; nothing breaks."""
+
+    capacity: float | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,8 @@ import numpy as np
 import scipy
 from pydantic import BaseModel
 
+from hydrosim.files.messages import fields_of
+from hydrosim.files.schema_class import SchemaClass
 from hydrosim.files.units import Cyclic, Quantity
 from hydrosim.study.study_file import DesignPlan, LinkedKeys, Parameter, Range
 
@@ -48,8 +50,8 @@ def value_at_key(data: BaseModel, key: str) -> CaseValue:
     for part in key.split("."):
         if isinstance(node, Sequence) and not part.isdigit() and len(node) == 1:
             node, about = node[0], _item_annotations(about, 0)
-        if isinstance(node, BaseModel):
-            field = next((f for n, f in type(node).model_fields.items() if n == part), None)
+        if isinstance(node, BaseModel | SchemaClass):
+            field = fields_of(type(node)).get(part)
             about = (field.annotation, *field.metadata) if field else ()
             node = getattr(node, part, None)
         elif isinstance(node, Mapping):

@@ -17,6 +17,7 @@ from hydrosim.elements import (
     NormalCurve,
     NormalLoop,
     Plane,
+    Seats,
     Spring,
     StickSlip,
 )
@@ -39,7 +40,7 @@ def topside(height: float = 0.0, **forces: ForceElement) -> Scene:
         weight=Weight.CARRIED,
         position=moving(heave=height),
     )
-    legs = Landing("topside", CORNERS, CORNERS, LOOP, LAW)
+    legs = Landing("topside", CORNERS, Seats(CORNERS), LOOP, LAW)
     resting = scene(body, {"legs": legs, **forces}, 20.0, 0.5, step=0.05)
     return replace(resting, at_rest=True)
 
@@ -86,7 +87,7 @@ def test_what_nothing_carries_is_said():
 
 def test_legs_that_cannot_hold_it_level_are_said():
     """Its centre of gravity is outside what carries it: it topples."""
-    legs = Landing("topside", CORNERS[:2], CORNERS[:2], LOOP, LAW)
+    legs = Landing("topside", CORNERS[:2], Seats(CORNERS[:2]), LOOP, LAW)
     with pytest.raises(InputError, match="initial: found at_rest"):
         hs.compile_scene(topside(legs=legs))
 

@@ -54,7 +54,7 @@ def test_few_files_outside_elements_name_a_kind() -> None:
 
 @pytest.mark.parametrize(
     "source",
-    ["e = model.elements\nx = e.fenders", "f(springs=x)", "getattr(e, 'guides')", "e['triggers']"],
+    ["e = model.elements\nx = e.fenders", "f(links=x)", "getattr(e, 'guides')", "e['triggers']"],
 )
 def test_a_kind_is_seen_under_any_name(source: str) -> None:
     assert len([*named(source)]) == 1

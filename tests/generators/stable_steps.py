@@ -29,7 +29,6 @@ from hydrosim.elements import (
     StickSlip,
     constant,
 )
-from hydrosim.elements.contact.laws import Law
 from hydrosim.integrate.dynamics import dynamic_states
 from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import (
@@ -40,6 +39,7 @@ from hydrosim.scene import (
     Solver,
     Unstable,
 )
+from hydrosim.scene.contacts import Law
 
 CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"
 STEPS = 200

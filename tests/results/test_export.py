@@ -15,7 +15,6 @@ from command_line import Command
 from numpy.testing import assert_allclose, assert_array_equal
 from recorded_runs import made_run
 
-from hydrosim.case.signals import Recorded, read_record
 from hydrosim.compare.export import (
     MAX_MATLAB_NAME_LETTERS,
     ExportColumn,
@@ -28,6 +27,7 @@ from hydrosim.files.series import read_series
 from hydrosim.files.text import Source, escape_unprintable
 from hydrosim.results.channels import channel_series
 from hydrosim.results.dataset import write_run
+from hydrosim.scene.signal import RecordedColumns, read_record
 
 SUFFIXES = (".nc", ".csv", ".mat", pytest.param(".parquet", marks=pytest.mark.extras))
 HOSTILE = '=HYPERLINK("http://a.b";"c")'
@@ -165,7 +165,9 @@ def test_a_csv_drives_another_case(export: Command) -> None:
 
 def test_units_of_a_csv_are_understood_where_it_drives_another_case(export: Command) -> None:
     export("run.nc", "-o", "run.csv", "--channels", "force_mooring.*")
-    form = Recorded.model_validate({"file": "run.csv", "column": "force_mooring.barge.surge"})
+    form = RecordedColumns.model_validate(
+        {"file": "run.csv", "column": "force_mooring.barge.surge"}
+    )
     found = read_record(form, "forces.wind", Path("case.yaml"), "N")
     with netCDF4.Dataset("run.nc") as file:
         assert_allclose(found.value, file["force_mooring"][:, 0, 0], rtol=1e-15)

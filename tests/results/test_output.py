@@ -15,14 +15,13 @@ from scenes import CASES, block, hull, in_contact, scene_of
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements.contact.curves import PrescribedNormal
-from hydrosim.elements.contact.frictionless import Frictionless
-from hydrosim.elements.signal import Table
 from hydrosim.results import phases
 from hydrosim.results.channels import CHANNEL_KINDS, channel_series
 from hydrosim.results.dataset import read_run, write_run
 from hydrosim.results.variables import MIXED, VARIABLES
 from hydrosim.scene import Environment, Method, RegularWave, Scene, Solver, WaveTrain
+from hydrosim.scene.contacts import Frictionless, PrescribedNormal
+from hydrosim.scene.signal import Table
 
 MOTION = ("time", "body", "dof")
 EXPECTED = {

@@ -18,6 +18,7 @@ from hydrosim.elements import (
     Landing,
     NormalCurve,
     Plane,
+    Seats,
     linear_mooring,
 )
 from hydrosim.elements.contact.group import GROUP_STATES as GROUP_STATES
@@ -51,7 +52,7 @@ def removal(rate: float = 1e3, lift: float = 3.0) -> Scene:
     stiff[2, 2], damping[2, 2] = 2e6, 2e6
     push = table([0.0, 1000.0], [np.zeros(6), moving(heave=lift * WEIGHT)])
     forces = {
-        "leg": Landing("top", CORNERS, CORNERS, LINE, Frictionless(), group="legs"),
+        "leg": Landing("top", CORNERS, Seats(CORNERS), LINE, Frictionless(), group="legs"),
         "pad": Fender(
             "barge", CORNERS, Plane((0, 0, -2.0), (0, 0, -1), "top"), LINE, Frictionless()
         ),
@@ -184,7 +185,7 @@ def test_recontacts_their_number_force_and_speed():
         position=moving(heave=-WEIGHT / K),
         velocity=moving(heave=2.0),
     )
-    legs = Landing("top", CORNERS, CORNERS, LINE, Frictionless())
+    legs = Landing("top", CORNERS, Seats(CORNERS), LINE, Frictionless())
     run = hs.simulate(scene(top, {"legs": legs}, 3.0, 0.05, step=0.002))
     found = xr.Dataset(stages(run)).sel(contact_group="legs")
     y = WEIGHT / K
@@ -244,7 +245,7 @@ def test_a_plain_fender_tells_its_impacts_where_it_has_a_group():
 def test_nothing_is_transferred_before_the_first_contact():
     """The mean over a minute looks ahead: it is above all parts before a short fall ends."""
     top = block(MASS, ("heave",), "top", weight=Weight.CARRIED, position=moving(heave=0.3))
-    legs = Landing("top", CORNERS, CORNERS, LINE, Frictionless())
+    legs = Landing("top", CORNERS, Seats(CORNERS), LINE, Frictionless())
     times = hs.simulate(scene(top, {"legs": legs}, 20.0, 0.5, step=0.002)).stage_time.values[0]
     assert times[0] == pytest.approx(np.sqrt(0.6 / 9.81), abs=1e-9)
     assert np.all(times[1 : 1 + len(TRANSFER_FRACTIONS)] == times[0])

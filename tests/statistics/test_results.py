@@ -10,7 +10,7 @@ import xarray as xr
 from scenes import block, moving, on_floor, scene, steady, table
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Frictionless, Landing, NormalCurve, StickSlip
+from hydrosim.elements import AppliedForce, Frictionless, Landing, NormalCurve, Seats, StickSlip
 from hydrosim.errors import InputError
 from hydrosim.results.phases import STAGES
 from hydrosim.scene import Scene, Weight
@@ -30,7 +30,7 @@ def lifted() -> Scene:
     times = [0.0, 5.0, 5.5, 9.0, 12.0]
     push = table(times, [moving(heave=each * WEIGHT) for each in lift])
     forces = {
-        "leg": Landing("block", SEAT, SEAT, curve, Frictionless(), group="legs"),
+        "leg": Landing("block", SEAT, Seats(SEAT), curve, Frictionless(), group="legs"),
         "lift": AppliedForce("block", (0.0, 0.0, 0.0), push),
     }
     return scene(top, forces, 20.0, 0.1, step=0.01)

@@ -7,14 +7,15 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator
 
 from hydrosim.case.elements.catenary import Catenary, Lines
-from hydrosim.case.elements.contacts import Fender, Landing
 from hydrosim.case.elements.damping import LinearDamping, QuadraticDamping, ViscousRoll
 from hydrosim.case.elements.drive import Drive
 from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.loads import AppliedForce, CurrentLoad, LinearMooring, WindLoad
-from hydrosim.case.elements.springs import Bushing, Compensator, Spring, Strut, TorsionSpring
+from hydrosim.case.elements.springs import Bushing, SpringEntry, StrutEntry, TorsionSpringEntry
 from hydrosim.case.elements.winch import Winch
 from hydrosim.files.units import problem
+from hydrosim.scene.contacts import Fender, Landing
+from hydrosim.scene.links import Compensator, DryFriction, GasSpring, SpringDamper, Stop
 
 
 def _check_kind(data: Any) -> Any:
@@ -28,11 +29,15 @@ AnyElement = Annotated[
     | AppliedForce
     | Fender
     | Landing
-    | Spring
+    | SpringEntry
     | Catenary
     | Lines
-    | Strut
-    | TorsionSpring
+    | StrutEntry
+    | TorsionSpringEntry
+    | SpringDamper
+    | GasSpring
+    | Stop
+    | DryFriction
     | Bushing
     | LinearDamping
     | QuadraticDamping

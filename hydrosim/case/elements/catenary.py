@@ -13,7 +13,6 @@ from pydantic import AfterValidator, StrictStr, model_validator
 from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
 from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of_system
 from hydrosim.case.lines.system import MAX_SEGMENTS, MooringLine, System
-from hydrosim.case.signals import Recorded
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
@@ -21,6 +20,7 @@ from hydrosim.files.text import Source
 from hydrosim.files.units import problem
 from hydrosim.modes import NO_INDEX
 from hydrosim.scene.force import CHAIN, STEEL
+from hydrosim.scene.signal import RecordedColumns
 
 if TYPE_CHECKING:
     from hydrosim.elements.line.catenary import Catenary as BuiltCatenary
@@ -174,9 +174,9 @@ class Catenary(Breaking):
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
         for i, segment in enumerate(self.segments):
-            if isinstance(segment.length, Recorded):
+            if isinstance(segment.length, RecordedColumns):
                 yield ("segments", i, "length"), segment.length
 
     def build(self, where: BuildContext) -> BuiltCatenary:

@@ -9,15 +9,15 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, StrictStr, Tag, model_validator
 
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.signals import Harmonic, Recorded, only_forms, read_record
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
+from hydrosim.scene.signal import HarmonicEntry, RecordedColumns, only_forms, read_record
 
 if TYPE_CHECKING:
     from hydrosim.elements.drive import Drive as Built
-    from hydrosim.elements.signal import Signal
+    from hydrosim.scene.signal import Signal
 
 
 class OffsetTable(SchemaModel):
@@ -58,24 +58,24 @@ def _form_tag(value: object) -> str:
     """Which of the forms a motion has."""
     if isinstance(value, OffsetTable | AngleTable) or (isinstance(value, dict) and "time" in value):
         return "table"
-    if isinstance(value, Recorded) or (isinstance(value, dict) and "file" in value):
+    if isinstance(value, RecordedColumns) or (isinstance(value, dict) and "file" in value):
         return "recorded"
     return "harmonic"
 
 
 OffsetOverTime = Annotated[
     Annotated[OffsetTable, Tag("table")]
-    | Annotated[Recorded, Tag("recorded")]
-    | Annotated[Harmonic[of.Length], Tag("harmonic")],
+    | Annotated[RecordedColumns, Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Length], Tag("harmonic")],
     Discriminator(_form_tag),
-    only_forms("offset", "m", OffsetTable, Recorded, Harmonic),
+    only_forms("offset", "m", OffsetTable, RecordedColumns, HarmonicEntry),
 ]
 AngleOverTime = Annotated[
     Annotated[AngleTable, Tag("table")]
-    | Annotated[Recorded, Tag("recorded")]
-    | Annotated[Harmonic[of.Angle], Tag("harmonic")],
+    | Annotated[RecordedColumns, Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Angle], Tag("harmonic")],
     Discriminator(_form_tag),
-    only_forms("angle", "deg", AngleTable, Recorded, Harmonic),
+    only_forms("angle", "deg", AngleTable, RecordedColumns, HarmonicEntry),
 ]
 
 
@@ -119,9 +119,9 @@ class Drive(Element):
             raise problem(" and ".join(given) or "no motion", "either offset or angle")
         return self
 
-    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
         for key, form in (("offset", self.offset), ("angle", self.angle)):
-            if isinstance(form, Recorded):
+            if isinstance(form, RecordedColumns):
                 yield (key,), form
 
     def build(self, where: BuildContext) -> Built:
@@ -140,13 +140,13 @@ class Drive(Element):
         return Built(body, dof=motion, position=signal, joint=self.joint, quantity=key)
 
     def _signal(self, where: BuildContext) -> Signal:
-        from hydrosim.elements import signal
+        from hydrosim.scene import signal
 
         key, form = ("offset", self.offset) if self.offset is not None else ("angle", self.angle)
-        if isinstance(form, Harmonic):
+        if isinstance(form, HarmonicEntry):
             mean = form.mean or 0.0
             return signal.Harmonic(form.amplitude, form.period, mean, form.phase)
-        if isinstance(form, Recorded):
+        if isinstance(form, RecordedColumns):
             unit = "m" if key == "offset" else "rad"
             series = read_record(form, f"{where.key}.{key}", where.path, unit)
             return signal.Recorded(series.time, series.value)

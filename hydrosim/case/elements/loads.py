@@ -9,12 +9,12 @@ import numpy as np
 from pydantic import model_validator
 
 from hydrosim.case.elements.element import BuildContext, Element
-from hydrosim.case.signals import Forces, Recorded, signal_of
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import as_matrix
 from hydrosim.files.units import problem
+from hydrosim.scene.signal import Forces, RecordedColumns, signal_of
 
 if TYPE_CHECKING:
     from hydrosim import elements
@@ -59,14 +59,14 @@ class AppliedForce(Element):
             raise problem("time and no list over it", "a list of forces, or no time")
         return self
 
-    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
         for dof, form in zip(DOFS, self.force.values(absent=None), strict=True):
-            if isinstance(form, Recorded):
+            if isinstance(form, RecordedColumns):
                 yield ("force", dof), form
 
     def build(self, where: BuildContext) -> elements.AppliedForce:
         from hydrosim.elements.applied_force import AppliedForce as Built
-        from hydrosim.elements.signal import Table
+        from hydrosim.scene.signal import Table
 
         time = np.array(self.time or (0.0,))
         force: dict[str, elements.Signal] = {}

@@ -1,4 +1,4 @@
-"""Springs of a case file: `spring`, `bushing`, `strut`, `torsion_spring` and `compensator`."""
+"""Springs of a case file: `spring`, `bushing`, `strut` and `torsion_spring`."""
 
 from __future__ import annotations
 
@@ -15,18 +15,15 @@ from hydrosim.case.elements.element import (
     LengthOverTime,
     length_signal,
 )
-from hydrosim.case.signals import Recorded
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel, as_matrix
 from hydrosim.files.units import problem
+from hydrosim.scene.links import Spring, Strut, TorsionSpring
+from hydrosim.scene.signal import RecordedColumns
 
 if TYPE_CHECKING:
     from hydrosim.elements.bushing import Bushing as BuiltBushing
-    from hydrosim.elements.line.compensator import Compensator as BuiltCompensator
-    from hydrosim.elements.link import Strut as BuiltStrut
-    from hydrosim.elements.link import TorsionSpring as BuiltTorsionSpring
-    from hydrosim.elements.spring import Spring as BuiltSpring
 
 
 class Curve(SchemaModel):
@@ -49,7 +46,7 @@ class Curve(SchemaModel):
         return self
 
 
-class Spring(Breaking):
+class SpringEntry(Breaking):
     """A line from a point of a body to an anchor, on the earth or on another body."""
 
     tension_channel: ClassVar[str] = "spring_tension"
@@ -100,20 +97,18 @@ class Spring(Breaking):
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
-        if isinstance(self.length, Recorded):
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
+        if isinstance(self.length, RecordedColumns):
             yield ("length",), self.length
 
-    def build(self, where: BuildContext) -> BuiltSpring:
-        from hydrosim.elements.spring import Spring as BuiltSpring  # loads numba
-
+    def build(self, where: BuildContext) -> Spring:
         extension, tension = np.array([0.0, 1.0]), np.array([0.0, self.stiffness or 0.0])
         if self.curve is not None:
             extension, tension = np.array(self.curve.extension), np.array(self.curve.tension)
         length: Any = self.length
         if not isinstance(length, float):
             length, _ = length_signal(length, f"{where.key}.length", where.path)
-        return BuiltSpring(
+        return Spring(
             self.body,
             point=self.point,
             anchor=self.anchor,
@@ -189,7 +184,7 @@ class StrutCurve(SchemaModel):
         return self
 
 
-class Strut(Element):
+class StrutEntry(Element):
     """A spring and damper that pushes and pulls between a point of a body and an anchor, on the
     earth or on another body. The power that a power take-off absorbs is recorded."""
 
@@ -236,11 +231,9 @@ class Strut(Element):
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def build(self, where: BuildContext) -> BuiltStrut:
-        from hydrosim.elements.link import Strut as BuiltStrut  # loads numba
-
+    def build(self, where: BuildContext) -> Strut:
         points = None if self.curve is None else (self.curve.extension, self.curve.force)
-        return BuiltStrut(
+        return Strut(
             self.body,
             *points_of(self.stiffness, points),
             self.damping,
@@ -302,7 +295,7 @@ class TorsionCurve(SchemaModel):
         return self
 
 
-class TorsionSpring(Element):
+class TorsionSpringEntry(Element):
     """A spring and damper about an axis, between a body and another one or the earth. The power
     that a rotary power take-off absorbs is recorded."""
 
@@ -343,11 +336,9 @@ class TorsionSpring(Element):
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         yield ("to",), self.to, "without to the other side is the earth"
 
-    def build(self, where: BuildContext) -> BuiltTorsionSpring:
-        from hydrosim.elements.link import TorsionSpring as BuiltTorsionSpring  # loads numba
-
+    def build(self, where: BuildContext) -> TorsionSpring:
         points = None if self.curve is None else (self.curve.angle, self.curve.moment)
-        return BuiltTorsionSpring(
+        return TorsionSpring(
             self.body,
             *points_of(self.stiffness, points),
             self.damping,
@@ -356,89 +347,4 @@ class TorsionSpring(Element):
             axis=self.axis,
             neutral=self.neutral,
             to=self.to,
-        )
-
-
-# `compensator` in a case file.
-
-
-class Compensator(Element):
-    """A passive compensator: a gas spring in a line between a point of a body and an anchor, with
-    end stops."""
-
-    example: ClassVar[dict[str, Any]] = {
-        "type": "compensator",
-        "body": "barge",
-        "point": ["0.4 m", "-0.3 m", "0.8 m"],
-        "anchor": ["0.5 m", "0.2 m", "5 m"],
-        "anchor_body": "topside",
-        "length": "4.6 m",
-        "tension": "10 kN",
-        "stroke": "3 m",
-        "gas_length": "4 m",
-        "exponent": 1.3,
-        "stiffness": "100 kN/m",
-        "damping": "2 kN*s/m",
-    }
-
-    type: Literal["compensator"]
-    """A gas spring in a line, with end stops. It carries no push."""
-    point: of.Point
-    """End on the body, in the body frame."""
-    anchor: of.Point
-    """Other end, in the earth frame or the frame of anchor_body."""
-    anchor_body: StrictStr | None = None
-    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
-    topside."""
-    length: of.LineLength
-    """Length of the whole line in the middle of the stroke."""
-    tension: of.ReferenceForce
-    """Tension in the middle of the stroke."""
-    stroke: of.LineLength
-    """Stroke, half of it to each side."""
-    gas_length: of.LineLength
-    """Volume of the gas over the area of the piston, in the middle of the stroke."""
-    exponent: of.GasExponent = 1.0
-    """Exponent n of p V^n = const: 1 for slow motion, about 1.4 for fast motion."""
-    stiffness: of.Stiffness
-    """Stiffness of line and stop beyond the stroke."""
-    damping: of.Damping = 0.0
-    """Damping along the line."""
-    capacity: of.ReferenceForce | None = None
-    """Allowable tension, which statistics compare with."""
-
-    @model_validator(mode="after")
-    def _check_stroke(self) -> Self:
-        half = 0.5 * self.stroke
-        if self.gas_length <= half:
-            found_text = f"gas_length {self.gas_length:g} m and a stroke of {self.stroke:g} m"
-            raise problem(found_text, "gas that is left at the end: a gas_length above stroke / 2")
-        low = self.tension * (self.gas_length / (self.gas_length + half)) ** self.exponent
-        if self.length <= half + low / self.stiffness:
-            found_text = f"length {self.length:g} m and a stroke of {self.stroke:g} m"
-            raise problem(found_text, "a line that is slack where its ends meet: a longer length")
-        return self
-
-    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
-        remedy = "an anchor without anchor_body is fixed to the earth"
-        yield ("anchor_body",), self.anchor_body, remedy
-
-    def build(self, where: BuildContext) -> BuiltCompensator:
-        from hydrosim.elements.line.compensator import (
-            Compensator as BuiltCompensator,  # loads numba
-        )
-
-        return BuiltCompensator(
-            self.body,
-            point=self.point,
-            anchor=self.anchor,
-            length=self.length,
-            tension=self.tension,
-            stroke=self.stroke,
-            gas_length=self.gas_length,
-            exponent=self.exponent,
-            stiffness=self.stiffness,
-            damping=self.damping,
-            anchor_body=self.anchor_body,
-            capacity=self.capacity,
         )

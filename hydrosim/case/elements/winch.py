@@ -11,16 +11,16 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, StrictStr, Tag, model_validator
 
 from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
-from hydrosim.case.signals import Harmonic, Recorded, signal_of
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.units import problem
+from hydrosim.scene.signal import HarmonicEntry, RecordedColumns, signal_of
 
 if TYPE_CHECKING:
     from hydrosim.elements.line.drum import Control
     from hydrosim.elements.line.winch import Winch as Built
-    from hydrosim.elements.signal import Signal
+    from hydrosim.scene.signal import Signal
 
 MIN_WIRE_FRACTION = 0.01  # of the wire: a compensation without a stroke ends there
 DRUM = "drum: {shortest: 10 m, longest: 200 m}"
@@ -71,16 +71,16 @@ def _speed_form(value: object) -> str:
     """Which of the forms a speed has."""
     if isinstance(value, SpeedTable) or (isinstance(value, dict) and "time" in value):
         return "table"
-    if isinstance(value, Recorded) or (isinstance(value, dict) and "file" in value):
+    if isinstance(value, RecordedColumns) or (isinstance(value, dict) and "file" in value):
         return "recorded"
-    return "harmonic" if isinstance(value, dict | Harmonic) else "speed"
+    return "harmonic" if isinstance(value, dict | HarmonicEntry) else "speed"
 
 
 SpeedOverTime = Annotated[
     Annotated[of.Speed, Tag("speed")]
     | Annotated[SpeedTable, Tag("table")]
-    | Annotated[Recorded, Tag("recorded")]
-    | Annotated[Harmonic[of.Speed], Tag("harmonic")],
+    | Annotated[RecordedColumns, Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Speed], Tag("harmonic")],
     Discriminator(_speed_form),
 ]
 
@@ -242,9 +242,9 @@ class Winch(Breaking):
         remedy = "an anchor without anchor_body is fixed to the earth"
         yield ("anchor_body",), self.anchor_body, remedy
 
-    def recorded_series(self) -> Iterator[tuple[Keys, Recorded]]:
+    def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
         for key in ("length", "speed"):
-            if isinstance(form := getattr(self, key), Recorded):
+            if isinstance(form := getattr(self, key), RecordedColumns):
                 yield (key,), form
 
     def build(self, where: BuildContext) -> Built:
@@ -294,8 +294,8 @@ class Winch(Breaking):
 
 
 def speed_signal(form: Any, key: str, path: Path) -> Signal:
-    """The signal of a speed [m/s]. Raises as `hydrosim.case.signals.signal_of`."""
-    from hydrosim.elements import signal
+    """The signal of a speed [m/s]. Raises as `hydrosim.scene.signal.signal_of`."""
+    from hydrosim.scene import signal
 
     if isinstance(form, float):
         return signal.constant(form)

@@ -23,10 +23,9 @@ from hydrosim.compile.questions.query import (
 )
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.points import LineShape, line_shapes
-from hydrosim.elements.link import TorsionSpring
-from hydrosim.elements.pair import TwoPointElement
 from hydrosim.scene import Body, JointType
 from hydrosim.scene.joint import MotionKind
+from hydrosim.scene.links import TorsionSpring, TwoPointElement
 from hydrosim.scene.scene import arrangement
 
 HULL_REACH = 3.0  # of the half diagonal of the water plane

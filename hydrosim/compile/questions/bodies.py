@@ -22,9 +22,9 @@ from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.elements.applied_force import AppliedForce
 from hydrosim.elements.damping import QuadraticDamping
-from hydrosim.elements.signal import Harmonic, Signal
 from hydrosim.scene import Body, Question, Weight
 from hydrosim.scene.body import Box
+from hydrosim.scene.signal import Harmonic, Signal
 from hydrosim.tanks.timeline import body_without, least_moment, tanks_at_start
 
 MASS_TOLERANCE = 0.01  # relative difference of mass and displaced mass that needs a question

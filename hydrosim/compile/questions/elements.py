@@ -20,11 +20,6 @@ from hydrosim.compile.questions.query import (
     text_outside_range,
 )
 from hydrosim.dofs import DOFS
-from hydrosim.elements.contact.coulomb import Coulomb
-from hydrosim.elements.contact.curves import NormalCurve, PrescribedNormal
-from hydrosim.elements.contact.fender import Contact, Fender
-from hydrosim.elements.contact.friction_slope import FrictionSlope
-from hydrosim.elements.contact.stick_slip import StickSlip
 from hydrosim.elements.damping import LinearDamping
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.linear_mooring import LinearMooring
@@ -32,6 +27,15 @@ from hydrosim.elements.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
 from hydrosim.elements.viscous_roll import ViscousRoll
 from hydrosim.multibody.kinematics import Motion
 from hydrosim.scene import Body, Question, Weight
+from hydrosim.scene.contacts import (
+    Contact,
+    Coulomb,
+    Fender,
+    FrictionSlope,
+    NormalCurve,
+    PrescribedNormal,
+    StickSlip,
+)
 
 ROUGHEST = 1.0
 BERTHING = 0.1  # m/s: berthing speed of a large ship (PIANC WG 33, 2002)

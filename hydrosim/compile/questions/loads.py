@@ -16,15 +16,14 @@ from hydrosim.compile.questions.query import (
     text_beyond,
     text_outside_range,
 )
-from hydrosim.elements.contact.fender import Contact
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
-from hydrosim.elements.pair import TwoPointElement
-from hydrosim.elements.spring import Spring
 from hydrosim.elements.stream_load import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.integrate.state import start_loads
 from hydrosim.scene import Body, Weight
+from hydrosim.scene.contacts import Contact
 from hydrosim.scene.force import strongest_breaking_load
+from hydrosim.scene.links import Spring, TwoPointElement
 from hydrosim.scene.scene import joined_with
 
 # Share of the breaking load of chain of grade R5; grade R3 has 0.7 of it, and ships' chain 0.3
@@ -56,7 +55,7 @@ def _ask_about_tiny_capacities(about: SceneContext) -> Iterator[Query]:
             {of.body, *(body for _, body in of.connected_bodies())},
         )
         for name, of in about.scene.forces.items()
-        if of.capacity is not None and isinstance(of, TwoPointElement | Contact)
+        if isinstance(of, TwoPointElement | Contact) and of.capacity is not None
     ]
     limits += [
         (f"joints.{name}.breaks_at", joint.breaks_at, {joint.body, joint.to})

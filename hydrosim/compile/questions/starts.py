@@ -7,15 +7,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hydrosim.compile.questions.query import Query, SceneContext, extents, text_beyond
-from hydrosim.elements.contact.curves import NormalCurve, PrescribedNormal
-from hydrosim.elements.contact.fender import Contact
-from hydrosim.elements.contact.geometry import Plane
+from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.points import line_shapes
-from hydrosim.elements.link import Link, Strut
-from hydrosim.elements.link import strut_kinematics as stretch_of_strut
-from hydrosim.elements.spring import Spring, kinematics
+from hydrosim.elements.link.kind import LINK_KIND, SPRING_KIND, link_kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
+from hydrosim.scene.contacts import Contact, NormalCurve, Plane, PrescribedNormal
 from hydrosim.scene.joint import MotionKind
+from hydrosim.scene.links import Spring, Strut
 from hydrosim.scene.scene import arrangement, joined_with, tree_joints
 
 FULL_TURN_RAD = 2.0 * np.pi * (1.0 + 1e-9)
@@ -215,10 +213,10 @@ def ask_about_line_starts(about: SceneContext) -> Iterator[Query]:
 
 def _ask_about_springs(about: SceneContext) -> Iterator[Query]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
-    p = about.model.elements.springs
-    for (name, line), row in zip(springs.items(), p.lines, strict=True):
-        longer = float(kinematics(row, 0.0, about.model.bodies, about.motion, p).extension)
-        length = float(row["length"])
+    p = SPRING_KIND.constants_in(about.model)
+    for i, (name, line) in enumerate(springs.items()):
+        longer = link_kinematics(p, i, about.state.y, about.motion, about.model.bodies).x
+        length = float(p.links[i]["neutral"])
         apart = length + longer
         if length > MAX_SLACK_RATIO * apart > 0.0 and line.tension[0] == 0.0:
             found_text = f"{length:g} m, while its ends are {apart:.3g} m apart at the start"
@@ -281,17 +279,15 @@ def _parted_catenaries(about: SceneContext, acting: set[str]) -> Iterator[str]:
 
 
 def _ask_about_struts(about: SceneContext) -> Iterator[Query]:
-    named = about.model.elements.links.links
-    links = [(name, of) for name, of in about.scene.forces.items() if isinstance(of, Link)]
-    for (name, strut), row in zip(links, named, strict=True):
+    p = LINK_KIND.constants_in(about.model)
+    for i, (name, strut) in enumerate(elements_of(about.scene, LINK_KIND.classes)):
         if not (isinstance(strut, Strut) and np.any(strut.force)):
             continue
-        offset = float(stretch_of_strut(row, about.model.bodies, about.motion).x)
-        if abs(offset) > max(STRETCHED * row["neutral"], float(np.abs(strut.offset).max())):
+        offset = link_kinematics(p, i, about.state.y, about.motion, about.model.bodies).x
+        length = float(p.links[i]["neutral"])
+        if abs(offset) > max(STRETCHED * length, float(np.abs(strut.offset).max())):
             longer = "longer" if offset > 0.0 else "shorter"
-            found_text = (
-                f"{row['neutral']:g} m, while it is {abs(offset):.3g} m {longer} at the start"
-            )
+            found_text = f"{length:g} m, while it is {abs(offset):.3g} m {longer} at the start"
             yield Query(
                 f"forces.{name}.length", found_text, f"usual is up to {STRETCHED:.0%} of its length"
             )

@@ -16,7 +16,6 @@ smooth, and the order drops at such a stop.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import atan2, cos, sin
 
 import numpy as np
@@ -27,17 +26,10 @@ from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import generalised_force
 from hydrosim.multibody.vectors import length
+from hydrosim.scene.contacts import Coulomb
 
 STOPPED = 1e-6  # of the speed by which the end of slip was located: slip has come to rest
 RANK_RTOL = 1e-12  # of the larger: smaller components are no direction of motion
-
-
-@dataclass(frozen=True)
-class Coulomb:
-    """Coefficients ``static`` mu_s >= ``kinetic`` mu_k."""
-
-    static: float
-    kinetic: float
 
 
 def constants(law: Coulomb) -> Constants:

@@ -33,15 +33,14 @@ and g do not depend on the speed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 
-from hydrosim.elements.signal import Signal
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import NO_INDEX
+from hydrosim.scene.contacts import NormalCurve, NormalForce, NormalLoop
 
 SEGMENT = np.dtype(
     [(name, float) for name in ("start", "lower", "upper", "force", "slope", "energy")]
@@ -100,38 +99,6 @@ def next_segment(k, piece, x):
 def segment_margin(piece, x):
     """Distance to the nearer end of a piece; negative outside."""
     return min(x - piece.lower, piece.upper - x)
-
-
-@dataclass(frozen=True)
-class PrescribedNormal:
-    """Normal force of each contact point: ``force`` [N] over time. Contact lasts while it is
-    positive, at any position of the point."""
-
-    force: Signal
-
-
-@dataclass(frozen=True)
-class NormalCurve:
-    """Normal curve of each contact point: ``compression`` (n,) [m], rising from 0, ``force`` (n,)
-    [N], not falling from 0, and ``damping`` [N s/m]."""
-
-    compression: np.ndarray
-    force: np.ndarray
-    damping: float = 0.0
-
-
-@dataclass(frozen=True)
-class NormalLoop:
-    """Normal curve with a loop, for each contact point: ``force`` (n,) [N] over ``compression``
-    (n,) [m] in loading, and a smaller force over ``unloading_compression`` (m,) in unloading. All
-    start at 0 and do not fall. ``stiffness`` [N/m] between the two is above all slopes of both, see
-    `hydrosim.elements.contact.curves`."""
-
-    compression: np.ndarray
-    force: np.ndarray
-    unloading_compression: np.ndarray
-    unloading_force: np.ndarray
-    stiffness: float
 
 
 NO_CURVE = NormalCurve(np.array([0.0, 1.0]), np.zeros(2))
@@ -207,7 +174,7 @@ def _force_at(compression: np.ndarray, force: np.ndarray, x: float) -> float:
 
 
 def loading_fields(
-    normal: NormalCurve | NormalLoop | PrescribedNormal, first: int, segments: np.ndarray
+    normal: NormalForce, first: int, segments: np.ndarray
 ) -> tuple[int, int, float, float]:
     """The first and the last piece of f, the steepest slope of all pieces, and the damping."""
     count = len(normal.compression) - 1 if isinstance(normal, NormalLoop) else len(segments)

@@ -18,26 +18,20 @@ normal force stores nothing; its work on the body counts as dissipation.
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from hydrosim.dofs import MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.elements.contact import coulomb, curves, geometry, group, laws
-from hydrosim.elements.contact.curves import NO_CURVE, NormalCurve, NormalLoop, PrescribedNormal
+from hydrosim.elements.contact.curves import NO_CURVE
 from hydrosim.elements.contact.curves import SEGMENT as PIECE
-from hydrosim.elements.contact.frictionless import Frictionless
 from hydrosim.elements.contact.law import OPEN, PASSED, STICK, NormalLoad
-from hydrosim.elements.contact.laws import COULOMB, FORGETFUL, LAW, Law
-from hydrosim.elements.contact.stick_slip import StickSlip
+from hydrosim.elements.contact.laws import COULOMB, FORGETFUL, LAW
 from hydrosim.elements.signal import (
     NOTHING,
     SIGNAL,
-    Signal,
     compile_signals,
     rate,
     time_of_largest,
@@ -47,9 +41,9 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import MODE, NO_INDEX, RISING, SEGMENT
 from hydrosim.scene import ForceElement
+from hydrosim.scene.contacts import Contact, Frictionless, NormalLoop, Plane, PrescribedNormal
 
 if TYPE_CHECKING:
-    from hydrosim.elements.contact.geometry import Plane
     from hydrosim.elements.kind import Layout
 
 CONTACT_STATE_NAMES = (  # of each point
@@ -69,91 +63,15 @@ CONTACT_OUTPUTS = 9
 PRESCRIBED_CONTACT_FRACTION = 1e-12  # of the largest prescribed normal force
 
 
-Normal = NormalCurve | NormalLoop | PrescribedNormal
-
-
-class Contact(ForceElement):
-    """``points`` (n, 3) in the body frame against planes; ``normal`` and ``friction`` apply to each
-    point. Contacts of one ``group`` are analysed together; None stands for the element's name.
-
-    If it ``remembers``, its points count closings and store their largest force (`loop`).
-    """
-
-    remembers: ClassVar[bool] = False
-    points: np.ndarray
-    normal: Normal
-    friction: Law
-    group: str | None
-
-    @abstractmethod
-    def planes(self) -> Sequence[Plane]:
-        """The plane of each point."""
-
-    def can_add_energy(self) -> bool:
-        """A prescribed normal force may push a moving body."""
-        return isinstance(self.normal, PrescribedNormal)
-
-    def signals(self) -> Iterator[tuple[str, Signal]]:
-        if isinstance(self.normal, PrescribedNormal):
-            yield "normal.prescribed", self.normal.force
-
-    def unit_names(self, name: str) -> Sequence[str]:
-        return [f"{name} {i}" for i in range(1, len(self.points) + 1)]
-
-    def asymmetry(self) -> str | None:
-        """Rigid friction beside the plane: the shares of the points in a load are then undefined
-        without sideways motions."""
-        rigid = isinstance(self.friction, coulomb.Coulomb) and np.any(self.points[:, 1])
-        return "has rigid friction beside the plane" if rigid else None
-
-    def check(self, name: str) -> None:
-        """Check that slip without damping has N' and constant coefficients; see also `loop` and
-        `edges`."""
-        law = self.friction
-        normal = self.normal
-        try:
-            if isinstance(normal, NormalLoop):
-                curves.check(normal)
-            for plane in self.planes():
-                geometry.plane_edges(plane)
-        except InputError as error:
-            raise InputError(f"forces.{name}.{error}") from None
-        if not isinstance(law, StickSlip) or law.damping + law.slip_damping > 0.0:
-            return
-        damped = isinstance(normal, NormalCurve) and normal.damping > 0.0
-        if law.load or damped:
-            text = "a load" if law.load else "normal damping"
-            raise InputError(
-                f"forces.{name}.friction: found {text} with zero damping and slip_damping;"
-                " expected damping or slip_damping above 0, or no"
-                f" {text.removeprefix('a ')}."
-            )
-
-
-@dataclass(frozen=True)
-class Fender(Contact):
-    """All points against one ``plane``."""
-
-    points: np.ndarray
-    plane: Plane
-    normal: Normal
-    friction: Law
-    group: str | None = field(default=None, kw_only=True)
-
-    def planes(self) -> Sequence[Plane]:
-        return [self.plane] * len(self.points)
-
-    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
-        yield "plane.body", self.plane.body
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        """A fender for each point; each plane is given by the foot of the perpendicular from the
-        origin."""
-        plane = self.plane.canonical_form(y)
-        return [replace(self, points=point[None], plane=plane) for point in self.points]
-
-    def mirror_image(self) -> ForceElement:
-        return replace(self, points=self.points * MIRROR_SIGN[:3], plane=self.plane.mirror_image())
+def check_contact(name: str, contact: Contact) -> None:
+    """Check the loop of a contact and the edges of its planes. Raises InputError."""
+    try:
+        if isinstance(contact.normal, NormalLoop):
+            curves.check(contact.normal)
+        for plane in contact.planes():
+            geometry.plane_edges(plane)
+    except InputError as error:
+        raise InputError(f"forces.{name}.{error}") from None
 
 
 CONTACT_POINT = np.dtype(
@@ -225,7 +143,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Co
             back = curves.unloading_fields(
                 e.normal, first, segments[-1], remembering if keeps else NO_INDEX
             )
-            end = (sum(map(len, ends)), len(sides), inf if plane.extent is None else plane.extent)
+            end = (sum(map(len, ends)), len(sides), e.reach())
             law_fields = (*curve_, *signal, *law, *usual, *back, *end)
             point_fields = (
                 *place,

@@ -11,8 +11,6 @@ every evaluation. Dissipation f v; nothing is stored. Source: Plasterk (2017), s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from hydrosim.elements.contact.law import (
@@ -27,14 +25,7 @@ from hydrosim.elements.contact.law import (
 )
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.vectors import length
-
-
-@dataclass(frozen=True)
-class FrictionSlope:
-    """Per contact point: ``coefficient`` mu and ``slope`` b [N s/m]."""
-
-    coefficient: float
-    slope: float
+from hydrosim.scene.contacts import FrictionSlope
 
 
 def constants(law: FrictionSlope) -> Constants:

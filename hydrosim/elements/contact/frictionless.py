@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from hydrosim.elements.contact.law import SLIP, Constants, Friction
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.vectors import length
-
-
-@dataclass(frozen=True)
-class Frictionless:
-    """No friction."""
+from hydrosim.scene.contacts import Frictionless
 
 
 def constants(law: Frictionless) -> Constants:

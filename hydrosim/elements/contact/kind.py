@@ -35,7 +35,6 @@ from hydrosim.elements.contact.fender import (
     NORMAL_FORCE,
     SLIP_DAMPED,
     SLIP_DISTANCE,
-    Contact,
     ContactConstants,
     clear_unused_states,
     compile_elements,
@@ -71,6 +70,7 @@ from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 from hydrosim.multibody.vectors import add, length, scale
 from hydrosim.scene import Scene
+from hydrosim.scene.contacts import Contact
 
 MODES = ("open", "stick", "slip")
 TALLIES_OF_MODES = (  # for each mode: name and number of entries
@@ -180,7 +180,7 @@ class KindOfContacts(KindWithModeSets):
         return np.reshape([(touch.rate, *touch.velocity) for touch in touches], (-1, 3))
 
     def moved_onto_segment(
-        self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any
+        self, p: ContactConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> ContactConstants:
         """Constants in which each plane presses its point, and each mode keeps its branch."""
         points = p.points.copy()

@@ -21,17 +21,12 @@ that is inside it; any other pin is beside it. The energy stored in a wall when 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.dofs import MIRROR_SIGN, mirrored_vector
 from hydrosim.elements.contact import curves, geometry
-from hydrosim.elements.contact.fender import Contact, Normal
-from hydrosim.elements.contact.geometry import Plane
-from hydrosim.elements.contact.laws import Law
 from hydrosim.elements.kind import LINEARISATION_DEPTH as COMPRESSED
 from hydrosim.elements.kind import (
     Columns,
@@ -48,24 +43,12 @@ from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.multibody.vectors import length
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.contacts import Contact, contact_curve
 
 AWAY, FREE, PIN_PRESSED, PIN_BESIDE, INACTIVE = range(5)
 GUIDE_MODES = ("away", "free", "pressed", "beside", "inactive")
 PIN_FORCE, PIN_CLEARANCE, GUIDE_OUTPUTS = range(3)  # see `write_outputs`
-ENDLESS = 1e6  # m: a wall without a mouth
 INSIDE = 1.0  # m: limit of the margin from the mouth
-
-
-@dataclass(frozen=True)
-class Wall:
-    """``gap`` [m] around a seated pin; ``compression`` (n,) [m] and ``force`` (n,) [N] of the wall,
-    from 0; ``slope`` of a cone; ``depth`` [m] from the mouth to the seat."""
-
-    gap: float
-    compression: np.ndarray
-    force: np.ndarray
-    slope: float = 0.0
-    depth: float = ENDLESS
 
 
 PIN = np.dtype(
@@ -96,8 +79,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Gu
         if wall is None:
             continue
         first = sum(map(len, segments))
-        segments.append(curves.segments(wall.compression, wall.force))
-        wall_fields = (wall.gap, wall.slope, wall.depth, first, first + len(segments[-1]) - 1)
+        segments.append(curves.segments(*contact_curve(wall)))
+        wall_fields = (wall.gap, wall.slope, wall.mouth, first, first + len(segments[-1]) - 1)
         rows += [(i, layout.row[name], *wall_fields) for i in range(begin, end)]
     return GuideConstants(np.array(rows, dtype=PIN), np.concatenate(segments), 0, 0)
 
@@ -281,7 +264,7 @@ class GuideKind(KindWithModeSets):
         return [free, ModeSet("pins at their walls", rest_at_first(first, PIN_PRESSED))]
 
     def moved_onto_segment(
-        self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any
+        self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> GuideConstants:
         """Constants in which pins are pressed by the steepest piece of their walls at any
         position."""
@@ -303,50 +286,3 @@ class GuideKind(KindWithModeSets):
 
 
 GUIDE_KIND = GuideKind("guides", (), compile_elements)
-
-
-SEAT = 2.0  # m: default radius of a seat, or its width beside the mouth of its wall
-
-
-@dataclass(frozen=True)
-class Landing(Contact):
-    """``points`` (n, 3) in the body frame, each on its own of the ``seats`` (n, 3), which carry
-    along ``axis`` (towards the point). Seats and axis are in the earth frame or in the frame of
-    ``on``, a body. A ``wall`` around each seat holds its point sideways. A seat carries up to an
-    ``extent`` [m] from its centre; None means 2 m, or 2 m beside the mouth of its wall."""
-
-    remembers: ClassVar[bool] = True
-    points: np.ndarray
-    seats: np.ndarray
-    normal: Normal
-    friction: Law
-    axis: tuple[float, ...] = (0.0, 0.0, 1.0)
-    on: str | None = None
-    wall: Wall | None = None
-    extent: float | None = None
-    group: str | None = field(default=None, kw_only=True)
-
-    def planes(self) -> Sequence[Plane]:
-        seats = map(tuple, self.seats)
-        return [Plane(seat, self.axis, self.on, extent=self.reach()) for seat in seats]
-
-    def reach(self) -> float:
-        """Largest distance from its centre at which a seat carries [m]."""
-        if self.extent is not None:
-            return self.extent
-        mouth = self.wall.gap + self.wall.slope * self.wall.depth if self.wall else 0.0
-        return SEAT + mouth
-
-    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
-        yield "on.body", self.on
-
-    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
-        """A landing for each point."""
-        seats = self.seats - np.array([0.0, 0.0 if self.on else y, 0.0])
-        pairs = zip(self.points, seats, strict=True)
-        return [replace(self, points=point[None], seats=seat[None]) for point, seat in pairs]
-
-    def mirror_image(self) -> ForceElement:
-        points = self.points * MIRROR_SIGN[:3]
-        seats = self.seats * MIRROR_SIGN[:3]
-        return replace(self, points=points, seats=seats, axis=mirrored_vector(self.axis))

@@ -13,13 +13,10 @@ from typing import Any
 import numpy as np
 
 from hydrosim.elements.contact import coulomb, friction_slope, frictionless, stick_slip
-from hydrosim.elements.contact.coulomb import Coulomb
-from hydrosim.elements.contact.friction_slope import FrictionSlope
-from hydrosim.elements.contact.frictionless import Frictionless
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK, Constants
-from hydrosim.elements.contact.stick_slip import StickSlip
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
+from hydrosim.scene.contacts import Coulomb, Frictionless, FrictionSlope, Law, StickSlip
 
 LAWS: dict[type, ModuleType] = {
     Frictionless: frictionless,
@@ -33,8 +30,6 @@ FORGETFUL = (FRICTIONLESS, FRICTION_SLOPE)
 FIELDS = ("law", *Constants._fields)
 LAW = [(name, {"law": int, "node": bool}.get(name, float)) for name in FIELDS]
 """Fields of a contact point's friction."""
-
-Law = StickSlip | FrictionSlope | Coulomb | Frictionless
 
 
 def constants(law: Law) -> tuple[Any, ...]:

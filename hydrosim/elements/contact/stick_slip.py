@@ -60,7 +60,6 @@ the usual one. Steps end at about that fraction of a usual turn.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
 from typing import NamedTuple
 
@@ -78,6 +77,7 @@ from hydrosim.elements.contact.law import (
 )
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.vectors import length
+from hydrosim.scene.contacts import StickSlip
 
 MIN_DRAWBAR = 1e-6  # of a usual stretch: a shorter drawbar need not be resolved
 
@@ -124,31 +124,6 @@ BREAK_AWAY_RATIO = 1.0 + 1e-12
 released again by the rounding of its traction."""
 
 
-@dataclass(frozen=True)
-class LoadPowers:
-    """``reference`` elastic normal force N_0 [N] at which K2, C2, C3 have their given values, and
-    the powers of x with which they scale: 1 >= ``stiffness`` >= ``damping``, ``slip_damping``."""
-
-    reference: float
-    stiffness: float
-    damping: float = 0.0
-    slip_damping: float = 0.0
-
-
-@dataclass(frozen=True)
-class StickSlip:
-    """Coefficients of each contact point: ``static`` mu_s >= ``kinetic`` mu_k, ``stiffness`` K2
-    [N/m], ``damping`` C2 and ``slip_damping`` C3 [N s/m], constant or with powers of the
-    ``load``."""
-
-    static: float
-    kinetic: float
-    stiffness: float
-    damping: float
-    slip_damping: float = 0.0
-    load: LoadPowers | None = None
-
-
 class FrictionCoefficients(NamedTuple):
     """``K2``, ``C2``, ``C3`` at a load, and ``K``, the traction per stretch."""
 
@@ -160,10 +135,12 @@ class FrictionCoefficients(NamedTuple):
 
 def constants(law: StickSlip) -> Constants:
     """Constants of the law; the node relaxes in (C2 + C3) / K2."""
-    load = law.load or LoadPowers(0.0, 0.0)
     damping = law.damping, law.slip_damping
     relaxation = (law.damping + law.slip_damping) / law.stiffness
-    powers = (load.reference, load.stiffness, load.damping, load.slip_damping)
+    load = law.load
+    powers = (
+        (load.reference, load.stiffness, load.damping, load.slip_damping) if load else (0.0,) * 4
+    )
     return Constants(law.static, law.kinetic, law.stiffness, *damping, relaxation, *powers, True)
 
 

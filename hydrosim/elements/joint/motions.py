@@ -410,7 +410,7 @@ class JointMotionKind(KindWithModeSets):
         ]
 
     def moved_onto_segment(
-        self, p: JointMotionConstants, modes: np.ndarray, bodies: Any, motion: Any
+        self, p: JointMotionConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> JointMotionConstants:
         """Constants with the stops of pressed motions in action at any place, and no friction."""
         constants = p.each.copy()

@@ -39,8 +39,7 @@ from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
 from hydrosim.elements.line.hang import SuspendedLine
-from hydrosim.elements.pair import TwoPointElement
-from hydrosim.elements.signal import SIGNAL, Signal, compile_signals, constant, value
+from hydrosim.elements.signal import SIGNAL, compile_signals, value
 from hydrosim.elements.signal import rate as signal_rate
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root, root_giving
@@ -58,6 +57,8 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import LINE_PIECE, add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement, OmittedEntry
+from hydrosim.scene.links import TwoPointElement
+from hydrosim.scene.signal import Signal, constant
 from hydrosim.water.current import current_at, mean_current
 
 TAUT_LINE = UNDEFINED + 1

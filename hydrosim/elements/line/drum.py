@@ -44,8 +44,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.elements.signal import Signal
 from hydrosim.jit.kernels import kernel
+from hydrosim.scene.signal import Signal
 
 # Controls of a drum, as data.
 

@@ -189,7 +189,7 @@ class CatenaryKind(KindWithModeSets):
         return np.reshape(speeds, (-1, 1))
 
     def moved_onto_segment(
-        self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any
+        self, p: CatenaryConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> CatenaryConstants:
         """Constants in which lines that are taut are a little shorter than the way between their
         ends."""

@@ -63,17 +63,8 @@ from hydrosim.elements.line.drum import (
     SpeedControl,
     TensionControl,
 )
-from hydrosim.elements.pair import TwoPointElement, apply_tension, line_between
-from hydrosim.elements.signal import (
-    NOTHING,
-    SIGNAL,
-    Signal,
-    Table,
-    compile_signals,
-    largest_corner,
-    rate,
-    value,
-)
+from hydrosim.elements.pair import apply_tension, line_between
+from hydrosim.elements.signal import NOTHING, SIGNAL, compile_signals, rate, value
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import (
@@ -87,8 +78,10 @@ from hydrosim.modes import (
     SEGMENT_MARGIN,
 )
 from hydrosim.multibody.kinematics import attachment, point_velocity
-from hydrosim.multibody.vectors import vector
+from hydrosim.multibody.vectors import scale, vector
 from hydrosim.scene import ForceElement, Scene
+from hydrosim.scene.links import TwoPointElement
+from hydrosim.scene.signal import Signal, Table, largest_corner
 
 WIRE_SLACK, WIRE_TAUT, WIRE_CUT = range(3)  # of the wire; it is cut where damping alone would push
 WIRE_LENGTH, DRUM_SPEED, DRIVE_WORK, DRUM_FRICTION, SNAP_SPEED, LARGEST_TENSION, WINCH_STATES = (
@@ -376,7 +369,9 @@ def add_force(t, y, modes, motion, bodies, p, loads):
         strain = w.elastic / winch.stiffness
         loads.rate[winch.row] += (w.tension - w.elastic) * w.rate
         loads.rate[winch.row] += w.elastic * (1.0 + 0.5 * strain) * w.speed
-        apply_tension(winch, w, w.tension, loads.wrench[winch.row])
+        force = scale(w.tension, w.direction)
+        wrench = loads.wrench[winch.row]
+        apply_tension(winch.body, winch.anchor_body, w.arm, w.anchor_arm, force, wrench)
 
 
 @root
@@ -660,7 +655,7 @@ class WinchKind(KindWithModeSets):
         return np.reshape(rates_by_winch, (-1, 1))
 
     def moved_onto_segment(
-        self, p: WinchConstants, modes: np.ndarray, bodies: Any, motion: Any
+        self, p: WinchConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
     ) -> WinchConstants:
         """Constants with wires that are just taut, as stiff as at their shortest."""
         constants = p.each.copy()

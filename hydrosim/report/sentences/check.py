@@ -22,8 +22,6 @@ from hydrosim.compile.restart import resumed_state, started_from
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.pair import TwoPointElement
-from hydrosim.elements.signal import Harmonic, Recorded
 from hydrosim.elements.viscous_roll import EDDIES, VISCOUS_ROLL_KIND, ViscousRoll
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -50,7 +48,9 @@ from hydrosim.report.sentences.run import radiation_verdict
 from hydrosim.run.step_limits import accuracy_limit, scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Joint, Scene, Weight
 from hydrosim.scene.joint import JointType
+from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.scene import arrangement, floating_roots
+from hydrosim.scene.signal import Harmonic, Recorded
 from hydrosim.simulation import check_criteria
 from hydrosim.water.components import sea_state
 

@@ -21,6 +21,7 @@ from hydrosim.elements import (
     NormalLoop,
     Plane,
     PrescribedNormal,
+    Seats,
     StickSlip,
     WindLoad,
     constant,
@@ -147,7 +148,9 @@ def test_a_point_that_goes_over_the_edge_of_its_seat_does_not_come_back(
     body = block(
         1e3, ("surge", "heave"), position=moving(heave=-0.04905), velocity=moving(surge=2.1)
     )
-    seat = Landing("block", np.zeros((1, 3)), np.zeros((1, 3)), normal, Frictionless(), extent=1.0)
+    seat = Landing(
+        "block", np.zeros((1, 3)), Seats(np.zeros((1, 3)), extent=1.0), normal, Frictionless()
+    )
     forces = {"seat": seat, "weight": steady(heave=-9810.0)}
     run = hs.simulate(scene(body, forces, 0.7, 0.1, step=0.005))
     fall = 4.905 * np.maximum(run.time.values - 1.0 / 2.1, 0.0) ** 2
@@ -159,7 +162,7 @@ def on_two_legs(ahead: float, behind: float, pitch: float, push: float, step: fl
     """A block on two legs with a loop each, and a push to and fro between them."""
     legs = np.array([[ahead, 0.0, 0.0], [behind, 0.0, 0.0]])
     elements = {
-        "legs": Landing("block", legs, legs, LOOP, Frictionless()),
+        "legs": Landing("block", legs, Seats(legs), LOOP, Frictionless()),
         "weight": steady(heave=-9810.0),
         "push": AppliedForce("block", (0.3, 0.0, 0.0), {"heave": Harmonic(push, 0.9)}),
     }

@@ -10,7 +10,7 @@ from scenes import block, moving, observed_orders, scene, steady, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.elements import Frictionless, Landing, LinearMooring, NormalCurve, Wall
+from hydrosim.elements import Frictionless, Landing, LinearMooring, NormalCurve, Seats, Wall
 from hydrosim.elements.contact.landing import AWAY, FREE, INACTIVE, PIN_BESIDE, PIN_PRESSED
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Active, Scene, Start, When
@@ -21,11 +21,18 @@ TABLE = np.array([0.0, 1.0]), np.array([0.0, K])
 SEAT = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e5]))
 
 
+def wall_of(slope: float = 0.0, depth: float | None = None) -> Wall:
+    """A wall of a stiffness K."""
+    return Wall(GAP, compression=TABLE[0], force=TABLE[1], angle=np.arctan(slope), depth=depth)
+
+
 def pin(wall: Wall, position: dict[str, float], velocity: dict[str, float]) -> Scene:
     """A pin that falls into a guide."""
     dofs = ("surge", "sway", "heave")
     body = block(MASS, dofs, position=moving(**position), velocity=moving(**velocity))
-    leg = Landing("block", np.zeros((1, 3)), np.zeros((1, 3)), SEAT, Frictionless(), wall=wall)
+    leg = Landing(
+        "block", np.zeros((1, 3)), Seats(np.zeros((1, 3))), SEAT, Frictionless(), wall=wall
+    )
     forces = {"leg": leg, "weight": steady(heave=-MASS * G)}
     return scene(body, forces, 2.0, 0.05, step=0.005)
 
@@ -49,7 +56,7 @@ def exact(times: np.ndarray, z: list[float], slope: float) -> np.ndarray:
 @pytest.mark.parametrize("slope", [0.0, 0.4])
 def test_a_pin_in_a_cylinder_and_in_a_cone_is_that_of_dop853(slope, validated):
     start = {"surge": 0.02, "heave": 0.3}, {"surge": 0.9, "sway": 0.5}
-    wall = Wall(GAP, *TABLE, slope)
+    wall = wall_of(slope)
     steps = np.array([0.01, 0.005, 0.0025])
     runs = [hs.simulate(with_step(pin(wall, *start), step)) for step in steps]
     expected = exact(runs[0].time.values, [0.02, 0.0, 0.3, 0.9, 0.5, 0.0], slope)
@@ -65,7 +72,7 @@ def test_a_pin_in_a_cylinder_and_in_a_cone_is_that_of_dop853(slope, validated):
 def test_a_pin_at_rest_in_a_cone_is_carried_by_its_seat_and_its_wall():
     """Pushed aside: f = P / 1 across, s f along the axis, the seat has the rest."""
     s, P = 0.5, 2e3
-    wall = Wall(GAP, *TABLE, s)
+    wall = wall_of(s)
     base = pin(wall, {"surge": 0.1, "heave": -0.02}, {})
     forces = {**base.forces, "push": steady(surge=P)}
     run = hs.simulate(replace(base, forces=forces, at_rest=True))
@@ -74,7 +81,7 @@ def test_a_pin_at_rest_in_a_cone_is_carried_by_its_seat_and_its_wall():
 
 
 def test_a_pin_that_is_pulled_out_pressed_loses_what_the_wall_stored():
-    wall = Wall(GAP, *TABLE, 0.0, 0.2)
+    wall = wall_of(0.0, 0.2)
     start = {"surge": 0.05, "heave": 0.1}, {"surge": 2.0, "heave": 2.5}
     run = hs.simulate(with_step(replace(pin(wall, *start), duration=0.4), 5e-4))
     mode = run.guide_mode.values[:, 0]
@@ -88,7 +95,7 @@ def test_a_pin_that_is_pulled_out_pressed_loses_what_the_wall_stored():
 
 
 def test_a_pin_that_comes_down_beside_the_mouth_is_not_taken_in():
-    wall = Wall(GAP, *TABLE, 0.0, 0.2)
+    wall = wall_of(0.0, 0.2)
     beside = pin(wall, {"surge": 0.3, "heave": 0.4}, {})
     run = hs.simulate(replace(beside, duration=0.5))
     assert run.guide_mode.values[-1, 0] == PIN_BESIDE
@@ -97,7 +104,7 @@ def test_a_pin_that_comes_down_beside_the_mouth_is_not_taken_in():
 
 def test_a_restart_while_a_pin_is_pressed_is_the_run_to_the_bit():
     start = {"surge": 0.02, "heave": 0.3}, {"surge": 0.9, "sway": 0.5}
-    whole = replace(pin(Wall(GAP, *TABLE, 0.4), *start), output_states=True)
+    whole = replace(pin(wall_of(0.4), *start), output_states=True)
     run = hs.simulate(whole)
     times = run.time.values[np.flatnonzero(run.guide_mode.values[:, 0] == PIN_PRESSED)]
     for time in times[[0, len(times) // 2]]:
@@ -116,10 +123,10 @@ def lock(begin: float, until: float | None = None, duration: float = 4.0) -> Sce
     leg = Landing(
         "block",
         np.zeros((1, 3)),
-        np.array([[0.0, 0.0, -0.05]]),  # above its seat all the time
+        Seats(np.array([[0.0, 0.0, -0.05]])),  # above its seat all the time
         SEAT,
         Frictionless(),
-        wall=Wall(GAP, *TABLE),
+        wall=wall_of(),
         active=Active(When(begin), end),
     )
     swing = LinearMooring("block", np.diag([SWING, 0.0, 0.0, 0.0, 0.0, 0.0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from hydrosim.elements import (
     NormalCurve,
     NormalLoop,
     Plane,
+    Seats,
     StickSlip,
 )
 from hydrosim.elements.contact import fender
@@ -46,10 +48,11 @@ LOOP = NormalLoop(X, np.array(LOADING), X, np.array(UNLOADING), 2e6)
 MASS, WEIGHT = 1e3, 9810.0
 
 
-def leg(normal: NormalCurve | NormalLoop = LOOP, **changes: object) -> Landing:
-    return replace(
-        Landing("block", np.zeros((1, 3)), np.zeros((1, 3)), normal, Frictionless()), **changes
-    )
+def leg(normal: NormalCurve | NormalLoop = LOOP, **changes: Any) -> Landing:
+    seats = {key: changes.pop(key) for key in ("axis", "body", "extent") if key in changes}
+    points, on = (changes.pop(key, np.zeros((1, 3))) for key in ("points", "seats"))
+    landing = Landing("block", points, Seats(on, **seats), normal, Frictionless())
+    return replace(landing, **changes)
 
 
 def dropped(duration: float = 3.0, step: float = 0.005, **forces: ForceElement) -> Scene:
@@ -454,7 +457,7 @@ def test_what_comes_up_beside_a_deck_does_not_touch_it():
             Fender(
                 "block",
                 np.zeros((1, 3)),
-                Plane((0, 0, 0), (0, 0, 1), None, (*DECK, (0.0, 0.0, 0.0))),
+                Plane((0, 0, 0), (0, 0, 1), None, (*DECK, (-0.5, 0.0, 0.0))),
                 NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
                 Frictionless(),
             ),
@@ -470,7 +473,7 @@ def test_what_is_no_loop_and_no_polygon_is_refused(element, found):
 def beside(off: float, fall: float = 0.6, **changes: object) -> Scene:
     """A block that falls past a seat, ``off`` [m] beside it, on a second one 1 m below."""
     body = block(MASS, ("surge", "heave"), position=moving(surge=off, heave=0.3))
-    floor = replace(leg(), seats=np.array([[0.0, 0.0, -fall]]), extent=1e3)
+    floor = leg(seats=np.array([[0.0, 0.0, -fall]]), extent=1e3)
     forces = {"leg": leg(**changes), "floor": floor, "weight": steady(heave=-WEIGHT)}
     return scene(body, forces, 2.0, 0.02, step=0.005)
 
@@ -528,7 +531,7 @@ def test_the_seat_of_a_body_goes_with_it() -> None:
     """Seats and points 5 m off in the earth frame, and over each other on the bodies."""
     below = block(10 * MASS, (), "below", position=moving(surge=5.0))
     above = block(MASS, ("heave",), position=moving(surge=5.0, heave=0.3))
-    both = {"leg": leg(on="below"), "weight": steady(heave=-WEIGHT)}
+    both = {"leg": leg(body="below"), "weight": steady(heave=-WEIGHT)}
     run = hs.simulate(replace(scene(above, both, 2.0, 0.05, step=0.005), bodies=(above, below)))
     assert float(run.fender_normal_force.max()) > WEIGHT
 

@@ -19,8 +19,8 @@ from hydrosim.elements import (
     PrescribedNormal,
     StickSlip,
 )
-from hydrosim.elements.contact.laws import Law
 from hydrosim.scene import Method, Scene
+from hydrosim.scene.contacts import Law
 
 LAWS: dict[str, Law] = {
     "stick-slip": StickSlip(0.3, 0.2, 1e6, 2e4),

@@ -15,7 +15,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.elements import spring
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import (
     Columns,
@@ -28,15 +27,20 @@ from hydrosim.elements.kind import (
     Variable,
     rest_at_first,
 )
-from hydrosim.elements.pair import apply_tension
-from hydrosim.elements.signal import NOTHING, SIGNAL_PIECE
+from hydrosim.elements.pair import apply_tension, line_between
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
+from hydrosim.multibody.vectors import scale, vector
 from hydrosim.scene import ForceElement, Scene
 
 SLACK, TAUT, BROKEN = range(3)
 TENSION, CREEP, ROPE_OUTPUTS = range(3)
-ROPE = np.dtype([*spring.SPRING.descr, ("k", float), ("eta", float), ("breaks_at", float)])
+ROPE = np.dtype(
+    [
+        *(("body", int), ("row", int), ("point", float, 3), ("anchor", float, 3)),
+        *(("length", float), ("k", float), ("eta", float), ("breaks_at", float)),
+    ]
+)
 
 
 @dataclass(frozen=True)
@@ -58,11 +62,9 @@ class Rope(ForceElement):
 
 
 class RopeConstants(NamedTuple):
-    """``lines`` (n,) of `ROPE`, without signals, which have ``pieces``; the first of their states,
-    modes and integrals of losses."""
+    """``lines`` (n,) of `ROPE`; the first of their states, modes and integrals of losses."""
 
     lines: np.ndarray
-    pieces: np.ndarray
     state: int
     mode: int
     losses: int
@@ -73,18 +75,19 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ro
     rows = []
     for name, e in elements.items():
         if isinstance(e, Rope):
-            ends = (layout.body[e.body], layout.row[name], e.point, EARTH, e.anchor)
-            length = (e.length, False, NOTHING)
-            law = (0.0, 0, 0, 0.0, e.stiffness, e.creep, e.breaks_at)
-            rows.append((*ends, *length, *law))
-    return RopeConstants(np.array(rows, dtype=ROPE), np.zeros(0, dtype=SIGNAL_PIECE), 0, 0, 0)
+            ends = (layout.body[e.body], layout.row[name], e.point, e.anchor)
+            rows.append((*ends, e.length, e.stiffness, e.creep, e.breaks_at))
+    return RopeConstants(np.array(rows, dtype=ROPE), 0, 0, 0)
 
 
 @kernel
 def pull_of(i, y, modes, motion, bodies, p):
     """T of rope ``i`` if it were taut, and where its ends are."""
-    s = spring.kinematics(p.lines[i], 0.0, bodies, motion, p)
-    return p.lines[i].k * (s.extension - y[p.state + i]), s
+    line = p.lines[i]
+    s = line_between(
+        line.body, vector(line.point, 0), EARTH, vector(line.anchor, 0), bodies, motion
+    )
+    return line.k * (s.length - line.length - y[p.state + i]), s
 
 
 @kernel
@@ -97,7 +100,8 @@ def add_force(t, y, modes, motion, bodies, p, loads):
             T, s = pull_of(i, y, modes, motion, bodies, p)
             loads.dy[p.state + i] = T / line.eta
             loads.rate[line.row] += T * T / line.eta
-            apply_tension(line, s, T, loads.wrench[line.row])
+            force = scale(T, s.direction)
+            apply_tension(line.body, EARTH, s.arm, s.other_arm, force, loads.wrench[line.row])
 
 
 @kernel

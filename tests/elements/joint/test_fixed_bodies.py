@@ -25,6 +25,7 @@ from hydrosim.elements import (
     NormalCurve,
     NormalLoop,
     Plane,
+    Seats,
     Spring,
     StickSlip,
     Wall,
@@ -208,8 +209,8 @@ def test_a_landing_with_a_loop_and_a_wall() -> None:
     )
     legs = np.array([(15.0, 8.0, -3.5), (-15.0, -8.0, -3.5)])
     seats = legs + np.array([0.0, 0.0, CENTRE[2] - 0.15])
-    wall = Wall(0.2, np.array([0.0, 1.0]), np.array([0.0, 3e6]), slope=0.3, depth=1.0)
-    landing = Landing("barge", legs, seats, loop, Frictionless(), wall=wall, extent=6.0)
+    wall = Wall(0.2, stiffness=3e6, angle=np.arctan(0.3), depth=1.0)
+    landing = Landing("barge", legs, Seats(seats, extent=6.0), loop, Frictionless(), wall=wall)
     assert apart({**lines(), "legs": landing}, current=0.0, heading=0.0) < 1e-9
 
 

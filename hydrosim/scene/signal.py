@@ -1,10 +1,14 @@
-"""Signals over time in a case file: a table, a recorded series, or a sine."""
+"""Signals over time: a table, a record, a path or a sine, and their forms in a file.
+
+`hydrosim.elements.signal` evaluates them.
+"""
 
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Generic, Self
+from typing import Annotated, Any, Generic, Self
 
 import numpy as np
 from pydantic import (
@@ -17,17 +21,102 @@ from pydantic import (
     model_validator,
 )
 
+from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel, T
 from hydrosim.files.series import Series, read_series
 from hydrosim.files.text import Source, require_usual
 from hydrosim.files.units import AnyQuantity, Scale, factor, is_same_dimension, problem, value_text
 
-if TYPE_CHECKING:
-    from hydrosim.elements.signal import Signal
+
+@dataclass(frozen=True)
+class Samples:
+    """``value`` (n,) at the rising ``time`` (n,) [s]; lists become arrays. Raises InputError where
+    their sizes differ."""
+
+    time: np.ndarray
+    value: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("time", "value"):
+            object.__setattr__(self, name, np.atleast_1d(np.asarray(getattr(self, name), float)))
+        if self.time.shape != self.value.shape or self.time.ndim != 1:
+            shapes_text = f"found times {self.time.shape} and values {self.value.shape}"
+            raise InputError(
+                f"{type(self).__name__}: {shapes_text}; expected a value for each time."
+            )
 
 
-class Table(SchemaModel, Generic[T]):
+class Table(Samples):
+    """Straight lines through the values."""
+
+
+class Recorded(Samples):
+    """A smooth curve through the values, four or more."""
+
+    def largest_miss(self) -> float:
+        """Largest error, at the omitted values, of the spline through every other value. For a
+        smooth record the spline through all values has a sixteenth of this error."""
+        time, value = self.time, self.value
+        if time.size < 9:
+            return float(np.ptp(value))
+        return float(np.abs(spline_through(time[::2], value[::2])(time[1:-1]) - value[1:-1]).max())
+
+
+def spline_through(time: np.ndarray, value: np.ndarray) -> Any:
+    """The cubic spline through the values, with two continuous derivatives."""
+    from scipy.interpolate import CubicSpline  # slow to load, and few scenes have a record
+
+    return CubicSpline(time, value)
+
+
+class SmoothTable(Samples):
+    """A curve with continuous rate and without overshoot through the values, two or more."""
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """mean + amplitude sin(2 pi t / period + phase); ``period`` [s], ``phase`` [rad]."""
+
+    amplitude: float
+    period: float
+    mean: float = 0.0
+    phase: float = 0.0
+
+
+Signal = Table | Recorded | SmoothTable | Harmonic
+
+
+def constant(value: float) -> Table:
+    """The constant signal ``value``."""
+    return Table(np.zeros(1), np.array([value]))
+
+
+def largest_corner(table: Table) -> float:
+    """Largest jump of the rate of a table [1/s times its unit]; it is constant outside."""
+    slopes = np.diff(table.value) / np.diff(table.time)
+    return float(np.abs(np.diff(slopes, prepend=0.0, append=0.0)).max())
+
+
+def scale_signal(signal: Signal, factor: float) -> Signal:
+    """The signal times ``factor``."""
+    if isinstance(signal, Harmonic):
+        amplitude, mean = factor * signal.amplitude, factor * signal.mean
+        return replace(signal, amplitude=amplitude, mean=mean)
+    return replace(signal, value=factor * signal.value)
+
+
+def smallest_value(signal: Signal) -> float:
+    """Smallest value among the points of a signal."""
+    if isinstance(signal, Harmonic):
+        return signal.mean - abs(signal.amplitude)
+    return float(np.min(signal.value))
+
+
+# Forms of signals in a file.
+
+
+class TableOverTime(SchemaModel, Generic[T]):
     """Straight lines between the forces at some times, constant outside."""
 
     time: of.Times
@@ -43,7 +132,7 @@ class Table(SchemaModel, Generic[T]):
         return self
 
 
-class Recorded(SchemaModel):
+class RecordedColumns(SchemaModel):
     """Columns of a file, added together and multiplied by a factor; the file is the run of ``case``
     if that is given."""
 
@@ -62,7 +151,7 @@ class Recorded(SchemaModel):
     """Factor with a unit that the series is multiplied by."""
 
 
-class Harmonic(SchemaModel, Generic[T]):
+class HarmonicEntry(SchemaModel, Generic[T]):
     """mean + amplitude sin(2 pi t / period + phase)."""
 
     amplitude: T
@@ -102,38 +191,38 @@ def only_forms(key: str, unit: str, *forms: type) -> BeforeValidator:
 
 ForceOverTime = Annotated[
     Annotated[tuple[of.Force, ...], of.one_or_more(of.Force), Tag("values")]
-    | Annotated[Table[of.Force], Tag("table")]
-    | Annotated[Recorded, Tag("recorded")]
-    | Annotated[Harmonic[of.Force], Tag("harmonic")],
+    | Annotated[TableOverTime[of.Force], Tag("table")]
+    | Annotated[RecordedColumns, Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Force], Tag("harmonic")],
     Discriminator(_form_tag),
 ]
 MomentOverTime = Annotated[
     Annotated[tuple[of.Moment, ...], of.one_or_more(of.Moment), Tag("values")]
-    | Annotated[Table[of.Moment], Tag("table")]
-    | Annotated[Recorded, Tag("recorded")]
-    | Annotated[Harmonic[of.Moment], Tag("harmonic")],
+    | Annotated[TableOverTime[of.Moment], Tag("table")]
+    | Annotated[RecordedColumns, Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Moment], Tag("harmonic")],
     Discriminator(_form_tag),
 ]
 NormalOverTime = Annotated[
-    Annotated[Table[of.Force], Tag("table")]
-    | Annotated[Recorded, Tag("recorded")]
-    | Annotated[Harmonic[of.Force], Tag("harmonic")],
+    Annotated[TableOverTime[of.Force], Tag("table")]
+    | Annotated[RecordedColumns, Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Force], Tag("harmonic")],
     Discriminator(_form_tag),
-    only_forms("force", "kN", Table, Recorded, Harmonic),
+    only_forms("force", "kN", TableOverTime, RecordedColumns, HarmonicEntry),
 ]
-Form = Table[float] | Recorded | Harmonic[float]
+Form = TableOverTime[float] | RecordedColumns | HarmonicEntry[float]
 Forces = of.PerDof[ForceOverTime, MomentOverTime]
 """Of an applied force: per DOF a number, a list over the element's own times, or any of these."""
 
 
-# Recorded series, in the unit that is wanted.
+# RecordedColumns series, in the unit that is wanted.
 
 MOTION_UNITS = ("m", "rad")
 """Units of motions. A column without a unit may be of any quantity that a factor makes a force of,
 but a motion is made of numbers alone."""
 
 
-def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
+def read_record(form: RecordedColumns, key: str, path: Path, unit: str) -> Series:
     """The series in ``unit`` that is at ``key`` of the case file ``path``.
 
     Raises InputError where the file cannot be read or its unit does not fit.
@@ -150,18 +239,16 @@ def read_record(form: Recorded, key: str, path: Path, unit: str) -> Series:
 def signal_of(form: Form, key: str, path: Path, unit: str) -> Signal:
     """The signal in ``unit`` that is at ``key`` of the case file ``path``; raises as `read_record`
     does."""
-    from hydrosim.elements import signal  # loads numba
-
     match form:
-        case Table():
-            return signal.Table(np.array(form.time), np.array(form.force))
-        case Harmonic():
-            return signal.Harmonic(form.amplitude, form.period, form.mean or 0.0, form.phase)
+        case TableOverTime():
+            return Table(np.array(form.time), np.array(form.force))
+        case HarmonicEntry():
+            return Harmonic(form.amplitude, form.period, form.mean or 0.0, form.phase)
     series = read_record(form, key, path, unit)
-    return signal.Recorded(series.time, series.value)
+    return Recorded(series.time, series.value)
 
 
-def _unit_factor(form: Recorded, series: Series, source: Source, unit: str) -> float:
+def _unit_factor(form: RecordedColumns, series: Series, source: Source, unit: str) -> float:
     """What the series is multiplied with to be in ``unit``; InputError if it cannot be."""
     scale = form.factor
     unit_text = series.unit or series.label

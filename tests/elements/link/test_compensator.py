@@ -13,8 +13,8 @@ from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
 from hydrosim.elements import AppliedForce, Compensation, Compensator, Harmonic, Winch
-from hydrosim.elements.line.compensator import GAS, LOWER, SLACK_PIECE, UPPER
 from hydrosim.elements.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED, delay_factors
+from hydrosim.elements.link.gas import IN_STROKE, LOWER, SLACK_PIECE, UPPER
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Scene, Start
 
@@ -69,7 +69,7 @@ def rates(t: float, y: np.ndarray, mode: str) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    ("speed", "seen"), [(0.0, {GAS}), (-6.0, {SLACK_PIECE, LOWER, GAS, UPPER})]
+    ("speed", "seen"), [(0.0, {IN_STROKE}), (-6.0, {SLACK_PIECE, LOWER, IN_STROKE, UPPER})]
 )
 def test_a_gas_spring_is_that_of_an_independent_integration(
     speed: float, seen: set[int], figure: Figure, validated: Callable[..., None]

@@ -1,0 +1,523 @@
+"""Links of a scene: what acts along one coordinate, a distance, a twist or a motion of a joint.
+
+`hydrosim.elements.link` has their physics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import inf
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, StrictBool, StrictStr, model_validator
+
+from hydrosim.dofs import mirrored_vector
+from hydrosim.errors import InputError
+from hydrosim.files import quantities as of
+from hydrosim.files.messages import Keys
+from hydrosim.files.schema_class import SchemaClass, schema_class
+from hydrosim.files.units import CoordinateQuantity, CoordinateValue, problem
+from hydrosim.scene.force import BuildContext, ForceElement, LimitedElement, Turns
+from hydrosim.scene.signal import Signal, Table, largest_corner
+
+
+class TwoPointElement(LimitedElement):
+    """Base of elements from a ``point`` of their body to an ``anchor`` on the earth or in the frame
+    of ``anchor_body``: their dataclasses have these fields."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    anchor_body: str | None
+
+    def restored_dofs(self) -> Collection[str]:
+        return ("surge", "sway", "yaw") if self.anchor_body is None else ()
+
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
+        yield "anchor_body", self.anchor_body
+
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
+        remedy = "an anchor without anchor_body is fixed to the earth"
+        yield ("anchor_body",), self.anchor_body, remedy
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        """The element itself; an anchor on the earth is given relative to the plane."""
+        if self.anchor_body is not None:
+            return [self]
+        return [self._with_ends(anchor=tuple(np.subtract(self.anchor, (0.0, y, 0.0))))]
+
+    def mirror_image(self) -> ForceElement | None:
+        return self._with_ends(
+            point=mirrored_vector(self.point), anchor=mirrored_vector(self.anchor)
+        )
+
+    def _with_ends(self, **changes: Any) -> ForceElement:
+        return replace(self, **changes)
+
+
+class Link(ForceElement):
+    """Base of elements with one load along one coordinate."""
+
+    def unit_names(self, name: str) -> Sequence[str]:
+        return [name]
+
+
+# Lines that pull only.
+
+
+@dataclass(frozen=True)
+class Spring(TwoPointElement, Link):
+    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``: the
+    ``tension`` (n,) [N], not falling from 0, over the ``extension`` (n,) [m], rising, of a
+    ``length`` [m] without load, which may be a signal over time; ``damping`` [N s/m]."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    length: Signal | float
+    extension: np.ndarray
+    tension: np.ndarray
+    damping: float = 0.0
+    anchor_body: str | None = None
+
+    def can_add_energy(self) -> bool:
+        """A line that is heaved in gives energy."""
+        return isinstance(self.length, Signal)
+
+    def signals(self) -> Iterator[tuple[str, Any]]:
+        if isinstance(self.length, Signal):
+            yield "length", self.length
+
+    def jumps(self) -> Iterator[tuple[str, float]]:
+        if isinstance(self.length, Table):
+            yield "length", self.damping * largest_corner(self.length)
+
+
+@schema_class
+class Compensator(TwoPointElement, Link):
+    """A passive compensator: a gas spring in a line between a point of a body and an anchor, with
+    end stops."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "compensator",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "length": "4.6 m",
+        "tension": "10 kN",
+        "stroke": "3 m",
+        "gas_length": "4 m",
+        "exponent": 1.3,
+        "stiffness": "100 kN/m",
+        "damping": "2 kN*s/m",
+    }
+
+    type: Literal["compensator"] = field(default="compensator", kw_only=True)
+    """A gas spring in a line, with end stops. It carries no push."""
+    point: of.Point
+    """End on the body, in the body frame."""
+    anchor: of.Point
+    """Other end, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = field(default=None, kw_only=True)
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    topside."""
+    length: of.LineLength
+    """Length of the whole line in the middle of the stroke."""
+    tension: of.ReferenceForce
+    """Tension in the middle of the stroke."""
+    stroke: of.LineLength
+    """Stroke, half of it to each side."""
+    gas_length: of.LineLength
+    """Volume of the gas over the area of the piston, in the middle of the stroke."""
+    exponent: of.GasExponent = field(default=1.0, kw_only=True)
+    """Exponent n of p V^n = const: 1 for slow motion, about 1.4 for fast motion."""
+    stiffness: of.Stiffness
+    """Stiffness of line and stop beyond the stroke."""
+    damping: of.Damping = field(default=0.0, kw_only=True)
+    """Damping along the line."""
+    capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
+    """Allowable tension, which statistics compare with."""
+
+    @model_validator(mode="after")
+    def _check_stroke(self) -> Self:
+        half = 0.5 * self.stroke
+        if self.gas_length <= half:
+            found_text = f"gas_length {self.gas_length:g} m and a stroke of {self.stroke:g} m"
+            raise problem(found_text, "gas that is left at the end: a gas_length above stroke / 2")
+        low = self.tension * (self.gas_length / (self.gas_length + half)) ** self.exponent
+        if self.length <= half + low / self.stiffness:
+            found_text = f"length {self.length:g} m and a stroke of {self.stroke:g} m"
+            raise problem(found_text, "a line that is slack where its ends meet: a longer length")
+        return self
+
+
+# Springs and dampers of both signs.
+
+
+@dataclass(frozen=True)
+class ElasticLink(Link):
+    """The load ``force`` (n,) [N or N m] over the offset ``offset`` (n,) [m or rad], rising, from
+    where the link has its neutral length or angle. Both are empty if it has no spring. ``damping``
+    [N s/m or N m s/rad], and ``drag`` [N s^2/m^2 or N m s^2/rad^2]. The power that a link with
+    ``absorbs`` dissipates is recorded."""
+
+    offset: np.ndarray
+    force: np.ndarray
+    damping: float = 0.0
+    drag: float = 0.0
+    absorbs: bool = False
+
+    def can_carry_weight(self) -> bool:
+        return bool(np.any(self.force))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strut(TwoPointElement, ElasticLink):
+    """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
+    ``length`` [m] is the length without force of the spring; None: the length at rest."""
+
+    point: tuple[float, ...]
+    anchor: tuple[float, ...]
+    length: float | None = None
+    anchor_body: str | None = None
+
+    def restored_dofs(self) -> Collection[str]:
+        return super().restored_dofs() if self.can_carry_weight() else ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorsionSpring(ElasticLink):
+    """About ``axis`` in the frame of the body, between it and the body ``to`` or the earth.
+    ``neutral`` [rad] is the twist without moment of the spring; the twist is 0 at rest."""
+
+    axis: tuple[float, ...]
+    neutral: float = 0.0
+    to: str | None = None
+
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
+        yield "to", self.to
+
+    def restored_dofs(self) -> Collection[str]:
+        held = self.to is None and np.any(self.force) and self.axis[2] != 0.0
+        return ("yaw",) if held else ()
+
+    def can_carry_weight(self) -> bool:
+        return False
+
+    def nonlinearity(self, name: str, turns: Turns) -> str | None:
+        """Linear with small angles, if its curve and its damping are."""
+        straight = len(self.offset) <= 2 and self.drag == 0.0
+        return None if straight and not turns.exact else name
+
+    def mirrored_parts(self, y: float) -> Sequence[ForceElement]:
+        return [self._in_order()]
+
+    def mirror_image(self) -> ForceElement:
+        """A rotation about (x, y, z) has the image of one about (-x, y, -z)."""
+        x, y, z = self.axis
+        return replace(self, axis=(-x, y, -z))._in_order()
+
+    def _in_order(self) -> TorsionSpring:
+        """The same spring with the axis of unit length and, if its curve is odd, towards positive
+        coordinates."""
+        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        straight = len(self.offset) <= 2 and not (np.any(self.offset[:1]) or np.any(self.force[:1]))
+        first = axis[np.flatnonzero(np.abs(axis) > 1e-12)[0]]
+        if straight and self.neutral == 0.0 and first < 0.0:
+            axis = -axis
+        return replace(self, axis=tuple(axis))
+
+
+# Laws along any coordinate.
+
+Place = Annotated[float, CoordinateQuantity("place", "m", "2 m", turn_unit="rad")]
+Stroke = Annotated[float, CoordinateQuantity("stroke", "m", "2 m", above=0, turn_unit="rad")]
+Load = Annotated[float, CoordinateQuantity("load", "N", "100 kN", turn_unit="N*m")]
+Push = Annotated[float, CoordinateQuantity("load", "N", "100 kN", above=0, turn_unit="N*m")]
+Friction = Annotated[float, CoordinateQuantity("load", "N", "100 kN", at_least=0, turn_unit="N*m")]
+LinkStiffness = Annotated[
+    float, CoordinateQuantity("stiffness", "N/m", "100 kN/m", above=0, turn_unit="N*m/rad")
+]
+AnyLinkStiffness = Annotated[
+    float, CoordinateQuantity("stiffness", "N/m", "100 kN/m", turn_unit="N*m/rad")
+]
+LinkDamping = Annotated[
+    float,
+    CoordinateQuantity("damping", "N*s/m", "10 kN*s/m", at_least=0, turn_unit="N*m*s/rad"),
+]
+LinkDrag = Annotated[
+    float,
+    CoordinateQuantity(
+        "quadratic damping", "N*s^2/m^2", "1 kN*s^2/m^2", at_least=0, turn_unit="N*m*s^2/rad^2"
+    ),
+]
+
+
+@schema_class
+class CoordinateElement(Link):
+    """Base of elements along any coordinate. Values are in metres and newtons along a line, in
+    radians and newton metres about an axis."""
+
+    body: StrictStr | None = None  # type: ignore[assignment]
+    """Body that it acts on; of a joint this is left out. Example: barge."""
+    point: of.Point | None = field(default=None, kw_only=True)
+    """End on the body of a distance, in the body frame."""
+    anchor: of.Point | None = field(default=None, kw_only=True)
+    """Other end of a distance, in the earth frame or the frame of anchor_body."""
+    anchor_body: StrictStr | None = field(default=None, kw_only=True)
+    """Body that the anchor is fixed to. Without it the anchor is fixed to the earth. Example:
+    topside."""
+    axis: of.Direction | None = field(default=None, kw_only=True)
+    """Direction of the axis of a twist, in the body frame. The twist is 0 at rest. Example:
+    [0, 1, 0]."""
+    to: StrictStr | None = field(default=None, kw_only=True)
+    """Other body of a twist. Without it the other side is the earth. Example: topside."""
+    joint: StrictStr | None = field(default=None, kw_only=True)
+    """Joint in whose motion it acts. Example: hinge."""
+    motion: StrictStr | None = field(default=None, kw_only=True)
+    """Motion of the joint. Without it, the only one. Example: angle."""
+
+    @model_validator(mode="after")
+    def _check_coordinate(self) -> Self:
+        wanted = "point and anchor, axis, or joint"
+        given = self.keys_with_value("point", "axis", "joint")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "no coordinate", f"one: {wanted}")
+        belong = {"point": ("anchor", "anchor_body"), "axis": ("to",), "joint": ("motion",)}
+        for form, keys in belong.items():
+            for key in self.keys_with_value(*keys) if form != given[0] else ():
+                raise problem(f"{key} without {form}", wanted)
+        if self.point is not None and self.anchor is None:
+            raise problem("point without anchor", wanted)
+        if self.joint is None and self.body is None:
+            raise problem("no body", "the name of a body", "only a joint goes without it")
+        if self.axis is not None and not any(self.axis):
+            raise problem("an axis of no length", "a direction, such as [0, 1, 0]")
+        return self
+
+    def build_active(self, where: BuildContext) -> ForceElement:
+        """The element, which acts on the body of its joint."""
+        joint = where.joints.get(self.joint) if self.joint else None
+        placed = self if joint is None else replace(self, body=joint.body)
+        return super(CoordinateElement, placed).build_active(where)
+
+    def check_units(self, turns: bool) -> None:
+        """Raises InputError for a value that was given in units of the other kind of coordinate."""
+        for key in type(self).__pydantic_fields__:  # type: ignore[attr-defined]
+            value = getattr(self, key)
+            if isinstance(value, CoordinateValue) and value.turns != turns:
+                kind, unit = ("a turn", value.turn_unit) if turns else ("a line", value.unit)
+                raise InputError(
+                    f"{key}: found {value.text}; expected a value in {unit}, as it acts along"
+                    f" {kind}."
+                )
+
+    def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
+        if self.axis is not None:
+            yield "to", self.to
+        elif self.joint is None:
+            yield "anchor_body", self.anchor_body
+
+    def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
+        yield ("anchor_body",), self.anchor_body, "an anchor without it is fixed to the earth"
+        yield ("to",), self.to, "without to the other side is the earth"
+
+
+@schema_class
+class Stop(CoordinateElement):
+    """End stops of a distance, a twist or a motion of a joint. They never pull."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "stop",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "lowest": "4.3 m",
+        "stiffness": "100 kN/m",
+        "damping": "2 kN*s/m",
+    }
+
+    type: Literal["stop"] = field(default="stop", kw_only=True)
+    """End stops of a coordinate."""
+    lowest: Place | None = field(default=None, kw_only=True)
+    """Shortest distance, or lowest place of a twist or a motion, that is free."""
+    highest: Place | None = field(default=None, kw_only=True)
+    """Longest distance, or highest place of a twist or a motion, that is free."""
+    stiffness: LinkStiffness = field(kw_only=True)
+    """Stiffness beyond the stop."""
+    damping: LinkDamping = field(default=0.0, kw_only=True)
+    """Damping beyond the stop."""
+
+    @model_validator(mode="after")
+    def _check_ends(self) -> Self:
+        if not self.keys_with_value("lowest", "highest"):
+            raise problem("no stop", "lowest, highest, or both")
+        if not self.low < self.high:
+            found_text = f"lowest {self.low:g} and highest {self.high:g}"
+            raise problem(found_text, "a lowest place below the highest")
+        return self
+
+    @property
+    def low(self) -> float:
+        """The lowest place [m or rad] that is free."""
+        return -inf if self.lowest is None else self.lowest
+
+    @property
+    def high(self) -> float:
+        """The highest place [m or rad] that is free."""
+        return inf if self.highest is None else self.highest
+
+
+@schema_class
+class GasSpring(CoordinateElement):
+    """A gas spring that pushes, with end stops."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "gas_spring",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "neutral": "4.3 m",
+        "push": "10 kN",
+        "stroke": "3 m",
+        "gas_length": "4 m",
+        "exponent": 1.3,
+        "stiffness": "100 kN/m",
+        "damping": "2 kN*s/m",
+    }
+
+    type: Literal["gas_spring"] = field(default="gas_spring", kw_only=True)
+    """A gas spring that pushes along a coordinate."""
+    neutral: Place | None = field(default=None, kw_only=True)
+    """Place in the middle of the stroke. Without it, the place at rest."""
+    push: Push = field(kw_only=True)
+    """Load in the middle of the stroke, which drives the coordinate up."""
+    stroke: Stroke = field(kw_only=True)
+    """Stroke, half of it to each side."""
+    gas_length: Stroke = field(kw_only=True)
+    """Volume of the gas over the area of the piston, in the middle of the stroke."""
+    exponent: of.GasExponent = field(default=1.0, kw_only=True)
+    """Exponent n of p V^n = const: 1 for slow motion, about 1.4 for fast motion."""
+    stiffness: LinkStiffness = field(kw_only=True)
+    """Stiffness of the stops at both ends of the stroke."""
+    damping: LinkDamping = field(default=0.0, kw_only=True)
+    """Damping along the coordinate."""
+
+    @model_validator(mode="after")
+    def _check_stroke(self) -> Self:
+        if self.gas_length <= 0.5 * self.stroke:
+            found_text = f"gas_length {self.gas_length:g} and a stroke of {self.stroke:g}"
+            raise problem(found_text, "gas that is left at the end: a gas_length above stroke / 2")
+        return self
+
+
+@schema_class
+class DryFriction(CoordinateElement):
+    """Dry friction along a distance, a twist or a motion of a joint, by stick-slip."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "dry_friction",
+        "body": "barge",
+        "point": ["0.4 m", "-0.3 m", "0.8 m"],
+        "anchor": ["0.5 m", "0.2 m", "5 m"],
+        "anchor_body": "topside",
+        "static": "6 kN",
+        "kinetic": "4 kN",
+        "stiffness": "100 kN/m",
+        "damping": "2 kN*s/m",
+    }
+
+    type: Literal["dry_friction"] = field(default="dry_friction", kw_only=True)
+    """Dry friction along a coordinate."""
+    static: Friction = field(kw_only=True)
+    """Load at which sticking ends."""
+    kinetic: Friction = field(kw_only=True)
+    """Load while it slips."""
+    stiffness: LinkStiffness = field(kw_only=True)
+    """Stiffness while it sticks."""
+    damping: LinkDamping = field(default=0.0, kw_only=True)
+    """Damping while it sticks."""
+
+    @model_validator(mode="after")
+    def _check_loads(self) -> Self:
+        if self.static < self.kinetic or not self.static:
+            found_text = f"static {self.static:g}, kinetic {self.kinetic:g}"
+            raise problem(found_text, "static >= kinetic, and static above 0")
+        return self
+
+
+@schema_class
+class LoadCurve(SchemaClass):
+    """Load of a spring over the place from where it is neutral; the outer lines are continued."""
+
+    place: Annotated[tuple[Place, ...], of.RISING, AfterValidator(of.require_two_entries)]
+    """Places that rise."""
+    load: tuple[Load, ...]
+    """Load against the motion at each place."""
+
+    @model_validator(mode="after")
+    def _check_curve(self) -> Self:
+        if len(self.place) != len(self.load):
+            found_text = f"{len(self.place)} values in place and {len(self.load)} in load"
+            raise problem(found_text, "a load for each place")
+        return self
+
+
+@schema_class
+class SpringDamper(CoordinateElement):
+    """A spring and damper along a distance, a twist or a motion of a joint."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "type": "spring_damper",
+        "body": "barge",
+        "axis": [0, 1, 0],
+        "stiffness": "2 MN*m/rad",
+        "damping": "50 kN*m*s/rad",
+    }
+
+    type: Literal["spring_damper"] = field(default="spring_damper", kw_only=True)
+    """A spring and damper along a coordinate, such as a motion of a joint."""
+    neutral: Place | None = field(default=None, kw_only=True)
+    """Place at which the spring has no load. Without it, the place at rest."""
+    stiffness: AnyLinkStiffness | None = field(default=None, kw_only=True)
+    """Load per way. It may be 0 or negative."""
+    curve: LoadCurve | None = field(default=None, kw_only=True)
+    """Load over the way from neutral, in place of stiffness."""
+    damping: LinkDamping = field(default=0.0, kw_only=True)
+    """Linear damping."""
+    quadratic_damping: LinkDrag = field(default=0.0, kw_only=True)
+    """Damping by the square of the rate."""
+    absorbs: StrictBool = field(default=False, kw_only=True)
+    """Whether it is a power take-off, whose absorbed power is recorded."""
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        if len(self.keys_with_value("stiffness", "curve")) == 2:
+            raise problem("stiffness and curve", "one of them", "remove one")
+        if not (self.damping or self.quadratic_damping or self.stiffness or self.curve):
+            expected = "stiffness, curve, damping or quadratic_damping above 0"
+            raise problem("nothing that acts", expected)
+        return self
+
+    @property
+    def offset(self) -> np.ndarray:
+        """The places of its curve, as of an `ElasticLink`."""
+        straight = (0.0, 1.0) if self.stiffness else ()
+        return np.array(straight if self.curve is None else self.curve.place)
+
+    @property
+    def force(self) -> np.ndarray:
+        """The loads of its curve."""
+        straight = (0.0, self.stiffness) if self.stiffness else ()
+        return np.array(straight if self.curve is None else self.curve.load)
+
+    @property
+    def drag(self) -> float:
+        """The quadratic damping."""
+        return self.quadratic_damping
