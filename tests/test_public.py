@@ -48,6 +48,7 @@ def test_help_loads_no_numpy() -> None:
 def test_a_check_loads_no_libraries_of_files() -> None:
     """It reads no file but its case if the scene is dry."""
     block = CASE.parents[1] / "friction_block" / "exact.yaml"
+    hs.load_case(block)  # keeps the factors of its units, which pint tells
     assert loaded_by_command(f"check {block}", UNUSED | OF_FILES) == set()
 
 
@@ -55,6 +56,7 @@ def test_a_check_loads_no_libraries_of_files() -> None:
 def test_a_run_loads_no_statistics_and_no_xarray(tmp_path: Path, pictures: bool) -> None:
     """scipy loads its parts when they are used: criteria and comparisons need them, a run does
     not. Its results are written and told, and drawn, without a dataset of xarray."""
+    hs.load_case(CASE)
     output = tmp_path / "run.nc"
     command = f"run {CASE} -o {output} --set duration=1" + pictures * " --plot"
     loaded = loaded_by_command(command, UNUSED | OF_DATASETS)
