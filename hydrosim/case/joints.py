@@ -12,12 +12,13 @@ from math import inf, pi
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Discriminator, StrictStr, model_validator
+from pydantic import StrictStr, model_validator
 
 from hydrosim import scene
 from hydrosim.case.elements.element import Exemplary
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.force import Active
 from hydrosim.scene.joint import JointType
@@ -609,5 +610,5 @@ def _require_right_angles(first: tuple[float, ...], second: tuple[float, ...]) -
 
 AnyJoint = Annotated[
     Hinge | Ball | Universal | Slider | Cylindrical | Planar | Guide | Fixed | RatchetEntry | Rod,
-    Discriminator("type"),
+    ByKind("type"),
 ]

@@ -18,6 +18,7 @@ from pydantic import (
 
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene import Amplitudes, OchiHubblePeak
 from hydrosim.scene.signal import RecordedColumns
@@ -275,7 +276,7 @@ SomeWaves = (
     | Components
     | RecordedSea
 )
-Train = Annotated[SomeWaves | NoWaves, Discriminator("spectrum")]
+Train = Annotated[SomeWaves | NoWaves, ByKind("spectrum")]
 
 
 def _list_of_one(value: Any) -> Any:

@@ -25,23 +25,36 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
+from functools import partial
 from inspect import isfunction
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Self,
+    TypeVar,
+    dataclass_transform,
+    get_args,
+)
 
 import numpy as np
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
+    TypeAdapter,
     ValidationError,
     ValidationInfo,
     model_serializer,
     model_validator,
 )
 from pydantic.dataclasses import dataclass
-from pydantic_core import CoreSchema, core_schema, to_jsonable_python
+from pydantic_core import CoreSchema, PydanticKnownError, core_schema, to_jsonable_python
 
 from hydrosim.errors import InputError
 from hydrosim.files.messages import fields_of, validation_problems
@@ -235,3 +248,42 @@ class ArrayOf:
             get.generate_schema(self.rows),
             serialization=core_schema.plain_serializer_function_ser_schema(np.ndarray.tolist),
         )
+
+
+@dataclasses.dataclass(frozen=True)
+class ByKind:
+    """Annotation of a union of classes, one of which a ``key`` of the mapping names. The schema of
+    a class is built when it is first read: a case has few of the kinds that there are."""
+
+    key: str
+
+    def __get_pydantic_core_schema__(self, source: Any, _: GetCoreSchemaHandler) -> CoreSchema:
+        classes = get_args(source)
+
+        def read(value: Any, info: ValidationInfo) -> Any:
+            if isinstance(value, classes):
+                return value
+            if not isinstance(value, dict):
+                raise PydanticKnownError("model_attributes_type")
+            about = {"discriminator": repr(self.key)}
+            if self.key not in value:
+                raise PydanticKnownError("union_tag_not_found", about)
+            kinds = {kind: cls for cls in classes for kind in self._kinds_of(cls)}
+            kind = value[self.key]
+            if not isinstance(kind, str) or kind not in kinds:
+                expected = ", ".join(map(repr, kinds))
+                about |= {"tag": str(kind), "expected_tags": expected}
+                raise PydanticKnownError("union_tag_invalid", about)
+            validator = kinds[kind].__pydantic_validator__
+            return validator.validate_python(value, context=info.context)
+
+        union = core_schema.with_info_plain_validator_function(read)
+        return union | {"metadata": {"pydantic_js_functions": [partial(self._as_json, source)]}}
+
+    def _kinds_of(self, cls: Any) -> tuple[str, ...]:
+        kinds: tuple[str, ...] = get_args(fields_of(cls)[self.key].annotation)
+        return kinds
+
+    def _as_json(self, source: Any, _: CoreSchema, get: GetJsonSchemaHandler) -> Any:
+        union = Annotated[source, Discriminator(self.key)]
+        return get(TypeAdapter(union).core_schema)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator
+from pydantic import BeforeValidator
 
 from hydrosim.case.elements.catenary import CatenaryEntry, Lines
 from hydrosim.case.elements.drive import DriveEntry
 from hydrosim.case.elements.element import BuildContext, Element
 from hydrosim.case.elements.springs import SpringEntry, StrutEntry, TorsionSpringEntry
 from hydrosim.case.elements.winch import WinchEntry
+from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
 from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
-from hydrosim.scene.links import Compensator, DryFriction, GasSpring, SpringDamper, Stop
+from hydrosim.scene.links import AnyCoordinateElement, Compensator
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, LinearMooring
 
@@ -35,10 +36,7 @@ AnyElement = Annotated[
     | Lines
     | StrutEntry
     | TorsionSpringEntry
-    | SpringDamper
-    | GasSpring
-    | Stop
-    | DryFriction
+    | AnyCoordinateElement
     | Bushing
     | LinearDamping
     | QuadraticDamping
@@ -48,6 +46,6 @@ AnyElement = Annotated[
     | WinchEntry
     | Compensator
     | DriveEntry,
-    Discriminator("type"),
+    ByKind("type"),
     BeforeValidator(_check_kind),
 ]
