@@ -190,7 +190,7 @@ class LinkKind(TableKind):
     variables: ClassVar = {
         **variables_of(*OTHER_LINKS),
         "pto_power": Variable("power absorbed by a power take-off", "W"),
-        "link_mode": Variable("whether a strut or torsion spring acts", "1", flags="acting absent"),
+        "link_mode": Variable("whether a link acts", "1", flags="acting absent"),
         "link_segment": Variable("piece of the curve", "1"),
         "link_half_turns": Variable("half turns of the twist", "1"),
     }
@@ -211,7 +211,7 @@ class LinkKind(TableKind):
             return []
         sets = [ModeSet("", rest_at_first(p.links["idle"], ACTING))]
         if np.any(p.links["stiff"] != p.links["idle"]):
-            text = "struts on their steepest pieces"
+            text = "links on their steepest pieces"
             sets.append(ModeSet(text, rest_at_first(p.links["stiff"], ACTING)))
         return sets
 
