@@ -185,7 +185,7 @@ def test_every_quantity_has_a_unit_and_an_example() -> None:
     assert all(each["examples"] and each["unit"] is not None for each in quantities)
     mass = definitions["BodyEntry"]["properties"]["mass"]
     assert mass["description"].endswith("Unit: kg.")
-    assert definitions["Environment"]["properties"]["gravity"]["default"] == 9.81
+    assert definitions["EnvironmentEntry"]["properties"]["gravity"]["default"] == 9.81
 
 
 def test_every_key_has_an_example_or_its_choices() -> None:
