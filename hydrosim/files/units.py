@@ -234,6 +234,10 @@ class CoordinateQuantity(Quantity):
 
     turn_unit: str = ""
 
+    def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
+        units = f"{self.unit} or {self.turn_unit}"
+        return super().__get_pydantic_json_schema__() | {"unit": units}
+
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
         written = core_schema.plain_serializer_function_ser_schema(float)
         return core_schema.no_info_plain_validator_function(self.read, serialization=written)
