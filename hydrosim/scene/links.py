@@ -321,7 +321,7 @@ class CoordinateElement(Link):
             yield field_.name, getattr(self, field_.name)
 
     def can_carry_weight(self) -> bool:
-        return self.axis is None
+        return self.point is not None  # what a joint carries is known of the joint
 
     def restored_dofs(self) -> Collection[str]:
         if self.point is not None:

@@ -875,7 +875,7 @@ class TestCoordinates:
                 f"spring_damper, {ABOUT}, curve: {{place: [0, 1], load: [0, 1 kN]}}",
                 *(".curve.load", '"1 kN"; expected a value in N*m, as it acts about an axis'),
             ),
-            ("stop, joint: ball, lowest: 1, stiffness: 1", ".joint", "ball, a ball; expected one"),
+            ("stop, joint: ball, lowest: 1, stiffness: 1", ".joint", "ball, a ball joint; expected"),
             ("spring_damper, joint: guide, stiffness: 1", ".motion", "none; expected one of: off"),
             (
                 "spring_damper, joint: hinge, motion: offset, stiffness: 1",

@@ -140,8 +140,8 @@ def _motion_fields(
     closes a loop, that has another body, or whose motion is no angle and no distance."""
     trees = {name: j for name, j in layout.joints.items() if name not in layout.constraints}
     if joint not in trees:
-        place = "a joint that closes a loop or comes and goes"
-        found_text = f"{joint}, {place if joint in layout.joints else 'no joint of the scene'}"
+        kind = "a joint that closes a loop, comes and goes or breaks"
+        found_text = f"{joint}, {kind if joint in layout.joints else 'no joint of the scene'}"
         expected = ", ".join(name for name in trees if _usable_motions(trees[name]))
         raise InputError(f"joint: found {found_text}; expected one of: {expected or 'none'}.")
     if element.body != trees[joint].body:
@@ -149,7 +149,7 @@ def _motion_fields(
         raise InputError(f"body: found {element.body}; expected {expected}, or none.")
     names = _usable_motions(trees[joint])
     if not names:
-        found_text = f"{joint}, a {trees[joint].type}"
+        found_text = f"{joint}, a {trees[joint].type} joint"
         raise InputError(f"joint: found {found_text}; expected one with a turn or a slide.")
     motion = element.motion or (names[0] if len(names) == 1 else None)
     if motion not in names:
