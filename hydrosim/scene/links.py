@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -20,6 +20,7 @@ from hydrosim.files.messages import Keys
 from hydrosim.files.schema_class import SchemaClass, schema_class
 from hydrosim.files.units import CoordinateQuantity, CoordinateValue, problem
 from hydrosim.scene.force import BuildContext, ForceElement, LimitedElement, Turns
+from hydrosim.scene.joint import Joint, MotionKind
 from hydrosim.scene.signal import Signal, Table, largest_corner
 
 
@@ -304,6 +305,13 @@ class CoordinateElement(Link):
         joint = where.joints.get(self.joint) if self.joint and self.body is None else None
         placed = self if joint is None else replace(self, body=joint.body)
         return super(CoordinateElement, placed).build_active(where)
+
+    def turns(self, joints: Mapping[str, Joint]) -> bool:
+        """True if it acts about an axis, or in a turn of one of the ``joints``."""
+        if self.joint is None:
+            return self.axis is not None
+        motions = [m for m in joints[self.joint].motions if self.motion in (None, m.name)]
+        return motions[0].kind == MotionKind.TURN
 
     def check_units(self, turns: bool) -> None:
         """Raises InputError for a value that was given in units of the other kind of coordinate."""

@@ -875,7 +875,7 @@ class TestCoordinates:
                 f"spring_damper, {ABOUT}, curve: {{place: [0, 1], load: [0, 1 kN]}}",
                 *(".curve.load", '"1 kN"; expected a value in N*m, as it acts about an axis'),
             ),
-            ("stop, joint: ball, lowest: 1, stiffness: 1", ".joint", "ball, a ball joint; expected"),
+            ("stop, joint: ball, lowest: 1, stiffness: 1", ".joint", "ball, a ball joint; exp"),
             ("spring_damper, joint: guide, stiffness: 1", ".motion", "none; expected one of: off"),
             (
                 "spring_damper, joint: hinge, motion: offset, stiffness: 1",
@@ -896,6 +896,13 @@ class TestCoordinates:
         with pytest.raises(InputError) as caught:
             simulate(load(text).scene())
         assert f"forces.element{key}: found {found}" in str(caught.value)
+
+    def test_a_spring_in_a_joint_carries_no_weight_itself(self, load: Load) -> None:
+        """The joint carries the body, if what it joins it to is carried."""
+        text = element("type: spring_damper, joint: hinge, stiffness: 1")
+        spring = load(text.replace("forces:", LIMBS + JOINTS)).scene().forces["element"]
+        assert spring.body == "hand"
+        assert not spring.can_carry_weight()
 
     def test_an_unknown_joint(self, refusal: Refusal) -> None:
         text = element("type: stop, joint: hing, lowest: 1, stiffness: 1")
