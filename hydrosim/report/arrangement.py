@@ -37,13 +37,8 @@ PLAN, SIDE = (0, 1), (0, 2)
 SCALE_BAR_STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
 
-STRAIGHT_LINES = (
-    Spring,
-    Strut,
-    Winch,
-    Compensator,
-    CoordinateElement,
-)  # lines from a point to an anchor
+STRAIGHT_LINES = (Spring, Strut, Winch, Compensator, CoordinateElement)
+"""Classes of lines from a point to an anchor."""
 
 
 class DrawnBody(NamedTuple):

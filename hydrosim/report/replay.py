@@ -58,14 +58,8 @@ LOAD_VARIABLES = {
     Compensator: ("compensator_tension", "compensator"),
     Strut: ("strut_force", "strut"),
 }
-SCALAR_KINDS = (
-    "spring",
-    "strut",
-    "winch",
-    "compensator",
-    "tank",
-    *COORDINATE_LINKS,
-)  # with one value a record
+SCALAR_KINDS = ("spring", "strut", "winch", "compensator", "tank", *COORDINATE_LINKS)
+"""Kinds with one value a record."""
 PLANE_HALF_SIDE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 

@@ -138,9 +138,8 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
     yield from _charts_by_unit(run, "joint_position", "Motions of joints")
     yield from _line_charts(run, MAIN_CHARTS)
     for dim in COORDINATE_LINKS:
-        yield from _charts_by_unit(
-            run, f"{dim}_load", f"{dim.replace('_', ' ').capitalize()}: load"
-        )
+        title = f"{dim.replace('_', ' ').capitalize()}: load"
+        yield from _charts_by_unit(run, f"{dim}_load", title)
     used = {n: channel(run, n)[0] for n in channel_names(run) if n.startswith("utilisation.")}
     yield from _drop_rounding(Chart("Utilisation of capacities", "1", used))
     if "fender_node" in run:
