@@ -22,9 +22,11 @@ from hydrosim.elements import (
     Compensator,
     CurrentLoad,
     Drive,
+    DryFriction,
     Fender,
     Frictionless,
     FrictionSlope,
+    GasSpring,
     LinearDamping,
     LinearMooring,
     NormalCurve,
@@ -32,7 +34,9 @@ from hydrosim.elements import (
     PrescribedNormal,
     QuadraticDamping,
     Spring,
+    SpringDamper,
     StickSlip,
+    Stop,
     Strut,
     Table,
     Winch,
@@ -138,11 +142,11 @@ IN_TURNING_AXES = [
     "applied force, body-fixed",
     *(name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH)),
 ]
-RESTING = [  # prescribed forces act at rest, and so may what supplies, and what has weight
+RESTING = [  # prescribed forces act at rest; so may what supplies, has weight, or is pressed
     name
     for name, element in ELEMENTS.items()
     if "prescribed" not in name and not (element.supplies and name in EXAMPLES)
-    if not isinstance(element, Catenary)
+    if not isinstance(element, Catenary | GasSpring | Stop)
 ]
 
 
@@ -288,7 +292,7 @@ def test_action_is_reaction(name, mode, kinematics):
         assert wrench[:, :3].sum(axis=0) == pytest.approx([0.0, 0.0, -weight], abs=1e-9)
         return
     assert wrench[:, :3].sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
-    lines = Spring | Strut | Winch | Compensator
+    lines = Spring | Strut | Winch | Compensator | GasSpring | Stop | DryFriction
     if kinematics is Kinematics.EXACT or not isinstance(element, lines):  # their limit
         assert moment.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12 * np.abs(moment).max())
 
@@ -347,7 +351,7 @@ def turned_wrench(wrench: np.ndarray) -> np.ndarray:
 def test_elements_in_body_axes_turn_with_the_body(name, at_rest):
     """Scene, streams and yaw are turned together, while the elements stay as they are: those in the
     axes of bodies, and between bodies. The bodies have another heading at rest, or at the start."""
-    if not at_rest and isinstance(ELEMENTS[name], Strut | Bushing):
+    if not at_rest and isinstance(ELEMENTS[name], Strut | Bushing | SpringDamper):
         pytest.skip("its length or place at rest depends on the headings there")
     turned = replace(
         scene_of({"element": ELEMENTS[name]}),
