@@ -151,7 +151,7 @@ Moment = Annotated[
 class Active(SchemaClass):
     """The time in which an element acts; each end is a time or an event. Neither occurs twice."""
 
-    start: Annotated[When | None, ReadAs(Moment | None, When)] = Field(default=None, alias="from")
+    start: Annotated[When | None, ReadAs(Moment | None, When), Field(alias="from")] = None
     """Time or event from which the element acts."""
     until: Annotated[When | None, ReadAs(Moment | None, When)] = None
     """Time or event until which the element acts."""
