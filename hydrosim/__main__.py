@@ -42,7 +42,6 @@ from hydrosim.cli.terminal import (
     tells_absent_variables,
 )
 from hydrosim.errors import HydrosimError, InputError
-from hydrosim.files.document import printable
 from hydrosim.files.interrupts import install_signal_handlers
 
 # in the order of `hydrosim --help`: commands on cases, then on runs, then on files
@@ -116,9 +115,9 @@ def _of_all(
     pass
 
 
-# Loading makes many objects that stay. Garbage collection need not visit them during the run, nor
-# at the end, where it would take a third of a second.
-gc.set_threshold(50_000)
+# Loading makes many objects that stay. Garbage collection need not visit them, which would take a
+# tenth of a second while they are made, and a third at the end.
+gc.set_threshold(500_000)
 atexit.register(gc.freeze)
 
 
@@ -195,6 +194,8 @@ def _lack_of_memory(error: BaseException | None) -> str:
 
 
 def _plain_message(error: Exception) -> str:
+    from hydrosim.files.document import printable  # loads numpy
+
     return printable(str(error)).replace("[", "\\[")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from shutil import disk_usage
@@ -35,13 +36,21 @@ class InputError(HydrosimError):
 
 class SimulationError(HydrosimError):
     """A run that cannot continue. The message names the time, the body or element, and the remedy;
-    ``dataset`` holds the results until then."""
+    ``dataset`` holds the results until then, which ``to_xarray`` makes of ``run_data``."""
 
     exit_code = 3
 
-    def __init__(self, message: str, dataset: xr.Dataset) -> None:
+    def __init__(
+        self, message: str, run_data: xr.Dataset, to_xarray: Callable[[xr.Dataset], xr.Dataset]
+    ) -> None:
         super().__init__(message)
-        self.dataset = dataset
+        self.run_data = run_data
+        self._to_xarray = to_xarray
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """The results until then."""
+        return self._to_xarray(self.run_data)
 
 
 class WritingError(HydrosimError):

@@ -15,9 +15,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from hydrosim.case import load_case
 from hydrosim.case.criteria import CRITERIA
@@ -34,6 +32,7 @@ from hydrosim.integrate.record import new_record
 from hydrosim.linear.propagate import propagate
 from hydrosim.results.dataset import RUN_FILE_HINT, read_run, write_run
 from hydrosim.results.output import to_dataset
+from hydrosim.results.run_data import as_xarray
 from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
 from hydrosim.run.course import RunInProgress
 from hydrosim.run.error_estimate import estimate_error, repeat_until_accurate
@@ -43,6 +42,8 @@ from hydrosim.scene import ForceElement, Scene
 from hydrosim.statistics.figures import figure_asked, figure_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.case.load import Case, Stage
     from hydrosim.results.ledger import ErrorEstimate
 
@@ -70,7 +71,8 @@ def blank_run(compiled: Compiled) -> xr.Dataset:
     record = new_record(model, compile_clock(compiled), compiled.scene.output_accelerations)
     history = compiled.first_state().history
     layout = compiled.derived.layout
-    return to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})
+    run = to_dataset(compiled.scene, model, layout, compiled.sea, record, 1, history, {})
+    return as_xarray(run)
 
 
 def _refusal_reason(run: xr.Dataset, asked: dict[str, str]) -> str:
@@ -200,15 +202,25 @@ def simulate(
     SimulationError if the run cannot continue. That error carries the ``dataset`` until then, with
     ``status`` "failed".
     """
+    return as_xarray(simulate_data(case, progress, kept, forces))
+
+
+def simulate_data(
+    case: Case | Scene | Compiled | str | Path,
+    progress: Progress | None = None,
+    kept: Checkpoint | None = None,
+    forces: Mapping[str, ForceElement] | None = None,
+) -> xr.Dataset:
+    """`simulate` without loading xarray: its `RunData`."""
     if isinstance(case, Compiled):
         if forces:
             raise InputError("forces: found a compiled scene; add them to the scene before.")
-        return run_compiled(check_compiled(case), progress, kept)
+        return advance_to_end(check_compiled(case), progress, kept)
     if isinstance(case, Scene):
         scene = with_forces(case, forces or {})
-        # no name for the compiled scene: `run_compiled` lets go of its waves
-        return run_compiled(compiled_to_run(scene), progress, kept)
-    return simulate(prepare_scene(case, progress), progress, kept, forces)
+        # no name for the compiled scene: `advance_to_end` lets go of its waves
+        return advance_to_end(compiled_to_run(scene), progress, kept)
+    return simulate_data(prepare_scene(case, progress), progress, kept, forces)
 
 
 def compiled_to_run(scene: Scene) -> Compiled:
@@ -275,16 +287,21 @@ def prepare_scene(case: Case | Scene | str | Path, progress: Progress | None = N
     return read.scene()
 
 
-def run_compiled(
+def run_compiled(compiled: Compiled, *arguments: Any, **options: Any) -> xr.Dataset:
+    """The dataset of `advance_to_end`, which takes the same arguments."""
+    return as_xarray(advance_to_end(compiled, *arguments, **options))
+
+
+def advance_to_end(
     compiled: Compiled,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
     estimates: bool = True,
     repeats: bool = True,
 ) -> xr.Dataset:
-    """`simulate` for a compiled scene whose step limits are known. With ``estimates``, a companion
-    measures the error of the run. With ``repeats``, a run that misses the accuracy of its scene is
-    then made again."""
+    """`simulate_data` for a compiled scene whose step limits are known. With ``estimates``, a
+    companion measures the error of the run. With ``repeats``, a run that misses the accuracy of its
+    scene is then made again."""
     course = RunInProgress(compiled, checkpoint, propagate if compiled.derived.exact else None)
     del compiled  # the course lets go of its waves
 
@@ -314,7 +331,7 @@ def run_compiled(
                 estimate = measure(course)
     except KeyboardInterrupt as interrupt:
         course.interrupt(interrupt)
-    return course.dataset(estimate)
+    return course.data(estimate)
 
 
 def can_measure_error(course: RunInProgress) -> bool:
@@ -332,9 +349,14 @@ def open_run(path: str | Path) -> xr.Dataset:
     """Dataset of the run in the netCDF file ``path``, in memory. Raises InputError if the file is
     missing, is not netCDF, is not the result of a run, or has fewer than two records."""
     run = read_run(Path(path))
+    require_two_records(run, path)
+    return run
+
+
+def require_two_records(run: xr.Dataset, path: str | Path) -> None:
+    """Raises InputError if the run in a file has fewer than two records."""
     if run.sizes["time"] < 2:
         raise InputError(
             f"{path}: has fewer than two recorded times, so there is nothing to draw;"
             f" {RUN_FILE_HINT}."
         )
-    return run

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from command_line import printed
 
 import hydrosim as hs
@@ -19,6 +20,8 @@ with suppress(SystemExit):
 """
 UNUSED = {"scipy.stats", "scipy.signal", "scipy.interpolate", "matplotlib"}
 """Of a run without criteria and pictures."""
+OF_DATASETS = {"xarray", "pandas", "pint", "pyarrow"}
+OF_FILES = {"netCDF4", "h5py", *OF_DATASETS}
 
 
 def test_names_are_listed_and_there() -> None:
@@ -38,15 +41,32 @@ def test_a_case_is_loaded_without_compilers_and_libraries_of_files() -> None:
     assert loaded_after("from hydrosim import load_case; load_case({case!r})") == set()
 
 
-def test_a_run_loads_no_statistics_and_no_pictures(tmp_path: Path) -> None:
+def test_help_loads_no_numpy() -> None:
+    assert loaded_by_command("--help", {"numpy", *SLOW}) == set()
+
+
+def test_a_check_loads_no_libraries_of_files() -> None:
+    """It reads no file but its case if the scene is dry."""
+    block = CASE.parents[1] / "friction_block" / "exact.yaml"
+    hs.load_case(block)  # keeps the factors of its units, which pint tells
+    assert loaded_by_command(f"check {block}", UNUSED | OF_FILES) == set()
+
+
+@pytest.mark.parametrize("pictures", [False, True])
+def test_a_run_loads_no_statistics_and_no_xarray(tmp_path: Path, pictures: bool) -> None:
     """scipy loads its parts when they are used: criteria and comparisons need them, a run does
-    not."""
+    not. Its results are written and told, and drawn, without a dataset of xarray."""
+    hs.load_case(CASE)
     output = tmp_path / "run.nc"
-    arguments = f"['hydrosim', 'run', {{case!r}}, '-o', {str(output)!r}, '--set', 'duration=1']"
-    program = f"import sys; sys.argv = {arguments}\n{RUN}"
-    loaded = loaded_after(program, UNUSED)
+    command = f"run {CASE} -o {output} --set duration=1" + pictures * " --plot"
+    loaded = loaded_by_command(command, UNUSED | OF_DATASETS)
     assert output.is_file()
-    assert loaded == set()
+    assert loaded == ({"matplotlib"} if pictures else set())
+
+
+def loaded_by_command(arguments: str, wanted: set[str]) -> set[str]:
+    """Those of the ``wanted`` packages that a command of the command line has loaded."""
+    return loaded_after(f"import sys; sys.argv = {['hydrosim', *arguments.split()]}\n{RUN}", wanted)
 
 
 def loaded_after(program: str, wanted: set[str] = SLOW) -> set[str]:

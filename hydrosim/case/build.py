@@ -30,7 +30,7 @@ from hydrosim.files.display_units import as_attribute
 from hydrosim.files.layers import DUMPER, FILES
 from hydrosim.files.messages import fields_of
 from hydrosim.files.schema_class import SchemaClass
-from hydrosim.files.units import Scale
+from hydrosim.files.units import CoordinateValue, Scale
 from hydrosim.scene.damping import ViscousRoll
 from hydrosim.scene.joint import arrange_joints
 
@@ -107,6 +107,8 @@ def _plain_value(value: Any, folder: Path) -> Any:
             return [_plain_value(item, folder) for item in value]
         case Scale():
             return value.text or value.value
+        case CoordinateValue():
+            return value.text
         case Enum():
             return str(value)
     return "infinite" if value == inf else value

@@ -27,7 +27,6 @@ from hydrosim.cli.terminal import (
     show_document,
 )
 from hydrosim.errors import InputError, unwritable
-from hydrosim.files.outputs import make_folder
 
 if TYPE_CHECKING:
     from hydrosim.case.load import Particulars
@@ -162,6 +161,8 @@ def example(
 
     Case files go to cases/NAME, and their databases to hydro_db. Existing files are kept.
     """
+    from hydrosim.files.outputs import make_folder
+
     home = _examples_folder()
     case_names = sorted(
         path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml"))
@@ -564,6 +565,8 @@ def _require_same_hull(path: Path, displaced: float, barge: Particulars) -> None
 
 def _write_case(path: Path, text: str) -> None:
     """Writes a file that is not there."""
+    from hydrosim.files.outputs import make_folder
+
     make_folder(path.parent)
     try:
         with open(path, "x", encoding="utf-8") as file:

@@ -30,7 +30,6 @@ from hydrosim.cli.terminal import (
     window_of,
 )
 from hydrosim.errors import InputError
-from hydrosim.files.display_units import unit_choice_attribute, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,6 +140,7 @@ def compare(
     from hydrosim.compare import read_mapping
     from hydrosim.compare.comparison import exceeded_tolerances, tolerances_by_channel
     from hydrosim.compare.dataset import to_dataset
+    from hydrosim.files.display_units import units_of
     from hydrosim.files.recordings import read_recording
     from hydrosim.report.charts.explain import draw_comparison
     from hydrosim.report.sentences.comparison import comparison_tables
@@ -201,6 +201,8 @@ def _compare_studies(
 
 def _comparison_attributes(ours: xr.Dataset, run_file: Path, recorded: Path) -> dict[str, object]:
     """Title, files and units of a comparison, for the attributes of its result."""
+    from hydrosim.files.display_units import unit_choice_attribute
+
     title = str(ours.attrs.get("title", ""))
     return {
         "title": title,
@@ -320,6 +322,7 @@ def export(
     recordings are in SI.
     """
     from hydrosim.compare.export import table_of
+    from hydrosim.files.display_units import units_of
     from hydrosim.results.dataset import read_run
     from hydrosim.results.runs_file import open_runs
 
@@ -374,6 +377,7 @@ def _write_recording(
 ) -> None:
     """Write channels as a recording. Without names, it has the channels of motions, waves, forces,
     fenders and springs that are not zero."""
+    from hydrosim.files.display_units import units_of
     from hydrosim.files.recordings import write_recording
     from hydrosim.files.series import columns_of
     from hydrosim.results.channels import default_channels, match_channels

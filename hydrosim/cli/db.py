@@ -27,10 +27,10 @@ from hydrosim.cli.terminal import (
     show_document,
 )
 from hydrosim.errors import InputError
-from hydrosim.files.outputs import Output, settings_text
 
 if TYPE_CHECKING:
     from hydrosim.database.database import HydroDatabase
+    from hydrosim.files.outputs import Output
     from hydrosim.scene.hydrodynamics import Given
 
 # `hydrosim db build`.
@@ -59,6 +59,7 @@ def build_database(
     from hydrosim.database.build.picture import draw, draw_qtf
     from hydrosim.database.build.recipe import load_recipe
     from hydrosim.database.load import format_of, write
+    from hydrosim.files.outputs import settings_text
 
     format_of(output.path)
     page = output.output_at(output.path.with_suffix(".png"), "picture")

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.files.outputs import Output
+    from hydrosim.report.charts.pictures import View
 
 # Tables and pictures of the runs of a study.
 
@@ -132,7 +133,7 @@ def plot(
     long runs, bands show the smallest and largest values of each interval.
     """
     from hydrosim.report.charts.panels import TimeWindow
-    from hydrosim.report.charts.pictures import Format, View, draw
+    from hydrosim.report.charts.pictures import Format, View
     from hydrosim.results.channels import channel_names, match_channels
     from hydrosim.results.journal import runs_at
     from hydrosim.simulation import open_run
@@ -159,9 +160,17 @@ def plot(
     dataset = open_run(run_file)
     asked = names_in(channels)
     picked = match_channels(channel_names(dataset), asked, "--channels") if asked else ()
-    view = View(window, picked, kind)
+    draw_run(dataset, folder, run_file, overwrite, View(window, picked, kind))
+
+
+def draw_run(
+    run: xr.Dataset, folder: Path, run_file: Path, overwrite: bool, view: View | None = None
+) -> None:
+    """Draw the pictures of the ``run`` in a file, by default the usual ones; print their paths."""
+    from hydrosim.report.charts.pictures import DEFAULT_VIEW, draw
+
     with progress("drawing"):
-        pictures = draw(dataset, folder, run_file.stem, run_file, overwrite, view)
+        pictures = draw(run, folder, run_file.stem, run_file, overwrite, view or DEFAULT_VIEW)
     print_lines(*(f"picture   {picture}" for picture in pictures))
 
 

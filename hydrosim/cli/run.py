@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.results import plot
+from hydrosim.cli.results import draw_run
 from hydrosim.cli.terminal import (
     CaseFile,
     Overwrite,
@@ -56,6 +56,7 @@ def run(
     """Simulate a case; write netCDF and print a summary."""
     from hydrosim.case.load import load_case
     from hydrosim.report.sentences.run import run_document
+    from hydrosim.simulation import require_two_records
 
     case = load_case(case_file, settings)
     result = output_for(
@@ -84,13 +85,14 @@ def run(
         try:
             dataset = simulate_case(case, result)
         except SimulationError as error:
-            print_lines(f"result    {_save_result(error.dataset, result)}")
+            print_lines(f"result    {_save_result(error.run_data, result)}")
             raise
         path = _save_result(dataset, result)
     show_document(run_document(_locate_warnings(dataset, case)), verbose)
     print_lines(f"result    {path}")
     if plot_too:
-        plot(path, overwrite=overwrite)
+        require_two_records(dataset, path)
+        draw_run(dataset, path.parent, path, overwrite)
     if dataset.attrs["status"] == "interrupted":
         raise typer.Exit(130)
 

@@ -21,13 +21,13 @@ import typer
 from rich.console import Console, RenderableType
 
 from hydrosim.errors import InputError
-from hydrosim.files.document import Document, print_document, print_parts
-from hydrosim.files.outputs import Output
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from hydrosim.case import Case
+    from hydrosim.files.document import Document
+    from hydrosim.files.outputs import Output
     from hydrosim.scene import ChangedDatabase
 
 # Standard streams that are closed, or that nobody reads, do not end a command.
@@ -83,16 +83,22 @@ def _lasting(descriptor: int, name: str, stream: io.TextIOWrapper | None) -> io.
 
 def print_lines(*parts: RenderableType) -> None:
     """Print tables and plain lines: no markup, no colours, no line breaks."""
+    from hydrosim.files.document import print_parts  # loads numpy
+
     print_parts(Console(), *parts)
 
 
 def show_document(document: Document, verbose: bool = False) -> None:
     """Print a document, with its details if ``verbose``."""
+    from hydrosim.files.document import print_document
+
     print_document(document, Console(), verbose)
 
 
 def print_status(text: str) -> None:
     """Print a plain line of text to the standard error."""
+    from hydrosim.files.document import print_parts  # loads numpy
+
     print_parts(Console(stderr=True), text)
 
 
@@ -172,6 +178,8 @@ def output_for(
     ``given``, or else ``default`` in the current folder, or a free name if the program reads that
     file. Raises InputError before any computation if the path cannot be written. ``settings`` are
     the settings of the result."""
+    from hydrosim.files.outputs import Output
+
     path = given or Path(f"{default}{suffix}")
     made = Output(path, what, origin, (origin, *inputs), overwrite, settings=settings)
     if given is None and made.is_own_input():
@@ -495,7 +503,7 @@ def simulate_with_progress(
     """Simulate a case with a progress bar. Its state is saved to disk ``every`` so often [s]."""
     from hydrosim.compile.restart import open_start, start_time
     from hydrosim.run.checkpoint import Checkpoint, checkpoint_of
-    from hydrosim.simulation import simulate
+    from hydrosim.simulation import simulate_data
 
     checkpoint = Checkpoint(checkpoint_of(result), every, resume, print_status)
     scene = open_start(case.scene())
@@ -511,4 +519,4 @@ def simulate_with_progress(
             report(time - start, scene.duration, done)
             reached = time
 
-        return simulate(scene, tell, checkpoint)
+        return simulate_data(scene, tell, checkpoint)

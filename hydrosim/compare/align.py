@@ -33,11 +33,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import scipy
-import xarray as xr
 from pydantic import AfterValidator, BeforeValidator, PrivateAttr, StrictBool, StrictInt, StrictStr
 
 from hydrosim.dofs import DOFS
@@ -52,6 +51,9 @@ from hydrosim.files.text import Source, name_and_unit, readable_unit, require_fi
 from hydrosim.files.units import AnyQuantity, Scale, factor, problem, value_text
 from hydrosim.files.yaml_nodes import locate_value, place_text
 from hydrosim.results.channels import Channel
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def _unit(text: str) -> str:

@@ -15,11 +15,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from math import inf, isnan, log
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy
-import xarray as xr
 
 from hydrosim.compare.align import (
     ChannelPair,
@@ -33,6 +32,9 @@ from hydrosim.compare.align import (
 from hydrosim.files.recordings import Recording
 from hydrosim.files.units import factor
 from hydrosim.results.channels import match_channels, recorded_channels
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Two series over the same times: correlation, bands; gain, lag and offset between them.
 

@@ -12,17 +12,19 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy
-import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.files.series import unit_of
 from hydrosim.results.ledger import RELATIVE
 from hydrosim.results.runs_file import RUN, with_keys
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Differences that are not tested: durations, and codes such as the basis of extremes.
 

@@ -23,6 +23,7 @@ from hydrosim.integrate.state import GRID_POINT, rounding_at
 from hydrosim.jit.waiting import Torn
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.multibody.tree import record_angles
+from hydrosim.results.run_data import as_xarray
 from hydrosim.run.checkpoint import Checkpoint, CheckpointWriter
 from hydrosim.run.course import RunInProgress
 from hydrosim.run.error_estimate import estimate_error
@@ -114,7 +115,7 @@ class Simulation:
             self._torn = True
             raise
         if course.has_failed:
-            course.dataset(last=False)  # raises
+            course.data(last=False)  # raises
 
     def run(self) -> xr.Dataset:
         """Advance to the end; returns the dataset."""
@@ -131,7 +132,7 @@ class Simulation:
             course = self._course
             measured = self.ended and can_measure_error(course)
             estimate = estimate_error(course.compiled, course.run) if measured else None
-            return course.dataset(estimate, last=False)
+            return as_xarray(course.data(estimate, last=False))
 
     def save(self, path: str | Path) -> Path:
         """Write a checkpoint, from which `Simulation` goes on; returns its path. An earlier
@@ -221,7 +222,7 @@ class Simulation:
                 " step. Begin anew, or go on from a checkpoint."
             )
         if self._course.has_failed:
-            self._course.dataset(last=False)
+            self._course.data(last=False)
 
     def _next_grid_time(self) -> float:
         """The next point of the grid."""

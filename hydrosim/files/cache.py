@@ -22,7 +22,6 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from platform import python_version
 
@@ -34,6 +33,8 @@ NUMERICAL = ("numpy", "scipy", "numba", "llvmlite")
 
 def version_of(package: str) -> str:
     """Version of an installed package."""
+    from importlib.metadata import PackageNotFoundError, version  # slow to load
+
     try:
         return version(package)
     except PackageNotFoundError:

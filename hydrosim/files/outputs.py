@@ -307,7 +307,12 @@ def content(path: Path) -> str | None:
 def save_picture(figure: Figure, target: Path | Output, **options: Any) -> Path:
     """Write a figure of matplotlib in the format of the suffix; return its path."""
     output = as_output(target, "picture")
-    key = "Software" if output.path.suffix == ".png" else "Creator"
+    is_png = output.path.suffix == ".png"
+    key = "Software" if is_png else "Creator"
+    engine = figure.get_layout_engine()
+    if is_png and engine is not None and not options:  # otherwise matplotlib draws it twice
+        engine.execute(figure)
+        figure.set_layout_engine(None)
     with output.write_complete() as path:
         figure.savefig(path, metadata={key: output.mark}, **options)
     return output.path

@@ -234,6 +234,10 @@ class CoordinateQuantity(Quantity):
 
     turn_unit: str = ""
 
+    def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
+        written = core_schema.plain_serializer_function_ser_schema(float)
+        return core_schema.no_info_plain_validator_function(self.read, serialization=written)
+
     def read(self, value: object) -> float:
         """The value in SI; raises PydanticCustomError if it is not such a quantity."""
         if isinstance(value, CoordinateValue):

@@ -16,7 +16,6 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from importlib.machinery import EXTENSION_SUFFIXES
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import llvmlite
@@ -120,8 +119,9 @@ def root_giving(*types: type) -> Callable[[Callable[..., Any]], Any]:
 
 
 def _make_kernel(kind: Callable[..., Any], function: Callable[..., Any]) -> Any:
-    home = Path(function.__code__.co_filename)
-    if PACKAGE in home.parents and home.relative_to(PACKAGE).parts[0] not in SOURCES:
+    home = function.__code__.co_filename
+    _, inside, place = home.partition(f"{PACKAGE}{os.sep}")
+    if inside and place.partition(os.sep)[0] not in SOURCES:
         raise ImportError(f"{home} defines a kernel; add it to SOURCES in hydrosim/jit/kernels.py")
     return kind(function, kernel_folder)
 

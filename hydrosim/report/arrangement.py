@@ -6,10 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from html import escape
 from math import cos, floor, log10, sin
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.dofs import about_z
 from hydrosim.elements.line.winch import Winch
@@ -20,6 +19,9 @@ from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
 from hydrosim.scene.links import Compensator, Spring, Strut
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DRAWING_WIDTH = 720.0
 DRAWING_MARGIN = 70.0

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.dofs import about_z
 from hydrosim.elements.line.catenary import Catenary
@@ -35,6 +34,9 @@ from hydrosim.report.sentences.sections import title_of
 from hydrosim.scene import JointType, Scene
 from hydrosim.scene.contacts import Contact, Fender, Landing
 from hydrosim.scene.links import Compensator, Spring, Strut
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MAX_REPLAY_BYTES = 2_200_000  # bytes of all moments, as 32-bit numbers
 ENLARGEMENTS = (1, 2, 5, 10, 20, 50)  # of motions

@@ -9,11 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
-import xarray as xr
 
 from hydrosim.case.load import load_case
 from hydrosim.dofs import about_z
@@ -32,6 +31,9 @@ from hydrosim.scene import Body, Box, ChangedDatabase, Family, Scene, TankMesh
 from hydrosim.scene.body import TankShape
 from hydrosim.scene.contacts import Contact, Fender, Landing
 from hydrosim.water.components import WaveComponents, sea
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DECK_HEIGHT_RATIO = 1.2  # times the draught: depth of a hull whose recipe gives none
 UNKNOWN_BOX_SIDE_M = 10.0  # m: side of the box for a body of unknown size

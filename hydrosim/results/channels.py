@@ -23,16 +23,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from itertools import permutations, product
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.files.messages import suggestion
 from hydrosim.files.series import columns_of, select
 from hydrosim.files.text import Source
 from hydrosim.files.yaml_nodes import with_hint
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RUN = Source(Path("run"))
 LINKS = (

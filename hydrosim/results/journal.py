@@ -16,11 +16,10 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 from zlib import crc32
 
 import numpy as np
-import xarray as xr
 from numpy.lib.recfunctions import repack_fields
 
 from hydrosim.errors import InputError
@@ -35,6 +34,9 @@ from hydrosim.results.runs_file import (
     common_attributes,
     open_runs,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FIRST_RUN_FILE = "first.nc"
 RUNS = "runs"
@@ -264,6 +266,8 @@ def _forms(of: xr.Dataset) -> list[Any]:
 
 
 def first_of(folder: Path) -> xr.Dataset | None:
+    import xarray as xr  # slow to load
+
     path = folder / FIRST_RUN_FILE
     if not path.is_file():
         return None
@@ -327,6 +331,8 @@ def read_unfinished(folder: Path) -> xr.Dataset:
     complete have NaN or -1, and the status "not run". Variables of a thousand or more values per
     run are left out. The attribute ``gathered`` says how many runs are complete. Nothing in the
     folder is changed, and the study may continue meanwhile."""
+    import xarray as xr  # slow to load
+
     if not (folder / RUNS).is_file():
         raise InputError(f"{folder}: has no runs of a sweep{_expected_folder_text(folder)}.")
     if not (folder / KNOWN).is_file():

@@ -47,9 +47,10 @@ from hydrosim.integrate.names import (
 from hydrosim.integrate.record import states_at, unpack_channels, with_states
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.results import memory
-from hydrosim.results.dataset import RECORDED, new_dataset
+from hydrosim.results.dataset import RECORDED
 from hydrosim.results.ledger import check_balance
 from hydrosim.results.phases import add_stage_results, group_phases
+from hydrosim.results.run_data import new_run_data
 from hydrosim.results.variables import EARTH_FRAME, describe, unit_coordinates
 from hydrosim.water.components import WaveComponents
 from hydrosim.water.loads import elevations
@@ -105,7 +106,7 @@ def to_dataset(
     history: VelocityHistory,
     attributes: Mapping[str, object],
 ) -> xr.Dataset:
-    """Dataset of the first ``count`` records with ``attributes``, the waves of the ``sea`` at the
+    """`RunData` of the first ``count`` records with ``attributes``, the waves of the ``sea`` at the
     probes, and the velocity ``history`` at the end."""
     values = unpack_channels(model, record, count)
     time = values["time"]
@@ -138,7 +139,7 @@ def to_dataset(
     memories, of_memory = memory.encode_history(scene, model, history)
     of_scene = _scene_coordinates(scene, time)
     coords = {**of_scene, **unit_coordinates(data, of_scene), **of_states, **of_memory}
-    dataset = new_dataset({**data, **states, **memories}, coords)
+    dataset = new_run_data({**data, **states, **memories}, coords)
     describe(dataset)
     dataset = add_stage_results(dataset, remembered_groups(model, values["y"]))
     dataset.attrs.update({k: v for k, v in attributes.items() if v is not None})

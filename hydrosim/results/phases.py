@@ -180,9 +180,9 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Data
     `FIGURES`. They are NaN for groups that are not in ``groups``."""
     if not groups or run.sizes["time"] == 0:
         return run
-    load = run.fender_normal_force.groupby("fender_group").sum()
-    load = load.rename(fender_group="contact_group").sel(contact_group=run.contact_group)
-    load = load.transpose("time", "contact_group").drop_attrs()
+    normal, group_of_fender = run.fender_normal_force.values, run.fender_group.values
+    loads = [np.nansum(normal[:, group_of_fender == g], 1) for g in run.contact_group.values]
+    load = np.stack(loads, axis=1)
     count = run.sizes["contact_group"]
     weight = np.full(count, np.nan)
     impulse = np.full(load.shape, np.nan)
@@ -193,16 +193,24 @@ def add_stage_results(run: xr.Dataset, groups: Sequence[GroupMemory]) -> xr.Data
         weight_at_group = memory.y
         impulse[:, k] = weight_at_group[:, group.GROUP_IMPULSE]
         weight[k] = memory.weight or np.nan
-        parts = GroupLoad(
-            run.time.values, impulse[:, k], load.values[:, k], weight[k]
-        ).transfer_times()
+        parts = GroupLoad(run.time.values, impulse[:, k], load[:, k], weight[k]).transfer_times()
         here = run.isel(time=-1, fender=run.fender_group.values == run.contact_group.values[k])
-        times[k] = _stage_times(weight_at_group[-1], parts, bool(np.all(here.fender_mode == OPEN)))
+        times[k] = _stage_times(
+            weight_at_group[-1], parts, bool(np.all(here.fender_mode.values == OPEN))
+        )
         figures[k] = [*_stage_figures(weight_at_group[-1]), -here.fender_compression.max()]
     over = ("contact_group",)
     variables = {
-        "contact_load": (load.dims, load.values, _attributes("sum of the normal forces", "N")),
-        GROUP_IMPULSE: (load.dims, impulse, _attributes("integral of the normal forces", "N s")),
+        "contact_load": (
+            ("time", *over),
+            load,
+            _attributes("sum of the normal forces", "N"),
+        ),
+        GROUP_IMPULSE: (
+            ("time", *over),
+            impulse,
+            _attributes("integral of the normal forces", "N s"),
+        ),
         STAGE_TIME: ((*over, "stage"), times, _attributes("time of a stage", "s")),
         **{
             name: (over, values, _attributes(*meaning))

@@ -6,13 +6,15 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import netCDF4
 import numpy as np
-import xarray as xr
 
 from hydrosim.results.dataset import differing
+
+if TYPE_CHECKING:
+    import netCDF4
+    import xarray as xr
 
 RUN = "run"
 NOT_RUN = "not run"
@@ -38,6 +40,8 @@ def open_runs(path: Path) -> xr.Dataset | None:
     """Runs in a netCDF file of many runs; None if the file is of another kind."""
     if not os.path.isfile(path):
         return None
+    import xarray as xr  # slow to load
+
     try:
         runs = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, ValueError, RuntimeError):
@@ -86,6 +90,9 @@ class RunsWriter:
         mark: str = "",
         attributes: Mapping[str, str] | None = None,
     ) -> None:
+        import netCDF4
+        import xarray as xr
+
         self._file = netCDF4.Dataset(path, "w", format="NETCDF4")
         self._file.set_auto_maskandscale(False)
         self._last: xr.Dataset | None = None

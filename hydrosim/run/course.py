@@ -20,6 +20,7 @@ from hydrosim.jit.refs import StructReference, clear_references
 from hydrosim.jit.waiting import Torn, running_time
 from hydrosim.results.ledger import ErrorEstimate, add_error_estimate, append_warnings
 from hydrosim.results.output import to_dataset
+from hydrosim.results.run_data import as_xarray
 from hydrosim.run.checkpoint import Checkpoint, CheckpointWriter
 from hydrosim.run.failure import failure, find_blow_up
 from hydrosim.run.functions import delay_warnings, function_attributes, repeatability_warnings
@@ -172,9 +173,9 @@ class RunInProgress:
         """Whether the run has ended as it should."""
         return self._status == "complete" and not self.has_failed
 
-    def dataset(self, estimate: ErrorEstimate | None = None, last: bool = True) -> xr.Dataset:
-        """The dataset of the run until now, with the ``estimate`` of its error. After the ``last``
-        dataset the course is of no use: it lets go of the waves over time. Raises SimulationError
+    def data(self, estimate: ErrorEstimate | None = None, last: bool = True) -> xr.Dataset:
+        """The `RunData` of the run until now, with the ``estimate`` of its error. After the
+        ``last`` the course is of no use: it lets go of the waves over time. Raises SimulationError
         with the dataset if the run cannot continue."""
         compiled = self.compiled
         run = self.run
@@ -197,7 +198,7 @@ class RunInProgress:
             add_error_estimate(dataset, estimate)
         if message:
             errors = (error for _, error in function_errors(scene.forces))
-            raise SimulationError(message, dataset) from next(errors, None)
+            raise SimulationError(message, dataset, as_xarray) from next(errors, None)
         return dataset
 
     def _attributes(

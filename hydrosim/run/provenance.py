@@ -8,7 +8,6 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.compile.restart import HEADINGS, MET, started_from
 from hydrosim.errors import InputError
@@ -20,6 +19,8 @@ from hydrosim.results.ledger import ACCURACY
 from hydrosim.run.functions import EXTERNAL_FORCES
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.compile.compiled import Compiled
     from hydrosim.scene import Scene
 

@@ -521,3 +521,7 @@ class SpringDamper(CoordinateElement):
     def drag(self) -> float:
         """The quadratic damping."""
         return self.quadratic_damping
+
+
+AnyCoordinateElement = SpringDamper | GasSpring | Stop | DryFriction
+"""The elements along any coordinate, of which case files have one each."""

@@ -23,11 +23,10 @@ import json
 from collections.abc import Iterator, Mapping
 from functools import partial
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
-import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import CYCLES_SUFFIX
@@ -36,6 +35,9 @@ from hydrosim.results.runs_file import with_keys
 from hydrosim.results.validation import DESIGN
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY
 from hydrosim.statistics.results import LOWEST_ATTRIBUTE
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CYCLIC = "cyclic"
 BOOTSTRAP_SEED = 1  # so that intervals of the same runs are the same

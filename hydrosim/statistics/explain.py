@@ -19,14 +19,16 @@ Forces of joints whose motions are coordinates are not integrated: on bodies of 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.results.phases import CONTACT_WEIGHT, STAGE_TIME, STAGES, Phase
 from hydrosim.results.variables import describe_coordinates, units_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DIRECTION_AXES = {"surge": "x", "sway": "y", "heave": "z"}
 SHOWN_FRACTION = 1e-6
@@ -81,6 +83,8 @@ def explain_run(run: xr.Dataset, start: float = -np.inf, until: float = np.inf) 
     They are NaN if a run has no such stage, or a contact no slip in it.
 
     Raises InputError if the run has no impulses, or fewer than two output times in the interval."""
+    import xarray as xr  # slow to load
+
     missing = [name for name in REQUIRED_VARIABLES if name not in run]
     if missing:
         raise InputError(f"found a run without {', '.join(missing)}; {IMPULSES_HINT}.")
@@ -145,6 +149,8 @@ def _stage_while(name: str, during: np.ndarray) -> ExplainedStage:
 
 def _explain_stage(run: xr.Dataset, stage: ExplainedStage) -> xr.Dataset:
     """Variables of one stage."""
+    import xarray as xr  # slow to load
+
     begin, end = stage.begin or 0, stage.end or 0
     d = run[_integral_names(run)].isel(time=end) - run[_integral_names(run)].isel(time=begin)
     ends = run.time.values[[begin, end]]
@@ -192,6 +198,8 @@ CONTACTS = {
 
 def _contact_variables(d: xr.Dataset, run: xr.Dataset, time: float) -> dict[str, xr.DataArray]:
     """Variables of the contacts in a stage of this ``time`` [s], from the changes ``d``."""
+    import xarray as xr  # slow to load
+
     slipped = d.contact_time.sel(contact_mode="slip", drop=True)
     slipped = slipped.where(slipped > 0.0)
     load = d.contact_impulse.sel(contact_mode="slip", drop=True) / slipped

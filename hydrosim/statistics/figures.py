@@ -28,10 +28,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from math import inf, isnan, nan
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.case.criteria import CRITERIA
 from hydrosim.errors import InputError
@@ -40,6 +39,9 @@ from hydrosim.results.phases import Phase
 from hydrosim.results.runs_file import COMPLETE
 from hydrosim.statistics.effects import PlanRuns, combinations
 from hydrosim.statistics.results import LOWEST_ATTRIBUTE, RunResults, StageResult
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MEAN_DIFFERENCE_FRACTION = 0.01
 FENDER_NORMAL_FORCE = "fender_normal_force"
@@ -190,6 +192,8 @@ class ScalarResult(NamedTuple):
     def evaluate(self, results: RunResults) -> xr.DataArray:
         """The number, with its unit; NaN where the run is never in that phase. Raises InputError
         where the run has no such channel or no contacts whose phases there could be."""
+        import xarray as xr  # slow to load, and few runs have such a result
+
         run = results.run
         values, unit = channel_series(run, self.channel)
         times = _times(run, self)

@@ -11,10 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.files.messages import suggestion
@@ -30,6 +29,9 @@ from hydrosim.statistics.explain import (
     explain_run,
 )
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # Contact and friction in a run: time in each mode, slip, crawl by phase.
 
 AVERAGING_TIME = 60.0  # s: the position is averaged over this time at both ends of a phase
@@ -38,6 +40,8 @@ AVERAGING_TIME = 60.0  # s: the position is averaged over this time at both ends
 def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
     """Time fraction in each mode and slip of each fender. For each group of fenders, time fraction
     of each phase, and crawl of each body in it."""
+    import xarray as xr  # slow to load
+
     modes, phase = run.fender_mode, run.contact_phase.transpose("contact_group", "time").values
     names = modes.attrs["flag_meanings"].split()
     share = np.array([(modes.values == k).mean(axis=0) for k in range(len(names))])
@@ -66,6 +70,8 @@ def contact_statistics(run: xr.Dataset) -> dict[str, xr.DataArray]:
 
 def phase_durations(run: xr.Dataset) -> xr.DataArray:
     """How long each group of contacts is in each phase [s] (contact_group, phase)."""
+    import xarray as xr  # slow to load
+
     phase = run.contact_phase.transpose("contact_group", "time").values
     span = np.ptp(run.time.values)
     time = np.array([[np.mean(of == phase) * span for phase in Phase] for of in phase])
@@ -78,7 +84,7 @@ def crawl(run: xr.Dataset) -> xr.DataArray:
     """Path length of the contact nodes (time, fender, axis) since the start [m]. While open, a node
     stays at the point of last contact; NaN before the first contact."""
     node = run.fender_node.transpose("time", "fender", "axis")
-    gone = (node - node[0]).values
+    gone = node.values - node.values[0]
     rows = np.arange(run.sizes["time"])[:, None]
     touches = run.fender_mode.transpose("time", "fender").values > 0
     last = np.maximum.accumulate(np.where(touches, rows, -1))
@@ -158,7 +164,8 @@ class RunResults:
 
     def group(self, name: str | None) -> str:
         """The group of contacts of this name, or the only one; InputError if there is none."""
-        groups = [str(group) for group in self.run.get("contact_group", xr.DataArray([])).values]
+        names = self.run["contact_group"].values if "contact_group" in self.run.dims else ()
+        groups = [str(group) for group in names]
         if name in groups or (name is None and len(groups) == 1):
             return name or groups[0]
         if not groups:
@@ -332,5 +339,7 @@ def _sum_of_values(values: xr.DataArray) -> float:
 def _scalar_result(
     number: float, unit: str, asked: StageResult | MotionCauseResult
 ) -> xr.DataArray:
+    import xarray as xr  # slow to load
+
     lowest = {} if asked.result in SIGNED_RESULTS else {LOWEST_ATTRIBUTE: 0.0}
     return xr.DataArray(number, attrs={"long_name": str(asked), "units": unit, **lowest})

@@ -22,7 +22,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
-from scipy.linalg import solve_toeplitz
 
 SMOOTHING_NEIGHBOURS = 4  # neighbours in the spectrum
 SERIES_BINS = 1024  # of a series whose slow parts are computed
@@ -68,7 +67,7 @@ def prediction_errors(x: np.ndarray) -> tuple[np.ndarray, int]:
     power = np.abs(np.fft.rfft(z, 2 * z.size)) ** 2
     covariance = np.fft.irfft(power)[: PREDICTED_BY + 1]
     covariance[0] *= 1.0 + NOISE_FRACTION
-    weights = solve_toeplitz(covariance[:-1], covariance[1:])
+    weights = scipy.linalg.solve_toeplitz(covariance[:-1], covariance[1:])
     errors = scipy.signal.lfilter(np.concatenate([[1.0], -weights]), 1.0, z)
     errors[:PREDICTED_BY] = 0.0
     return np.asarray(errors), stride

@@ -16,12 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MAX_HEADING_GAP = np.radians(45.0)  # largest distance of headings that are interpolated
 ROUNDING_RAD = 1e-9  # rad

@@ -15,7 +15,7 @@ from hydrosim.files.schema_class import ByKind
 from hydrosim.files.units import problem
 from hydrosim.scene.contacts import Fender, Landing
 from hydrosim.scene.damping import LinearDamping, QuadraticDamping, ViscousRoll
-from hydrosim.scene.links import Compensator, DryFriction, GasSpring, SpringDamper, Stop
+from hydrosim.scene.links import AnyCoordinateElement, Compensator
 from hydrosim.scene.loads import AppliedForce, CurrentLoad, WindLoad
 from hydrosim.scene.restraints import Bushing, LinearMooring
 
@@ -36,10 +36,7 @@ AnyElement = Annotated[
     | Lines
     | StrutEntry
     | TorsionSpringEntry
-    | SpringDamper
-    | GasSpring
-    | Stop
-    | DryFriction
+    | AnyCoordinateElement
     | Bushing
     | LinearDamping
     | QuadraticDamping

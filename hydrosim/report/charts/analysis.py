@@ -6,9 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
@@ -23,6 +23,9 @@ from hydrosim.files.document_layout import digits_of
 from hydrosim.files.outputs import Output, save_picture
 from hydrosim.report.charts.panels import COLOURS, STYLES, axis_label, wrap_title
 from hydrosim.scene import TankMesh, TankTable
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEGLIGIBLE_RESPONSE_RATIO = 1e-6  # of the largest motion: it has no phase
 

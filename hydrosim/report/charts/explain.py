@@ -7,9 +7,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 from textwrap import fill, shorten
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -37,6 +37,9 @@ from hydrosim.statistics.explain import (
     significant_entries,
     stages_with_values,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LITTLE = 1e-3  # of the largest impulse: less is not drawn
 MAX_GROUP_NAME_LETTERS = 9  # letters of a group's name that fit beside a panel

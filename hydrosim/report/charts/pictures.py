@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
 from hydrosim.case.tables import plain, seas
@@ -41,6 +41,9 @@ from hydrosim.results.channels import channel_names, channel_series, group_by_si
 from hydrosim.results.phases import Phase as Named
 from hydrosim.results.phases import is_operation, transferred_fraction
 from hydrosim.statistics.results import crawl
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEGLIGIBLE_MOTION = 1e-6  # m or rad: smaller motions count as none
 NEGLIGIBLE_LOAD_RATIO = 1e-9  # of the largest load of a joint
@@ -197,7 +200,7 @@ def energies(run: xr.Dataset) -> list[Panel]:
         stores = {
             name.removeprefix(start).replace("_", " "): run[name].values
             for name in map(str, run.data_vars)
-            if name.startswith(start) and run[name].any()
+            if name.startswith(start) and run[name].values.any()
         }
         panels += [_line_panel(run, label, "J", stores)] if stores else []
     return [*panels, _line_panel(run, "residual", "J", {"": run.energy_residual.values})]
@@ -285,11 +288,12 @@ def _motions_together(run: xr.Dataset) -> Iterator[Panel]:
 def _moving_dofs(run: xr.Dataset) -> dict[str, list[str]]:
     """Bodies that move in each degree of freedom; all bodies if none moves at all."""
     reach = run.position.max("time") - run.position.min("time")
-    moves = reach > NEGLIGIBLE_MOTION if (reach > NEGLIGIBLE_MOTION).any() else reach >= 0.0
+    moves = reach > NEGLIGIBLE_MOTION
+    moves = moves if moves.values.any() else reach >= 0.0
     return {
-        str(dof): [str(body) for body in run.body.values[moves.sel(dof=dof)]]
+        str(dof): [str(body) for body in run.body.values[moves.sel(dof=dof).values]]
         for dof in run.dof.values
-        if moves.sel(dof=dof).any()
+        if moves.sel(dof=dof).values.any()
     }
 
 
@@ -298,7 +302,7 @@ def _position_of_body(run: xr.Dataset, body: str, dof: str) -> np.ndarray:
 
 
 def _elevation_panels(run: xr.Dataset) -> Iterator[Panel]:
-    if run.wave_elevation.any():
+    if run.wave_elevation.values.any():
         yield _line_panel(run, "wave elevation", "m", {"": run.wave_elevation.values})
     if "wind_speed" in run:
         yield _line_panel(run, "wind speed", "m/s", {"": run.wind_speed.values})
@@ -334,7 +338,7 @@ def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
 
 def _panels_by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
     """A panel of a variable of joint motions or drives for slides, and one for turns."""
-    if name not in run or not run[name].any():
+    if name not in run or not run[name].values.any():
         return
     every = _lines_of(run[name], str(run[name].dims[-1]))
     units = {motion: unit_of(run[name].attrs, [motion]) for motion in every}

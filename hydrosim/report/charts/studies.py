@@ -10,10 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from textwrap import fill, shorten
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -28,6 +27,9 @@ from hydrosim.report.charts.panels import COLOURS, axis_label, wrap_title
 from hydrosim.report.sentences.limits import distinct_lines, side_of
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MAX_LETTERS_OF_NAME = 12
 MAX_LETTERS_OF_ALL_NAMES = 54

@@ -7,7 +7,6 @@ from math import degrees, isfinite, isnan, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.analysis.line import LineResponse, StillLine, angle_at_fairlead
 from hydrosim.dofs import DOFS
@@ -31,6 +30,8 @@ from hydrosim.report.sentences.sections import lines_of, title_of
 from hydrosim.scene import Scene, TankTable
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.analysis.ballast import Condition, PumpPlan, TankState
 
 MAX_SHARES = 3

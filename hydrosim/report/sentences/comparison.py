@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -28,6 +28,9 @@ from hydrosim.files.document_nodes import (
 )
 from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, Sections, build_sections, lines_of
 from hydrosim.report.sentences.series import CHARTS_NOTE
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COMPARISON_VARIABLES = ("ours", "recorded", "residual", "verdict")
 RMS_SHARES = (1e-3, 0.01, 0.1)

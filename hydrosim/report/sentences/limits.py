@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
@@ -26,6 +26,9 @@ from hydrosim.files.document_nodes import (
 from hydrosim.report.sentences import sections
 from hydrosim.statistics.weather import MAX_HEADING_GAP, image_of, without_images
 from hydrosim.statistics.weather import MIRROR_REASON as SIDES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LIMIT_VARIABLES = ("limit", "low", "high", "governing")
 ASSUMPTION_LABELS = {

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.joint.locks import CLOSED as CLOSED_JOINT
@@ -44,6 +43,8 @@ from hydrosim.results.phases import FIGURES, STAGE_TIME
 from hydrosim.statistics.figures import Criterion, criteria_of
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from hydrosim.study.converge import ConvergenceStudy, ConvergenceTrial
 
 # Stages of groups of contacts, and impacts where contacts close.
@@ -54,8 +55,8 @@ def stage_nodes(run: xr.Dataset) -> Iterator[Node]:
     stage are left out, and a run without groups has no table."""
     if STAGE_TIME not in run:
         return
-    reached = run[STAGE_TIME].notnull().any("stage")
-    groups = run.isel(contact_group=np.flatnonzero(reached.values))
+    times = run[STAGE_TIME].transpose("contact_group", "stage").values
+    groups = run.isel(contact_group=np.flatnonzero(np.isfinite(times).any(axis=1)))
     if groups.sizes["contact_group"]:
         head = ("stage or figure", *map(str, groups.contact_group.values))
         yield Table(head, [*_stage_time_rows(groups), *_stage_figure_rows(groups)], "Stages")
@@ -412,7 +413,7 @@ def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
 def _line_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     for name in map(str, run.spring.values):
         line = run.sel(spring=name)
-        slack = Value(float(np.mean(line.spring_mode == 0)), "share", 2)
+        slack = Value(float(np.mean(line.spring_mode.values == 0)), "share", 2)
         yield [name, *_tension_cells(run, line.spring_tension), slack]
 
 
@@ -432,7 +433,7 @@ def _compensator_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
 def _tension_cells(run: xr.Dataset, tension: xr.DataArray) -> list[Cell]:
     """Tension (nt,) at the start of a run, its mean, its largest value."""
     start: Cell = "" if is_part(run) else Value(float(tension[0]), "N")
-    return [start, Value(float(tension.mean()), "N"), Value(float(tension.max()), "N")]
+    return [start, Value(float(tension.values.mean()), "N"), Value(float(tension.max()), "N")]
 
 
 def _winch_rows(run: xr.Dataset) -> Iterator[list[Cell]]:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, TypeVar
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from hydrosim.case.criteria import TITLE_BLOCK
 from hydrosim.case.tables import case_tables, plain, seas, shorten_path
@@ -24,6 +22,9 @@ from hydrosim.files.document_nodes import (
     warnings,
 )
 from hydrosim.scene import Place
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Result = TypeVar("Result")
 SectionBuilder = Callable[[Result], Iterator[Node]]

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.dofs import DOFS
 from hydrosim.files.display_units import units_of
@@ -56,6 +55,9 @@ from hydrosim.statistics.over_seeds import (
     find_extremes,
 )
 from hydrosim.statistics.results import crawl
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHART_ROUNDING_FRACTION = 1e-9
 """Of the largest of a chart's lines: what is less throughout is rounding."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.case.tables import plain
 from hydrosim.files.display_units import unit_of_dof, units_of
@@ -37,6 +36,9 @@ from hydrosim.statistics.extremes import LAWS, ExtremeModel
 from hydrosim.statistics.gumbel import VALUES_FOR_INTERVAL
 from hydrosim.statistics.over_seeds import UNIT_DIMS
 from hydrosim.statistics.statistics import EXTREME_SIDES, STATISTIC_NAMES, statistics
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Channels in statistics: names and units.
 

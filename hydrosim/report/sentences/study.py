@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
@@ -56,6 +56,9 @@ from hydrosim.results.validation import DESIGN
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import SAMPLED_DESIGNS, Difference, EffectRow, PlanRuns
 from hydrosim.statistics.figures import Criterion, JudgedCriterion, judge_plan, judge_study
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Figures of all plans of a study in one table: a row for each value.
 

@@ -9,49 +9,36 @@ dissipated.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from hydrosim.elements.link.coordinate import CoordinateElement
-from hydrosim.elements.link.law import ANYWHERE, Link, load_and_place
+from hydrosim.elements.link.law import ANYWHERE, LinkClass, load_and_place
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import SEGMENT, SEGMENT_MARGIN
+from hydrosim.scene.links import HydraulicDamper
 
 RETRACTED, IN_STROKE, EXTENDED = range(3)
 DAMPER = np.dtype([(name, float) for name in ("oil", "orifice", "low", "high", "stop")])
 
 
-@dataclass(frozen=True, kw_only=True)
-class HydraulicDamper(CoordinateElement, Link):
-    """The stiffness of its ``oil`` [N/m], the damping of its ``orifice`` [N s/m], the ``shortest``
-    and the ``longest`` place [m] of its stroke, and the stiffness of its ``stop`` [N/m]; of a twist
-    the same in radians and N m."""
+def law_fields(damper: HydraulicDamper, _: np.ndarray) -> dict[str, Any]:
+    """Fields of `LINK` of a damper."""
+    fields = {"last": EXTENDED, "steepest": damper.stop, "idle": IN_STROKE, "stiff": EXTENDED}
+    return {**fields, "idle_range": ANYWHERE, "stiff_range": (damper.longest, damper.longest)}
 
-    dimension = "hydraulic_damper"
-    columns: ClassVar = load_and_place(dimension)
-    state_names: ClassVar[Sequence[str]] = ("load of the oil",)
-    oil: float
-    orifice: float
-    shortest: float
-    longest: float
-    stop: float
 
-    def law_fields(self, curve: np.ndarray) -> dict[str, Any]:
-        return {
-            "last": EXTENDED,
-            "steepest": self.stop,
-            "idle": IN_STROKE,
-            "idle_range": ANYWHERE,
-            "stiff": EXTENDED,
-            "stiff_range": (self.longest, self.longest),
-        }
+def constants(damper: HydraulicDamper) -> np.ndarray:
+    """Its constants (1,) of `DAMPER`."""
+    stroke = (damper.shortest, damper.longest, damper.stop)
+    return np.array([(damper.oil, damper.orifice, *stroke)], dtype=DAMPER)
 
-    def constants(self) -> np.ndarray:
-        stroke = (self.shortest, self.longest, self.stop)
-        return np.array([(self.oil, self.orifice, *stroke)], dtype=DAMPER)
+
+DAMPER_CLASS = LinkClass(
+    *(HydraulicDamper, "hydraulic_damper", load_and_place("hydraulic_damper"), law_fields),
+    constants=constants,
+    state_names=("load of the oil",),
+)
 
 
 @kernel
