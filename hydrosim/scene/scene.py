@@ -16,7 +16,7 @@ from hydrosim.files import quantities as of
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
-from hydrosim.scene.force import ForceElement
+from hydrosim.scene.force import BuildContext, ForceElement
 from hydrosim.scene.joint import Arrangement, Joint, arrange_joints
 
 # Solver: method, step, tolerance, and simplifications of a scene.
@@ -247,6 +247,17 @@ class Scene:
     output_accelerations: bool = False
     output_impulses: bool = False
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Elements that were written in Python as in a file get what the scene has."""
+        water = self.environment.water_density, self.environment.gravity
+        built = {
+            name: e.build_active(BuildContext(f"forces.{name}", Path("scene"), water, self.joints))
+            for name, e in self.forces.items()
+            if isinstance(e, ForceElement) and e.is_written()
+        }
+        if built:
+            object.__setattr__(self, "forces", {**self.forces, **built})
 
     @cached_property
     def arrangement(self) -> Arrangement:
