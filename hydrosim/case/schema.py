@@ -49,7 +49,7 @@ from hydrosim.scene import (
     WaveForces,
     Weight,
 )
-from hydrosim.scene.environment import Water
+from hydrosim.scene.environment import WaterProperties
 from hydrosim.scene.scene import ACCURACIES, ACCURACY, SolverSettings
 
 ROTATION_DOFS = frozenset(DOFS[3:])
@@ -68,7 +68,7 @@ Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_order_dofs)]
 
 
 @schema_class
-class EnvironmentEntry(Water):
+class EnvironmentEntry(WaterProperties):
     """Water, the waves on it, one mapping or a list of them, current and wind."""
 
     waves: Waves = ()

@@ -228,7 +228,7 @@ class Gusts:
 
 
 @schema_class
-class Water(SchemaClass):
+class WaterProperties(SchemaClass):
     """The water of a scene."""
 
     has_valid_defaults: ClassVar[bool] = True
@@ -242,7 +242,7 @@ class Water(SchemaClass):
 
 
 @schema_class
-class Environment(Water):
+class Environment(WaterProperties):
     """Water and the waves on it. ``current`` and ``wind`` act through force elements alone and do
     not change the waves. Each may have a profile, and the wind may have ``gusts``."""
 
