@@ -55,6 +55,7 @@ from hydrosim.integrate.draught_interpolation import (
 )
 from hydrosim.integrate.methods import Filters
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
+from hydrosim.multibody.articulated import accelerate_articulated
 from hydrosim.multibody.constraints import (
     Constraints,
     eliminate,
@@ -271,7 +272,13 @@ def rhs(t, y, modes, history, model, work, dy):
         add_turning(model.headings, A, model.bodies, motion, work.hulls, work.total)
     steady = model.headings.steady and not blends and model.tanks.each.size == 0
     events.find_driven_motion(t, model.elements, work.holds)
-    if may_hold(modes, model, work) or not steady:
+    held = may_hold(modes, model, work)
+    if not held and is_articulated(model):
+        contents = work.contents
+        accelerate_articulated(
+            model.bodies, contents, model.headings, A, motion, work.total, acceleration
+        )
+    elif held or not steady:
         accelerate(y, modes, model, work, acceleration)
     elif model.headings.turned.size > 0:
         accelerate_along(model, work, acceleration)
@@ -282,6 +289,17 @@ def rhs(t, y, modes, history, model, work, dy):
     events.add_drive_power(y, model.bodies, model.elements, work.holds, dy[model.energy :])
     if model.impulse < model.size:
         add_impulses(t, y, modes, model, work, dy[model.impulse :])
+
+
+@kernel
+def is_articulated(model):
+    """True for trees of joints whose bodies have no added mass in common: in the time loop their
+    accelerations take no matrix of the whole."""
+    tree = model.bodies.tree
+    families = model.family.body.size > 0
+    return (
+        tree.branches.size > 0 and model.bodies.exact and model.inertia.uncoupled and not families
+    )
 
 
 @root

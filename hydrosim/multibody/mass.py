@@ -160,7 +160,7 @@ class Inertia(NamedTuple):
     gives the steady ones among all six of each body. ``body`` (na,) and ``angle`` (na,) identify
     the turning ones. Matrices: M_tt^-1 ``inverse`` (nt, nt), M_rt ``coupling`` (3 nb, nt), G
     ``gain`` (nt, 3 nb), D ``rest`` (3 nb, 3 nb). ``alone`` is true for a body that is free and has
-    no added mass in common with another.
+    no added mass in common with another, ``uncoupled`` if no two bodies have any in common.
     """
 
     steady: np.ndarray
@@ -173,6 +173,7 @@ class Inertia(NamedTuple):
     gain: np.ndarray
     rest: np.ndarray
     alone: bool
+    uncoupled: bool
 
 
 class Turning(NamedTuple):
@@ -209,6 +210,7 @@ def constant_inertia(bodies: Bodies, added_mass: np.ndarray) -> Inertia:
         *(own_dofs[turns] // 6, own_dofs[turns] % 6 - 3),
         *(inverse, coupling, gain, added_mass[np.ix_(r, r)] - coupling @ gain),
         alone=len(M) == bodies.active.size and not _couples_bodies(added_mass),
+        uncoupled=not _couples_bodies(added_mass),
     )
 
 

@@ -18,7 +18,8 @@ those of its child. All rotations here are relative to rest, where they are the 
                     omega += a u
                     b_omega += omega x a u
 
-In `S` (6 nb, n) the column of a coordinate is the velocity of all bodies that it carries. A joint
+In S (6 nb, n) the column of a coordinate is the velocity of all bodies that it carries. Sums over
+bodies follow the tree, in place of S. A joint
 that is named from the parent's side has the sign -1: its moves are undone in reverse order.
 
 The heading of a jointed body is that of its parent plus the joint's turn about the vertical: the
@@ -41,7 +42,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.jit.kernels import clear, kernel, root, root_giving
+from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
 from hydrosim.multibody.vectors import (
     add,
     conjugate_moment,
@@ -95,13 +96,19 @@ class Tree(NamedTuple):
 
 
 class TreeScratch(NamedTuple):
-    """Scratch of a tree: ``S`` (6 nb, n). Of each body: its rotation since rest as a quaternion
-    ``turned`` (nb, 4); its ``heading`` (nb,) since rest and the ``rate`` (nb,) of that; its
-    rotation vector from there in heading axes, ``angles`` (nb, 3). Of each joint: its ``place``
+    """Scratch of a tree: ``S`` (6 nb, n), of small angles or where the whole matrix is asked for.
+    Of each coordinate: its column ``columns`` (n, 6) of S at its own body. Of each body: its
+    rotation since rest as a quaternion ``turned`` (nb, 4); its ``heading`` (nb,) since rest and the
+    ``rate`` (nb,) of that; its rotation vector from there in heading axes, ``angles`` (nb, 3). Of each joint: its ``place``
     (nj, 3), and the ``gradient`` (nj, 3) of its turn about the vertical. Of each move: its present
-    ``axes`` (nm, 3, 3)."""
+    ``axes`` (nm, 3, 3).
+
+    Of `multibody.articulated`: ``arm`` (nj, 3) of each joint, from the parent's to the child's
+    centre of gravity; wrenches or accelerations ``carried`` (6 nb,) along the tree; ``inertia``
+    (nb, 9, 3) of each body; U ``pulls`` (n, 6), s F ``pushes`` (n,) and 1 / D ``pivots`` (n,)."""
 
     S: np.ndarray
+    columns: np.ndarray
     turned: np.ndarray
     heading: np.ndarray
     rate: np.ndarray
@@ -109,6 +116,12 @@ class TreeScratch(NamedTuple):
     place: np.ndarray
     gradient: np.ndarray
     axes: np.ndarray
+    arm: np.ndarray
+    carried: np.ndarray
+    inertia: np.ndarray
+    pulls: np.ndarray
+    pushes: np.ndarray
+    pivots: np.ndarray
 
 
 NO_TREE = Tree(
@@ -125,8 +138,10 @@ def new_tree_scratch(tree: Tree) -> TreeScratch:
     """Scratch for this tree, at rest."""
     nb = tree.branch.size
     nj = tree.branches.size
+    n = tree.slopes.shape[1]
     return TreeScratch(
         tree.slopes.copy(),
+        np.zeros((n, 6)),
         np.tile([1.0, 0.0, 0.0, 0.0], (nb, 1)),
         np.zeros(nb),
         np.zeros(nb),
@@ -134,6 +149,12 @@ def new_tree_scratch(tree: Tree) -> TreeScratch:
         np.zeros((nj, 3)),
         np.zeros((nj, 3)),
         tree.moves["axes"].copy(),
+        np.zeros((nj, 3)),
+        np.zeros(6 * nb),
+        np.zeros((nb, 9, 3)),
+        np.zeros((n, 6)),
+        np.zeros(n),
+        np.zeros(n),
     )
 
 
@@ -171,17 +192,17 @@ def _small_angle_kinematics(q, u, bodies, motion):
 
 @kernel
 def _fill_roots(bodies, motion):
-    """S, rotation and heading of the bodies with coordinates of their own."""
+    """Columns, rotation and heading of the bodies with coordinates of their own."""
     tree = bodies.tree
     growth = motion.growth
     for j in range(bodies.active.size - tree.coordinates):
         i = bodies.active[j]
         if i % 6 < 3:
-            growth.S[i, j] = 1.0
+            growth.columns[j, i % 6] = 1.0
         else:
             E = motion.rate_map[i // 6]
             for a in range(3):
-                growth.S[6 * (i // 6) + 3 + a, j] = E[a, i % 6 - 3]
+                growth.columns[j, 3 + a] = E[a, i % 6 - 3]
     for b in range(bodies.each.size):
         if tree.branch[b] < 0:
             roll, pitch, yaw = vector(motion.coordinates, 6 * b + 3)
@@ -371,39 +392,55 @@ def _set_orientation(k, omega, bodies, motion):
 
 @kernel
 def _fill_columns(k, centre, bodies, motion):
-    """Rows of S of the child of joint ``k``: those of its parent, carried to its centre of gravity,
-    and the columns of its own moves."""
+    """The arm of joint ``k``, and the columns of its own moves at its child."""
     tree = bodies.tree
     growth = motion.growth
-    S = growth.S
     branch = tree.branches[k]
-    c = 6 * branch.child
-    p = 6 * branch.parent
-    for i in range(c, c + 6):
-        for j in range(S.shape[1]):
-            S[i, j] = 0.0
     if branch.parent != NO_BODY:
         origin = vector(bodies.each[branch.parent].origin, 0)
-        arm = sub(centre, add(origin, vector(motion.coordinates, p)))
-        for j in range(S.shape[1]):
-            axis = (S[p + 3, j], S[p + 4, j], S[p + 5, j])
-            swing = cross(axis, arm)
-            for i in range(3):
-                S[c + i, j] = S[p + i, j] + swing[i]
-                S[c + 3 + i, j] = axis[i]
+        parent = add(origin, vector(motion.coordinates, 6 * branch.parent))
+        _copy_vector(sub(centre, parent), growth.arm[k])
     arm = sub(centre, vector(growth.place[k], 0))
     for m in range(branch.first, branch.last):
         move = tree.moves[m]
         for a in range(3 if move.kind == BALL else 1):
             axis = scale(move.sign, vector(growth.axes[m, a], 0))
-            j = move.coordinate + a
+            column = growth.columns[move.coordinate + a]
             swing = cross(axis, arm)
             for i in range(3):
-                if move.kind == SLIDE:
-                    S[c + i, j] = axis[i]
-                else:
-                    S[c + i, j] = swing[i]
+                column[i] = axis[i] if move.kind == SLIDE else swing[i]
+                column[3 + i] = 0.0 if move.kind == SLIDE else axis[i]
+
+
+@kernel
+def _fill_slopes(bodies, motion):
+    """S from its columns at their own bodies, carried along the tree."""
+    tree = bodies.tree
+    growth = motion.growth
+    S = growth.S
+    for i in range(S.shape[0]):
+        clear(S[i])
+    for j in range(bodies.active.size - tree.coordinates):
+        k = 6 * (bodies.active[j] // 6)
+        for i in range(6):
+            S[k + i, j] = growth.columns[j, i]
+    for k in range(tree.branches.size):
+        branch = tree.branches[k]
+        c = 6 * branch.child
+        p = 6 * branch.parent
+        if branch.parent != NO_BODY:
+            arm = vector(growth.arm[k], 0)
+            for j in range(S.shape[1]):
+                axis = (S[p + 3, j], S[p + 4, j], S[p + 5, j])
+                swing = cross(axis, arm)
+                for i in range(3):
+                    S[c + i, j] = S[p + i, j] + swing[i]
                     S[c + 3 + i, j] = axis[i]
+        for m in range(branch.first, branch.last):
+            move = tree.moves[m]
+            for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):
+                for i in range(6):
+                    S[c + i, j] = growth.columns[j, i]
 
 
 @kernel
@@ -474,12 +511,40 @@ def switch_rotation_chart(q, bodies):
 @root
 def add_generalised(bodies, motion, wrench, Q):
     """Q = S^T F (n,) for the wrenches F (6 nb,)."""
-    S = motion.growth.S
-    for j in range(Q.size):
-        entry = 0.0
-        for i in range(wrench.size):
-            entry += S[i, j] * wrench[i]
-        Q[j] = entry
+    tree = bodies.tree
+    growth = motion.growth
+    if not bodies.exact:
+        S = growth.S
+        for j in range(Q.size):
+            entry = 0.0
+            for i in range(wrench.size):
+                entry += S[i, j] * wrench[i]
+            Q[j] = entry
+        return
+    F = growth.carried
+    assign(F, wrench)
+    for k in range(tree.branches.size - 1, -1, -1):
+        branch = tree.branches[k]
+        c = 6 * branch.child
+        for m in range(branch.first, branch.last):
+            move = tree.moves[m]
+            for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):
+                Q[j] = _power(growth.columns[j], F, c)
+        if branch.parent != NO_BODY:
+            p = 6 * branch.parent
+            swing = cross(vector(growth.arm[k], 0), vector(F, c))
+            for i in range(3):
+                F[p + i] += F[c + i]
+                F[p + 3 + i] += F[c + 3 + i] + swing[i]
+    for j in range(bodies.active.size - tree.coordinates):
+        Q[j] = _power(growth.columns[j], F, 6 * (bodies.active[j] // 6))
+
+
+@kernel
+def _power(column, F, k):
+    """A ``column`` (6,) times the wrench from index ``k`` on."""
+    push = dot(vector(column, 0), vector(F, k))
+    return push + dot(vector(column, 3), vector(F, k + 3))
 
 
 @root
@@ -487,6 +552,8 @@ def add_inertia(bodies, motion, M, H):
     """H = S^T M S (n, n) for M (6 nb, 6 nb), which is overwritten. Most entries of M are zero, and
     so are those of S where trees are wide."""
     S = motion.growth.S
+    if bodies.exact:
+        _fill_slopes(bodies, motion)
     size = M.shape[0]
     n = H.shape[0]
     for i in range(size):
@@ -511,10 +578,39 @@ def add_inertia(bodies, motion, M, H):
 @root
 def add_to_accelerations(x, bodies, motion, a):
     """a += S u' for the accelerations ``x`` (n,)."""
-    S = motion.growth.S
+    tree = bodies.tree
+    growth = motion.growth
+    if not bodies.exact:
+        S = growth.S
+        for i in range(a.size):
+            for j in range(x.size):
+                a[i] += S[i, j] * x[j]
+        return
+    alpha = growth.carried
+    clear(alpha)
+    for j in range(bodies.active.size - tree.coordinates):
+        _add_column(growth.columns[j], x[j], 6 * (bodies.active[j] // 6), alpha)
+    for k in range(tree.branches.size):
+        branch = tree.branches[k]
+        c = 6 * branch.child
+        if branch.parent != NO_BODY:
+            p = 6 * branch.parent
+            swing = cross(vector(alpha, p + 3), vector(growth.arm[k], 0))
+            for i in range(3):
+                alpha[c + i] = alpha[p + i] + swing[i]
+                alpha[c + 3 + i] = alpha[p + 3 + i]
+        for m in range(branch.first, branch.last):
+            move = tree.moves[m]
+            for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):
+                _add_column(growth.columns[j], x[j], c, alpha)
     for i in range(a.size):
-        for j in range(x.size):
-            a[i] += S[i, j] * x[j]
+        a[i] += alpha[i]
+
+
+@kernel
+def _add_column(column, rate, k, alpha):
+    for i in range(6):
+        alpha[k + i] += rate * column[i]
 
 
 @kernel
