@@ -307,7 +307,7 @@ class CoordinateElement(Link):
 
     def check_units(self, turns: bool) -> None:
         """Raises InputError for a value that was given in units of the other kind of coordinate."""
-        for key in type(self).__pydantic_fields__:  # type: ignore[attr-defined]
+        for key in self.schema_fields():
             value = getattr(self, key)
             if isinstance(value, CoordinateValue) and value.turns != turns:
                 kind, unit = ("a turn", value.turn_unit) if turns else ("a line", value.unit)
