@@ -24,6 +24,7 @@ from hydrosim.files.messages import Keys, Problem, suggestion
 from hydrosim.files.units import value_text
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.scene.joint import arrange_joints
+from hydrosim.scene.links import CoordinateElement
 from hydrosim.scene.signal import RecordedColumns
 
 # The output has forces of these names (`hydrosim.elements.kind`, which would load numba).
@@ -58,9 +59,9 @@ def _check_bodies(case: CaseFile) -> Iterator[Problem]:
         text = "found no degree of freedom in any body; expected one or more; nothing would move"
         yield Problem(("bodies",), text)
     for name, element in case.forces.items():
-        if element.body is not None:  # a drive may move a joint
+        if element.body is not None:  # what acts in a joint has none
             yield from _check_body(case, ("forces", name, "body"), element.body)
-        if isinstance(element, DriveEntry) and element.joint is not None:
+        if isinstance(element, DriveEntry | CoordinateElement) and element.joint is not None:
             yield from _check_joint(case, ("forces", name, "joint"), element.joint)
         for keys, other, remedy in element.body_references():
             yield from _check_other(case, name, keys, other, remedy)

@@ -150,6 +150,7 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
     """Values (n,) and unit of ``VARIABLE.SELECTION.SELECTION``."""
     name, _, rest = column.partition(".")
     labels = list[str]()
+    chosen: dict[str, int] = {}
     over_time = [str(n) for n in run.data_vars if "time" in run.variables[n].dims]
     if name not in over_time:
         source.unknown("variable over time", name, over_time)
@@ -167,6 +168,7 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
         label = max(fitting, key=len)
         dim, at = places[label]
         values = values.isel({dim: at})
+        chosen[dim] = at
         labels.append(label)
         rest = rest[len(label) + 1 :]
     values = values.squeeze([dim for dim in _other_dims(values) if values.sizes[dim] == 1])
@@ -176,7 +178,20 @@ def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, st
         source.wrong(
             f'found {value_text(column)} for every {every}; expected one, as in "{example}"'
         )
+    units = run.variables.get(f"{name}_unit")
+    if units is not None and len(units.dims) == 1:
+        return values.values.astype(float), str(units.values[chosen.get(str(units.dims[0]), 0)])
     return values.values.astype(float), unit_of(values.attrs, labels)
+
+
+def units_along(run: xr.Dataset, name: str) -> dict[str, str]:
+    """The units of a variable by the labels of its last dimension."""
+    dim = str(run[name].dims[-1])
+    labels = [*map(str, _labels_along(run, dim))]
+    units = run.variables.get(f"{name}_unit")
+    if units is not None and units.dims == (dim,):
+        return dict(zip(labels, map(str, units.values), strict=True))
+    return {label: unit_of(run[name].attrs, [label]) for label in labels}
 
 
 def unit_of(attributes: Mapping[str, object], labels: Sequence[str]) -> str:

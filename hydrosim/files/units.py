@@ -14,7 +14,7 @@ import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, isfinite, pi
 from numbers import Real
@@ -234,6 +234,10 @@ class CoordinateQuantity(Quantity):
 
     turn_unit: str = ""
 
+    def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
+        units = f"{self.unit} or {self.turn_unit}"
+        return super().__get_pydantic_json_schema__() | {"unit": units}
+
     def __get_pydantic_core_schema__(self, _: Any, __: GetCoreSchemaHandler) -> CoreSchema:
         written = core_schema.plain_serializer_function_ser_schema(float)
         return core_schema.no_info_plain_validator_function(self.read, serialization=written)
@@ -242,19 +246,13 @@ class CoordinateQuantity(Quantity):
         """The value in SI; raises PydanticCustomError if it is not such a quantity."""
         if isinstance(value, CoordinateValue):
             return value
-        if not isinstance(value, str):
+        number = NUMBER.match(value.strip()) if isinstance(value, str) else None
+        unit = str(value).strip()[number.end() :].strip() if number else ""
+        if not unit:
             return super().read(value)
-        turning = Quantity(self.what, self.turn_unit, self.example, self.above, self.at_least)
-        try:
-            number, turns = super().read(value), False
-        except PydanticCustomError:
-            try:
-                number, turns = turning.read(value), True
-            except PydanticCustomError:
-                number, turns = super().read(value), False
-        if NUMBER.fullmatch(value.strip()):
-            return number
-        read_value = CoordinateValue(number)
+        turns = _has_dimension(unit, self.turn_unit)
+        turned = replace(self, unit=self.turn_unit, turn_unit=self.unit) if turns else self
+        read_value = CoordinateValue(Quantity.read(turned, value))
         vars(read_value).update(text=value, turns=turns, unit=self.unit, turn_unit=self.turn_unit)
         return read_value
 
@@ -262,6 +260,15 @@ class CoordinateQuantity(Quantity):
     def expected_text(self) -> str:
         article = "an" if self.what[0] in "aeiou" else "a"
         return f'{article} {self.what} in {self.unit} or {self.turn_unit}, such as "{self.example}"'
+
+
+def _has_dimension(unit: str, si: str) -> bool:
+    """True if a ``unit`` converts to ``si``."""
+    try:
+        factor(unit, si)
+    except ValueError:
+        return False
+    return True
 
 
 @dataclass(frozen=True)

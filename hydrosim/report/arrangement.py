@@ -18,7 +18,7 @@ from hydrosim.files.document_nodes import Drawing, Node
 from hydrosim.report.scenery import catenaries_at_rest, keel_of, shape_of
 from hydrosim.scene import GivenComponents, Scene
 from hydrosim.scene.contacts import Contact
-from hydrosim.scene.links import Compensator, Spring, Strut
+from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +37,8 @@ PLAN, SIDE = (0, 1), (0, 2)
 SCALE_BAR_STEPS = (1.0, 2.0, 5.0, 10.0)
 Points = np.ndarray
 
-STRAIGHT_LINES = (Spring, Strut, Winch, Compensator)  # lines from a point to an anchor
+STRAIGHT_LINES = (Spring, Strut, Winch, Compensator, CoordinateElement)
+"""Classes of lines from a point to an anchor."""
 
 
 class DrawnBody(NamedTuple):
@@ -108,7 +109,7 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
             to_earth(element.anchor_body, element.anchor),
         )
         for name, element in scene.forces.items()
-        if isinstance(element, STRAIGHT_LINES)
+        if isinstance(element, STRAIGHT_LINES) and element.point is not None
     ]
     lines += [DrawnLine(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
     joints = {

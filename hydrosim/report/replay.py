@@ -31,9 +31,10 @@ from hydrosim.report.scenery import (
 )
 from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
+from hydrosim.results.channels import COORDINATE_LINKS
 from hydrosim.scene import JointType, Scene
 from hydrosim.scene.contacts import Contact, Fender, Landing
-from hydrosim.scene.links import Compensator, Spring, Strut
+from hydrosim.scene.links import Compensator, CoordinateElement, Spring, Strut
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +50,7 @@ ENLARGED_NOTE = (
 )
 JOINT_HALF_LENGTH = 0.55  # of the size of its body
 JOINT_HALF_WIDTH = 0.012  # of the size of the scene: half its side
-LINE_ELEMENTS = (Spring, Strut, Catenary, Winch, Compensator)
+LINE_ELEMENTS = (Spring, Strut, Catenary, Winch, Compensator, CoordinateElement)
 LOAD_VARIABLES = {
     Spring: ("spring_tension", "spring"),
     Catenary: ("line_tension", "line"),
@@ -57,7 +58,8 @@ LOAD_VARIABLES = {
     Compensator: ("compensator_tension", "compensator"),
     Strut: ("strut_force", "strut"),
 }
-SCALAR_KINDS = ("spring", "strut", "winch", "compensator", "tank")  # with one value a record
+SCALAR_KINDS = ("spring", "strut", "winch", "compensator", "tank", *COORDINATE_LINKS)
+"""Kinds with one value a record."""
 PLANE_HALF_SIDE = 0.12  # of the size of the scene: half the side of a plane without corners
 
 
@@ -269,7 +271,7 @@ def _line_frames(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
 def _ends_of_lines(scene: Scene) -> Iterator[tuple[str, tuple[str | None, Any, str | None, Any]]]:
     """Name of each line and rod; its body with the point on it, and the same of its other end."""
     for name, element in scene.forces.items():
-        if isinstance(element, LINE_ELEMENTS):
+        if isinstance(element, LINE_ELEMENTS) and element.point is not None:
             ends = element.body, element.point, element.anchor_body, element.anchor
             yield name, ends
     for name, joint in scene.joints.items():
@@ -282,5 +284,7 @@ def _load_frames(frames: xr.Dataset, scene: Scene, name: str) -> np.ndarray:
     if name in scene.joints:
         force = frames.joint_force.sel(joint=name).transpose("time", "dof").values
         return np.asarray(np.linalg.norm(force[:, :3], axis=1))
-    load, dim = LOAD_VARIABLES[type(scene.forces[name])]
+    element = scene.forces[name]
+    link = (f"{element.type}_load", element.type)
+    load, dim = link if isinstance(element, CoordinateElement) else LOAD_VARIABLES[type(element)]
     return np.asarray(frames[load].sel({dim: name}).values)

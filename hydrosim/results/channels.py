@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RUN = Source(Path("run"))
+COORDINATE_LINKS = ("spring_damper", "gas_spring", "stop", "dry_friction")
+"""Dimensions of links along any coordinate."""
 LINKS = (
     "line_*",
     "winch_*",
@@ -46,6 +48,7 @@ LINKS = (
     "pto_*",
     "bushing_*",
     "joint_*",
+    *(f"{dim}_*" for dim in COORDINATE_LINKS),
 )
 DEFAULT_CHANNELS = (
     "position.*",

@@ -125,11 +125,11 @@ def unit_coordinates(
     data: Mapping[str, tuple[tuple[str, ...], Any]], coords: Mapping[str, Any]
 ) -> dict[str, object]:
     """Coordinates with units, of ``data`` whose degrees of freedom, joint motions or drives have
-    different ones; ``coords`` has the labels of these."""
+    different ones; ``coords`` has the labels of these, and such units of links."""
     coordinates: dict[str, object] = {}
     for name, (dims, _) in data.items():
         units = VARIABLES[_name_in_table(name)].units
-        if " or " not in units:
+        if " or " not in units or f"{name}_unit" in coords:
             continue
         if "dof" in dims:
             quantity = UNITS_BY_DOF[units]

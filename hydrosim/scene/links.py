@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -20,6 +20,7 @@ from hydrosim.files.messages import Keys
 from hydrosim.files.schema_class import SchemaClass, schema_class
 from hydrosim.files.units import CoordinateQuantity, CoordinateValue, problem
 from hydrosim.scene.force import BuildContext, ForceElement, LimitedElement, Turns
+from hydrosim.scene.joint import Joint, MotionKind
 from hydrosim.scene.signal import Signal, Table, largest_corner
 
 
@@ -301,20 +302,39 @@ class CoordinateElement(Link):
 
     def build_active(self, where: BuildContext) -> ForceElement:
         """The element, which acts on the body of its joint."""
-        joint = where.joints.get(self.joint) if self.joint else None
+        joint = where.joints.get(self.joint) if self.joint and self.body is None else None
         placed = self if joint is None else replace(self, body=joint.body)
         return super(CoordinateElement, placed).build_active(where)
 
+    def turns(self, joints: Mapping[str, Joint]) -> bool:
+        """True if it acts about an axis, or in a turn of one of the ``joints``."""
+        if self.joint is None:
+            return self.axis is not None
+        motions = [m for m in joints[self.joint].motions if self.motion in (None, m.name)]
+        return motions[0].kind == MotionKind.TURN
+
     def check_units(self, turns: bool) -> None:
         """Raises InputError for a value that was given in units of the other kind of coordinate."""
-        for key in self.schema_fields():
-            value = getattr(self, key)
+        for key, value in self._coordinate_values():
             if isinstance(value, CoordinateValue) and value.turns != turns:
-                kind, unit = ("a turn", value.turn_unit) if turns else ("a line", value.unit)
+                unit = value.turn_unit if turns else value.unit
+                reason = "about an axis" if turns else "along a line"
                 raise InputError(
-                    f"{key}: found {value.text}; expected a value in {unit}, as it acts along"
-                    f" {kind}."
+                    f'{key}: found "{value.text}"; expected a value in {unit}, as it acts {reason}.'
                 )
+
+    def _coordinate_values(self) -> Iterator[tuple[str, Any]]:
+        """Keys and values that may be along a coordinate."""
+        for field_ in fields(self):
+            yield field_.name, getattr(self, field_.name)
+
+    def can_carry_weight(self) -> bool:
+        return self.point is not None  # what a joint carries is known of the joint
+
+    def restored_dofs(self) -> Collection[str]:
+        if self.point is not None:
+            return ("surge", "sway", "yaw") if self.anchor_body is None else ()
+        return ("yaw",) if self.axis is not None and self.to is None and self.axis[2] else ()
 
     def connected_bodies(self) -> Iterator[tuple[str, str | None]]:
         if self.axis is not None:
@@ -357,6 +377,9 @@ class Stop(CoordinateElement):
     def _check_ends(self) -> Self:
         if not self.keys_with_value("lowest", "highest"):
             raise problem("no stop", "lowest, highest, or both")
+        for key in self.keys_with_value("lowest", "highest") if self.point is not None else ():
+            if getattr(self, key) <= 0.0:
+                raise problem(f"{key} {getattr(self, key):g}", "a distance above 0")
         if not self.low < self.high:
             found_text = f"lowest {self.low:g} and highest {self.high:g}"
             raise problem(found_text, "a lowest place below the highest")
@@ -414,6 +437,9 @@ class GasSpring(CoordinateElement):
         if self.gas_length <= 0.5 * self.stroke:
             found_text = f"gas_length {self.gas_length:g} and a stroke of {self.stroke:g}"
             raise problem(found_text, "gas that is left at the end: a gas_length above stroke / 2")
+        if self.point is not None and self.neutral is not None and self.neutral <= self.stroke / 2:
+            found_text = f"neutral {self.neutral:g} and a stroke of {self.stroke:g}"
+            raise problem(found_text, "ends that never meet: a neutral distance above stroke / 2")
         return self
 
 
@@ -503,7 +529,21 @@ class SpringDamper(CoordinateElement):
         if not (self.damping or self.quadratic_damping or self.stiffness or self.curve):
             expected = "stiffness, curve, damping or quadratic_damping above 0"
             raise problem("nothing that acts", expected)
+        if self.point is not None and self.neutral is not None and self.neutral < 0.0:
+            raise problem(f"neutral {self.neutral:g}", "a distance of 0 or more")
         return self
+
+    def can_carry_weight(self) -> bool:
+        return super().can_carry_weight() and bool(np.any(self.force))
+
+    def restored_dofs(self) -> Collection[str]:
+        return super().restored_dofs() if np.any(self.force) else ()
+
+    def _coordinate_values(self) -> Iterator[tuple[str, Any]]:
+        yield from super()._coordinate_values()
+        if self.curve is not None:
+            yield from (("curve.place", place) for place in self.curve.place)
+            yield from (("curve.load", load) for load in self.curve.load)
 
     @property
     def offset(self) -> np.ndarray:

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from hydrosim import elements, scene
+from hydrosim import elements, scene, simulate
 from hydrosim.case import Case
 from hydrosim.case.checks import RESERVED
 from hydrosim.dofs import DOFS
 from hydrosim.elements.kind import BODY_ROWS, WEIGHT
+from hydrosim.errors import InputError
 
 Load = Callable[..., Case]
 Refusal = Callable[..., str]
@@ -815,6 +816,99 @@ class TestTorsionSpring:
     def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
         message = refusal(element(f"{TORSION}, {keys}"))
         assert message.startswith(f"case.yaml:6: forces.element{key}: found {found}")
+
+
+ALONG = "point: [1, 0, 0], anchor: [9, 0, 2 m]"
+ABOUT = "axis: [0, 1, 0]"
+JOINTS = """\
+joints:
+  ball: {type: ball, body: arm, point: [0, 0, 1]}
+  hinge: {type: hinge, body: hand, to: arm, point: [0, 0, 1], axis: [0, 1, 0]}
+  guide: {type: cylindrical, body: tip, to: hand, point: [0, 0, 1], axis: [0, 0, 1]}
+forces:"""
+LIMBS = "".join(
+    f"  {name}: {{mass: 1, centre_of_gravity: [0, 0, {z}], radii_of_gyration: [1, 1, 1]}}\n"
+    for name, z in (("arm", -2), ("hand", -4), ("tip", -6))
+)
+
+
+class TestCoordinates:
+    """Elements along a distance, a twist or a motion of a joint."""
+
+    def test_the_recorded_case_gives_the_same_values(self, load: Load) -> None:
+        curve = "curve: {place: [-20 deg, 0, 1], load: [-4 kN*m, 0, 9]}, neutral: 90 deg"
+        whole = load(element(f"type: spring_damper, body: block, {ABOUT}, {curve}")).scene()
+        spring = whole.forces["element"]
+        again = load(whole.source["case_resolved"]).scene().forces["element"]
+        assert again == spring
+        assert_array_equal(spring.offset, [-np.radians(20.0), 0, 1])
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            (f"gas_spring, {ALONG}, stroke: -5 deg", ".stroke", '"-5 deg"; expected a stroke in'),
+            ("stop, lowest: 1, stiffness: 1", "", "no coordinate; expected one: point and anchor"),
+            (f"stop, {ALONG}, {ABOUT}, lowest: 1, stiffness: 1", "", "point and axis"),
+            (f"stop, {ALONG}, motion: angle, lowest: 1, stiffness: 1", "", "motion without joint"),
+            (f"stop, {ALONG}, stiffness: 1", "", "no stop"),
+            (f"stop, {ALONG}, highest: 0 m, stiffness: 1", "", "highest 0; expected a distance"),
+            (f"stop, {ALONG}, lowest: 2, highest: 2, stiffness: 1", "", "lowest 2 and highest 2"),
+            (
+                f"gas_spring, {ALONG}, push: 1, stroke: 4, gas_length: 5, neutral: 1, stiffness: 1",
+                *("", "neutral 1 and a stroke of 4; expected ends that never meet"),
+            ),
+            (f"dry_friction, {ALONG}, static: 1, kinetic: 2, stiffness: 1", "", "static 1, kin"),
+            (f"spring_damper, {ABOUT}", "", "nothing that acts"),
+            (f"spring_damper, {ALONG}, neutral: -1, damping: 1", "", "neutral -1; expected a dist"),
+        ],
+    )
+    def test_refused(self, refusal: Refusal, keys: str, key: str, found: str) -> None:
+        message = refusal(element(f"body: block, type: {keys}"))
+        assert f"case.yaml:6: forces.element{key}: found {found}" in message
+
+    @pytest.mark.parametrize(
+        ("keys", "key", "found"),
+        [
+            (f"stop, {ALONG}, lowest: 10 deg, stiffness: 1", ".lowest", '"10 deg"'),
+            (f"stop, {ABOUT}, lowest: -1, stiffness: 1 kN/m", ".stiffness", '"1 kN/m"'),
+            (
+                f"spring_damper, {ABOUT}, curve: {{place: [0, 1], load: [0, 1 kN]}}",
+                *(".curve.load", '"1 kN"; expected a value in N*m, as it acts about an axis'),
+            ),
+            ("stop, joint: ball, lowest: 1, stiffness: 1", ".joint", "ball, a ball joint; exp"),
+            ("spring_damper, joint: guide, stiffness: 1", ".motion", "none; expected one of: off"),
+            (
+                "spring_damper, joint: hinge, motion: offset, stiffness: 1",
+                *(".motion", "offset; expected one of: angle"),
+            ),
+            (
+                "stop, joint: hinge, body: arm, lowest: 1, stiffness: 1",
+                *(".body", "arm; expected hand, which is the body of hinge, or none"),
+            ),
+            ("stop, joint: hinge, lowest: 1 m, stiffness: 1", ".lowest", '"1 m"; expected a value'),
+        ],
+    )
+    def test_what_does_not_fit_a_coordinate(
+        self, load: Load, keys: str, key: str, found: str
+    ) -> None:
+        on_body = "" if "joint" in keys else "body: block, "
+        text = element(f"{on_body}type: {keys}").replace("forces:", LIMBS + JOINTS)
+        with pytest.raises(InputError) as caught:
+            simulate(load(text).scene())
+        assert f"forces.element{key}: found {found}" in str(caught.value)
+
+    def test_a_spring_in_a_joint_carries_no_weight_itself(self, load: Load) -> None:
+        """The joint carries the body, if what it joins it to is carried."""
+        text = element("type: spring_damper, joint: hinge, stiffness: 1")
+        spring = load(text.replace("forces:", LIMBS + JOINTS)).scene().forces["element"]
+        assert spring.body == "hand"
+        assert not spring.can_carry_weight()
+
+    def test_an_unknown_joint(self, refusal: Refusal) -> None:
+        text = element("type: stop, joint: hing, lowest: 1, stiffness: 1")
+        message = refusal(text.replace("forces:", LIMBS + JOINTS))
+        assert 'forces.element.joint: found "hing"; expected a joint of this case: ball' in message
+        assert 'did you mean "hinge"?' in message
 
 
 class TestBushing:

@@ -3,7 +3,8 @@
 A case is drawn from its seed alone, and can be turned as a whole about the vertical. Sizes go
 together as those of `random_cases` do: springs with natural periods of what they hold, stops and
 friction with the loads that reach them, steps with the fastest rate. Trees hang from the earth or
-drift on a mooring. Some start far from rest, and some steps are too large.
+drift on a mooring. Some start far from rest, and some steps are too large. Numbers from
+`LINKED_FROM` on have links in joints, about axes and along lines.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from dataclasses import dataclass, field
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any
 
+from hydrosim.scene.joint import MOTIONS, MotionKind
 from tests.generators.random_cases import FINE, GRAVITY, STEPS, Case, Draw, Place, rounded
+from tests.generators.random_links import LINKED_FROM, Course, draw_link
 
 TYPES = {
     "hinge": 30.0,
@@ -84,6 +87,10 @@ def articulated_case(seed: int, turn: float = 0.0) -> Case:
         _furnish(tree, limb)
     if len(tree.limbs) > 2 and d.chance(0.3):
         _tie(tree)
+    if seed >= LINKED_FROM:
+        _link_joints(tree)
+        for limb in tree.limbs:
+            _link_limb(tree, limb)
     return _whole(tree, seed)
 
 
@@ -386,6 +393,49 @@ def _tie(tree: Tree) -> None:
         length=rounded(max(span, 0.5 * one.size) * d.between(0.95, 1.1)),
         stiffness=rounded(min(one.mass, other.mass) * rate**2),
     )
+
+
+def _link_joints(tree: Tree) -> None:
+    """Links in motions of joints, of some motions two."""
+    d = tree.draw
+    sizes = {limb.name: limb for limb in tree.limbs}
+    for name, joint in tree.joints.items():
+        limb = sizes[joint["body"]]
+        motions = [m for m in MOTIONS[joint["type"]] if m.kind != MotionKind.SWIVEL]
+        for motion in motions:
+            for _ in range(d.one((0, 1, 2), 50, 40, 10)):
+                turns = motion.kind == MotionKind.TURN
+                course = Course(
+                    0.0, *((0.5, limb.inertia) if turns else (0.3 * limb.size, limb.mass))
+                )
+                link = draw_link(d, course)
+                tree.rates.append(link.rate)
+                tree.forces[f"{link.kind}_{len(tree.forces) + 1}"] = {
+                    "type": link.kind,
+                    "joint": name,
+                    **({"motion": motion.name} if len(motions) > 1 or d.chance(0.5) else {}),
+                    **link.keys,
+                }
+
+
+def _link_limb(tree: Tree, limb: Limb) -> None:
+    """A link about an axis, to the earth or another body, and one along a line to an anchor."""
+    d = tree.draw
+    if d.chance(0.25):
+        axis = d.one(([0, 0, 1], [0, 1, 0], [d.between(-1, 1), d.between(-1, 1), 1.0]))
+        others = [other.name for other in tree.limbs if other is not limb]
+        to: Case = {"to": d.one(others)} if d.chance(0.6) else {}
+        link = draw_link(d, Course(0.0, 0.5, limb.inertia))
+        tree.rates.append(link.rate)
+        tree.add(link.kind, limb.name, axis=axis, **to, **link.keys)
+    if d.chance(0.25):
+        away = d.between(-pi, pi)
+        reach = limb.size * d.between(1.5, 4.0)
+        x, y, z = limb.place
+        anchor = tree.turned(x + reach * cos(away), y + reach * sin(away))
+        link = draw_link(d, Course(reach, 0.4 * limb.size, limb.mass, distance=True))
+        tree.rates.append(link.rate)
+        tree.add(link.kind, limb.name, point=[0.0, 0.0, 0.0], anchor=[*anchor, z], **link.keys)
 
 
 def _face(tree: Tree, limb: Limb) -> None:

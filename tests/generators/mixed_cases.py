@@ -11,6 +11,7 @@ from math import cos, hypot, sin, sqrt
 from typing import NamedTuple
 
 from tests.generators.random_cases import DATABASES, FINE, GRAVITY, STEPS, Case, Draw, rounded
+from tests.generators.random_links import LINKED_FROM, Course, draw_link
 
 HEADINGS = ["0 deg", "45 deg", "90 deg", "135 deg", "180 deg"]
 WATER = 1025.0
@@ -60,13 +61,16 @@ def mixed_case(seed: int) -> Case:
     _hold(draw, barge, forces)
     duration = draw.between(10.0, 30.0)
     _lift(draw, topside.body["mass"], duration, forces)
+    rate = topside.rate
+    if seed >= LINKED_FROM:
+        rate = max(rate, _link(draw, bodies, forces))
     case: Case = {
         "title": f"mixed case {seed}",
         "duration": float(round(duration)),
         "environment": environment,
         "bodies": bodies,
         "forces": forces,
-        "solver": _solver(draw, topside.rate),
+        "solver": _solver(draw, rate),
         "output": {"step": 0.5},
     }
     if at_rest:
@@ -341,6 +345,35 @@ def _lift(d: Draw, mass: float, duration: float, forces: Case) -> None:
             "time": times,
             "force": {"heave": heave},
         }
+
+
+def _link(d: Draw, bodies: Case, forces: Case) -> float:
+    """Links between topside and barge, along a level line and about the vertical; their fastest
+    rate [rad/s]."""
+    mass = bodies["topside"]["mass"]
+    up = bodies["topside"]["centre_of_gravity"][2] - bodies["barge"]["centre_of_gravity"][2]
+    rates = [0.0]
+    for axis in ([1.0, 0.0], [0.0, 1.0]):
+        if not d.chance(0.5):
+            continue
+        reach = d.between(5.0, 15.0)
+        link = draw_link(d, Course(reach, 0.5, mass, distance=True))
+        rates.append(link.rate)
+        forces[f"link_{len(rates)}"] = {
+            "type": link.kind,
+            "body": "topside",
+            "point": [0.0, 0.0, 0.0],
+            "anchor": [reach * axis[0], reach * axis[1], rounded(up)],
+            "anchor_body": "barge",
+            **link.keys,
+        }
+    if d.chance(0.5):
+        size = bodies["topside"]["radii_of_gyration"][2]
+        link = draw_link(d, Course(0.0, 0.05, mass * size**2))
+        rates.append(link.rate)
+        twist = {"body": "topside", "axis": [0, 0, 1], "to": "barge"}
+        forces["twist"] = {"type": link.kind, **twist, **link.keys}
+    return max(rates)
 
 
 def _solver(d: Draw, rate: float) -> Case:

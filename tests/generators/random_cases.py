@@ -126,10 +126,12 @@ class Draw:
 class Sketch:
     """A case on its way: the axes of the scene are turned by ``yaw`` from the earth's, which is the
     heading of its bodies at rest, or if they start ``astray``, with small angles or not, their yaw
-    at the start; ``rates`` [rad/s] are the fastest that elements bring in."""
+    at the start; ``rates`` [rad/s] are the fastest that elements bring in. If it is ``linked``, it
+    has stops, gas springs, dry friction and spring-dampers along lines and about axes."""
 
     draw: Draw
     astray: bool = False
+    linked: bool = False
     yaw: float = 0.0
     bodies: Case = field(default_factory=dict)
     forms: list[Form] = field(default_factory=list)
@@ -164,9 +166,10 @@ def rounded(x: float) -> float:
 def random_case(seed: int) -> Case:
     """The case of a seed, as a case file holds it."""
     from tests.generators.random_elements import furnish
+    from tests.generators.random_links import LINKED_FROM
 
     draw = Draw(seed)
-    sketch = Sketch(draw, astray=seed % ASTRAY == 0)
+    sketch = Sketch(draw, astray=seed % ASTRAY == 0, linked=seed >= LINKED_FROM)
     if draw.chance(0.5):
         _afloat(sketch)
     else:

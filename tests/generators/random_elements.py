@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import hypot, pi, sqrt
+from math import cos, hypot, pi, sin, sqrt
 from typing import Any
 
 from hydrosim.dofs import DOFS
 from tests.generators.random_cases import GRAVITY, UNITS, Case, Form, Sketch, rounded
+from tests.generators.random_links import Course, draw_link
 
 
 def furnish(s: Sketch) -> None:
@@ -26,6 +27,9 @@ def furnish(s: Sketch) -> None:
     if any(form.afloat for form in s.forms):
         add_sea(s)
     _streams(s)
+    if s.linked:
+        for form in s.forms:
+            _link(s, form)
 
 
 def _moor(s: Sketch, form: Form) -> None:
@@ -264,6 +268,27 @@ def _press(s: Sketch, form: Form) -> None:
         force = {"surge": [0.0, fx], "sway": [0.0, fy]}
     s.add("applied_force", form.name, time=[0.0, end], force=force)
     _fender(s, form, points, plane, stiffness, deep * stiffness)
+
+
+def _link(s: Sketch, form: Form) -> None:
+    """Links along a line to an anchor, and about an axis to the earth or another body."""
+    d = s.draw
+    if d.chance(0.4):
+        reach = form.half[0] * d.between(1.0, 2.0)
+        away = d.between(-pi, pi)
+        x, y = s.turned(form.at[0] + reach * cos(away), form.at[1] + reach * sin(away))
+        span = min(0.2 * reach, 1.0)
+        link = draw_link(d, Course(reach, span, form.mass, distance=True))
+        s.rates.append(link.rate)
+        anchor = [x, y, form.at[2]]
+        s.add(link.kind, form.name, point=[0.0, 0.0, 0.0], anchor=anchor, **link.keys)
+    if d.chance(0.3):
+        others = [other.name for other in s.forms if other is not form]
+        to: Case = {"to": d.one(others)} if others and d.chance(0.5) else {}
+        axis = d.one(([0, 0, 1], [0, 1, 0], [1, 0, 0]))
+        link = draw_link(d, Course(0.0, 0.05, form.mass * form.half[0] ** 2))
+        s.rates.append(link.rate)
+        s.add(link.kind, form.name, axis=axis, **to, **link.keys)
 
 
 def _push(s: Sketch, form: Form) -> None:

@@ -25,7 +25,7 @@ from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.points import LineShape, line_shapes
 from hydrosim.scene import Body, JointType
 from hydrosim.scene.joint import MotionKind
-from hydrosim.scene.links import TorsionSpring, TwoPointElement
+from hydrosim.scene.links import CoordinateElement, TorsionSpring, TwoPointElement
 from hydrosim.scene.scene import arrangement
 
 HULL_REACH = 3.0  # of the half diagonal of the water plane
@@ -68,7 +68,7 @@ def _attachment_points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarr
     centre = {body.name: about.centre(b) for b, body in enumerate(about.scene.bodies)}
     turn = {body.name: about.motion.rotation[b] for b, body in enumerate(about.scene.bodies)}
     for name, element in about.scene.forces.items():
-        if isinstance(element, TwoPointElement):
+        if isinstance(element, TwoPointElement | CoordinateElement) and element.point is not None:
             yield f"forces.{name}.point", element.body, np.array(element.point, float)
             if element.anchor_body is not None:
                 yield f"forces.{name}.anchor", element.anchor_body, np.array(element.anchor, float)
@@ -122,7 +122,7 @@ def _ask_about_place_off_hull(name: str, line: Catenary, size: Extents) -> Itera
 
 
 def ask_about_axes(about: SceneContext) -> Iterator[Query]:
-    """Ask about torsion springs and power take-offs about an axis that a joint holds."""
+    """Ask about links about an axis that a joint holds."""
     branches = {
         frozenset((branch.child, branch.parent)): branch
         for branch in arrangement(about.scene).branches
@@ -130,9 +130,9 @@ def ask_about_axes(about: SceneContext) -> Iterator[Query]:
     }
     for name, spring in about.scene.forces.items():
         branch = None
-        if isinstance(spring, TorsionSpring):
+        if isinstance(spring, TorsionSpring | CoordinateElement) and spring.axis is not None:
             branch = branches.get(frozenset((spring.body, spring.to)))
-        if branch is None or not isinstance(spring, TorsionSpring):
+        if branch is None or not isinstance(spring, TorsionSpring | CoordinateElement):
             continue
         axis = np.array(spring.axis, float)
         cosine = abs(branch.joint.axes()[0] @ axis) / np.linalg.norm(axis)

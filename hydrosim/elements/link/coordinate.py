@@ -52,6 +52,7 @@ from hydrosim.modes import RISING
 from hydrosim.multibody.kinematics import add_wrench
 from hydrosim.multibody.tree import BALL, SLIDE, push_joint
 from hydrosim.multibody.vectors import add, dot, matvec, scale, vector
+from hydrosim.scene.joint import Joint, MotionKind
 from hydrosim.scene.links import CoordinateElement, Link, TorsionSpring, TwoPointElement
 
 DISTANCE, TWIST, JOINT_MOTION = range(3)
@@ -136,17 +137,26 @@ def _motion_fields(
     element: CoordinateElement, joint: str, neutral: float, layout: Layout
 ) -> dict[str, Any]:
     """Fields of a motion of a ``joint``. Raises InputError for a joint that is not there, that
-    closes a loop, or whose motion is no angle and no distance."""
+    closes a loop, that has another body, or whose motion is no angle and no distance."""
     trees = {name: j for name, j in layout.joints.items() if name not in layout.constraints}
     if joint not in trees:
-        there = ", ".join(trees) or "no joint that has motions of its own"
-        raise InputError(f"joint: found {joint}; expected one of the tree: {there}.")
-    names = [m.name for m in trees[joint].motions]
-    motion = element.motion
-    if motion not in names and not (motion is None and len(names) == 1):
-        raise InputError(f"motion: found {motion or 'none'}; expected one of {', '.join(names)}.")
+        kind = "a joint that closes a loop, comes and goes or breaks"
+        found_text = f"{joint}, {kind if joint in layout.joints else 'no joint of the scene'}"
+        expected = ", ".join(name for name in trees if _usable_motions(trees[name]))
+        raise InputError(f"joint: found {found_text}; expected one of: {expected or 'none'}.")
+    if element.body != trees[joint].body:
+        expected = f"{trees[joint].body}, which is the body of {joint}"
+        raise InputError(f"body: found {element.body}; expected {expected}, or none.")
+    names = _usable_motions(trees[joint])
+    if not names:
+        found_text = f"{joint}, a {trees[joint].type} joint"
+        raise InputError(f"joint: found {found_text}; expected one with a turn or a slide.")
+    motion = element.motion or (names[0] if len(names) == 1 else None)
+    if motion not in names:
+        found_text = element.motion or "none"
+        raise InputError(f"motion: found {found_text}; expected one of: {', '.join(names)}.")
     before = sum(len(trees[name].motions) for name in [*trees][: [*trees].index(joint)])
-    free = 0 if motion is None else names.index(motion)
+    free = [m.name for m in trees[joint].motions].index(motion)
     places = {
         int(move["coordinate"]) + a: (m, a)
         for m, move in enumerate(layout.tree.moves)
@@ -154,10 +164,7 @@ def _motion_fields(
     }
     coordinate = min(places) + before + free
     move, joint_axis = places[coordinate]
-    kind = layout.tree.moves[move]["kind"]
-    if kind == BALL:
-        raise InputError(f"joint: found {joint}, a ball; expected one that turns about axes.")
-    element.check_units(turns=kind != SLIDE)
+    element.check_units(turns=layout.tree.moves[move]["kind"] != SLIDE)
     return {
         "coordinate": JOINT_MOTION,
         "body": EARTH,
@@ -167,6 +174,11 @@ def _motion_fields(
         "joint_axis": joint_axis,
         "neutral": neutral,
     }
+
+
+def _usable_motions(joint: Joint) -> list[str]:
+    """Names of the motions of a ``joint`` that are a slide or a turn about one axis."""
+    return [m.name for m in joint.motions if m.kind != MotionKind.SWIVEL]
 
 
 @kernel

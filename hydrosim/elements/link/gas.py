@@ -54,12 +54,13 @@ CYLINDER = np.dtype(
 def law_fields(element: Compensator | GasSpring, _: np.ndarray) -> dict[str, Any]:
     """Fields of `LINK` of a gas spring."""
     half = 0.5 * element.stroke
+    compressed = half if isinstance(element, Compensator) else -half
     return {
         "first": SLACK_PIECE,
         "last": UPPER,
         "steepest": element.stiffness,
         "idle": IN_STROKE,
-        "idle_range": (half, half),
+        "idle_range": (compressed, compressed),
         "stiff": UPPER,
         "stiff_range": (half + LINEARISATION_DEPTH, half + LINEARISATION_DEPTH),
         "damping": element.damping,

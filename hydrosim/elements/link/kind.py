@@ -42,7 +42,7 @@ from hydrosim.elements.link.table import (
 from hydrosim.elements.link.tension import SLACK, TAUT
 from hydrosim.modes import ACTING, MODE, MODE_COLUMNS, SEGMENT, UNDEFINED
 from hydrosim.scene import Scene
-from hydrosim.scene.links import Compensator, Link, Spring, Strut
+from hydrosim.scene.links import Compensator, CoordinateElement, Link, Spring, Strut
 
 OTHER_LINKS = tuple(kind for kind in LAWS if kind not in (Spring, Compensator))
 """The classes of links of `LinkKind`."""
@@ -185,12 +185,23 @@ class CompensatorKind(TableKind):
         return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Compensator))
 
 
+def _unit_coordinates(scene: Scene) -> Iterator[tuple[str, object]]:
+    """Coordinates with units, of variables of links that act along a line or about an axis."""
+    for kind in OTHER_LINKS:
+        links = [of for _, of in elements_of(scene, kind) if isinstance(of, CoordinateElement)]
+        for name, column in LAWS[kind][1].columns.items() if links else ():
+            along, about = column.variable.units.split(" or ")
+            units = [about if of.turns(scene.joints) else along for of in links]
+            attributes = {"long_name": f"unit of {name}"}
+            yield f"{name}_unit", (LAWS[kind][1].dimension, units, attributes)
+
+
 class LinkKind(TableKind):
     unit = "link"
     variables: ClassVar = {
         **variables_of(*OTHER_LINKS),
         "pto_power": Variable("power absorbed by a power take-off", "W"),
-        "link_mode": Variable("whether a strut or torsion spring acts", "1", flags="acting absent"),
+        "link_mode": Variable("whether a link acts", "1", flags="acting absent"),
         "link_segment": Variable("piece of the curve", "1"),
         "link_half_turns": Variable("half turns of the twist", "1"),
     }
@@ -211,7 +222,7 @@ class LinkKind(TableKind):
             return []
         sets = [ModeSet("", rest_at_first(p.links["idle"], ACTING))]
         if np.any(p.links["stiff"] != p.links["idle"]):
-            text = "struts on their steepest pieces"
+            text = "links on their steepest pieces"
             sets.append(ModeSet(text, rest_at_first(p.links["stiff"], ACTING)))
         return sets
 
@@ -246,7 +257,8 @@ class LinkKind(TableKind):
         coordinates_by_dim: dict[str, object] = {
             d: (d, [n for n, _ in units]) for d, units in named.items() if units
         }
-        return coordinates_by_dim | capacity_of("strut", struts)
+        units = dict(_unit_coordinates(scene))
+        return coordinates_by_dim | units | capacity_of("strut", struts)
 
     def record(self, p: LinkConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
         columns = super().record(p, bodies, unit_record)

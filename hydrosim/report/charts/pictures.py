@@ -20,7 +20,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import DisplayUnit, unit_of_dof, units_of
 from hydrosim.files.outputs import Output, make_folder, save_picture
-from hydrosim.files.series import unit_of
+from hydrosim.files.series import units_along
 from hydrosim.report.charts.panels import (
     COLOURS,
     MAX_LINES_PER_PANEL,
@@ -37,7 +37,12 @@ from hydrosim.report.charts.panels import (
     picture,
     separate_panels,
 )
-from hydrosim.results.channels import channel_names, channel_series, group_by_size
+from hydrosim.results.channels import (
+    COORDINATE_LINKS,
+    channel_names,
+    channel_series,
+    group_by_size,
+)
 from hydrosim.results.phases import Phase as Named
 from hydrosim.results.phases import is_operation, transferred_fraction
 from hydrosim.statistics.results import crawl
@@ -337,17 +342,19 @@ def _joint_loads(run: xr.Dataset) -> Iterator[Panel]:
 
 
 def _panels_by_unit(run: xr.Dataset, name: str, label: str) -> Iterator[Panel]:
-    """A panel of a variable of joint motions or drives for slides, and one for turns."""
+    """A panel of a variable of joint motions, drives or links along lines, and one about axes."""
     if name not in run or not run[name].values.any():
         return
     every = _lines_of(run[name], str(run[name].dims[-1]))
-    units = {motion: unit_of(run[name].attrs, [motion]) for motion in every}
+    units = units_along(run, name)
     for unit in dict.fromkeys(units.values()):
         yield _line_panel(run, label, unit, {n: x for n, x in every.items() if units[n] == unit})
 
 
 def _link_panels(run: xr.Dataset) -> Iterator[Panel]:
-    """Loads of struts and torsion springs, and powers of power take-offs."""
+    """Loads of links, and powers of power take-offs."""
+    for dim in COORDINATE_LINKS:
+        yield from _panels_by_unit(run, f"{dim}_load", f"{dim.replace('_', ' ')} load")
     for name, dim, label, unit in (
         ("strut_force", "strut", "strut force", "N"),
         ("winch_length", "winch", "length off the drum", "m"),

@@ -27,9 +27,9 @@ from hydrosim.files.document_nodes import (
     Verdict,
     warnings,
 )
-from hydrosim.files.series import unit_of
+from hydrosim.files.series import unit_of, units_along
 from hydrosim.report.sentences.sections import attribute_text, lines_of, title_of
-from hydrosim.results.channels import largest_loads
+from hydrosim.results.channels import COORDINATE_LINKS, largest_loads
 from hydrosim.results.dataset import is_part
 from hydrosim.results.ledger import (
     COMPANION,
@@ -449,13 +449,17 @@ def _winch_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
 
 
 def _describe_links(run: xr.Dataset) -> Iterator[Node]:
-    """Tables of struts, torsion springs and power take-offs."""
+    """Tables of struts, torsion springs, other links and power take-offs."""
     if "strut" in run.dims:
-        rows = _range_rows(run.strut_force, "strut", "N")
+        rows = _range_rows(run, "strut_force")
         yield Table(("strut", "mean force", "smallest", "largest"), list(rows))
     if "torsion_spring" in run.dims:
-        rows = _range_rows(run.torsion_moment, "torsion_spring", "N m")
+        rows = _range_rows(run, "torsion_moment")
         yield Table(("torsion spring", "mean moment", "smallest", "largest"), list(rows))
+    for dim in COORDINATE_LINKS:
+        if dim in run.dims:
+            head = (dim.replace("_", " "), "mean load", "smallest", "largest")
+            yield Table(head, list(_range_rows(run, f"{dim}_load")))
     if "pto" in run.dims:
         head = ("power take-off", "mean power", "largest", "absorbed")
         yield Table(head, list(_pto_rows(run)))
@@ -478,10 +482,11 @@ def _describe_externals(run: xr.Dataset) -> Iterator[Node]:
         yield Table(("external force", "calls", "energy of its delay"), rows)
 
 
-def _range_rows(loads: xr.DataArray, dim: str, unit: str) -> Iterator[list[Cell]]:
+def _range_rows(run: xr.Dataset, variable: str) -> Iterator[list[Cell]]:
     """Mean, smallest and largest load of each unit."""
-    for name in map(str, loads[dim].values):
-        load = loads.sel({dim: name}).values
+    dim = str(run[variable].dims[-1])
+    for name, unit in units_along(run, variable).items():
+        load = run[variable].sel({dim: name}).values
         yield [name, *(Value(float(x), unit) for x in (load.mean(), load.min(), load.max()))]
 
 

@@ -22,9 +22,9 @@ from hydrosim.files.document_nodes import (
     Table,
     Value,
 )
-from hydrosim.files.series import unit_of
+from hydrosim.files.series import units_along
 from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, title_of
-from hydrosim.results.channels import channel_names, group_by_size
+from hydrosim.results.channels import COORDINATE_LINKS, channel_names, group_by_size
 from hydrosim.results.channels import channel_series as channel
 from hydrosim.results.phases import (
     CONTACT_WEIGHT,
@@ -135,8 +135,11 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
         yield Chart(
             "Contact modes", "share of time", _series_by_label(run, "fender_mode", "fender"), True
         )
-    yield from _joint_charts(run, "joint_position", "Motions of joints")
+    yield from _charts_by_unit(run, "joint_position", "Motions of joints")
     yield from _line_charts(run, MAIN_CHARTS)
+    for dim in COORDINATE_LINKS:
+        title = f"{dim.replace('_', ' ').capitalize()}: load"
+        yield from _charts_by_unit(run, f"{dim}_load", title)
     used = {n: channel(run, n)[0] for n in channel_names(run) if n.startswith("utilisation.")}
     yield from _drop_rounding(Chart("Utilisation of capacities", "1", used))
     if "fender_node" in run:
@@ -157,9 +160,12 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
 def more_charts(run: xr.Dataset) -> Iterator[Chart]:
     """What is folded away: velocities, forces one by one, and more of the contacts."""
     yield from _line_charts(run, FOLDED_CHARTS, folded=True)
-    yield from _joint_charts(run, "joint_velocity", "Rates of joints", folded=True)
+    for dim in COORDINATE_LINKS:
+        title = f"{dim.replace('_', ' ').capitalize()}: place"
+        yield from _charts_by_unit(run, f"{dim}_place", title, folded=True)
+    yield from _charts_by_unit(run, "joint_velocity", "Rates of joints", folded=True)
     title = "Springs, damping, stops and friction in joints"
-    yield from _joint_charts(run, "joint_motion_force", title, folded=True)
+    yield from _charts_by_unit(run, "joint_motion_force", title, folded=True)
     for joint in map(str, run.joint.values) if "joint_force" in run else ():
         load = run.joint_force.rename(joint="body")
         of = JOINT_LOADS._replace(title=f"load of joint {joint}: ")
@@ -225,12 +231,14 @@ def _motion_charts(
         yield from _drop_rounding(Chart(title, unit, series, folded=folded))
 
 
-def _joint_charts(run: xr.Dataset, name: str, title: str, folded: bool = False) -> Iterator[Chart]:
-    """A chart of a variable of joint motions for slides, and one for turns."""
+def _charts_by_unit(
+    run: xr.Dataset, name: str, title: str, folded: bool = False
+) -> Iterator[Chart]:
+    """A chart of a variable of joint motions or links along lines, and one about axes."""
     if name not in run:
         return
-    units = {n: unit_of(run[name].attrs, [n]) for n in map(str, run.joint_motion.values)}
-    every = _series_by_label(run, name, "joint_motion")
+    units = units_along(run, name)
+    every = _series_by_label(run, name, str(run[name].dims[-1]))
     for unit in dict.fromkeys(units.values()):
         alike = {n: x for n, x in every.items() if units[n] == unit}
         yield from _drop_rounding(Chart(title, unit, alike, folded=folded))

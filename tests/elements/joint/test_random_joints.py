@@ -11,6 +11,7 @@ from markers import few
 from hydrosim.case import load_case
 from tests.generators.articulated_cases import TYPES, articulated_case
 from tests.generators.random_cases import text_of
+from tests.generators.random_links import LINKED_FROM
 from tests.generators.scene_trials import offences, scene_of, tried
 
 FIRST = 1_000_000
@@ -41,7 +42,10 @@ def test_a_case_is_turned_as_a_whole() -> None:
     }
 
 
-@pytest.mark.parametrize("number", few(range(FIRST, FIRST + 40), 12))
+@pytest.mark.parametrize(
+    "number",
+    [*few(range(FIRST, FIRST + 40), 12), *few(range(LINKED_FROM, LINKED_FROM + 40), 6)],
+)
 def test_a_random_articulated_scene(number: int) -> None:
     """It runs or says why not; its ledger is closed; turned, it turns; it goes on to the bit from a
     state on the way."""

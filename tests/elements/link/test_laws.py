@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ from scenes import block, moving, observed_orders, scene, steady
 import hydrosim as hs
 from hydrosim.elements import DryFriction, GasSpring, SpringDamper, Stop, TorsionSpring
 from hydrosim.errors import InputError
+from hydrosim.files.series import select, units_along
+from hydrosim.files.text import Source
 from hydrosim.scene import (
     ForceElement,
     Joint,
@@ -249,6 +252,32 @@ def test_a_spring_of_a_joint_is_the_resistance_of_that_joint() -> None:
     assert np.abs(runs[0].joint_position.values - swing).max() < 1e-12 * np.ptp(swing)
     load = runs[0].spring_damper_load.values
     assert np.abs(load + runs[1].joint_motion_force.values).max() < 1e-9 * np.ptp(load)
+
+
+def test_results_say_in_which_units_each_link_acts(tmp_path: Path) -> None:
+    """Loads along lines and in slides are forces, about axes and in turns moments."""
+    stop: dict[str, Any] = {"stiffness": 1e5, "highest": 20.0}
+    turning = Joint(JointType.CYLINDRICAL, "other", None, ORIGIN, (0.0, 0.0, 1.0))
+    forces = {
+        "line": Stop("block", **LINE, **stop),
+        "axis": Stop("block", **AXIS, **stop),
+        "slide": Stop("other", joint="it", motion="offset", **stop),
+        "turn": Stop("other", joint="it", motion="angle", **stop),
+        "rest": SpringDamper("other", joint="it", motion="angle", damping=1.0),
+    }
+    whole = scene(block(MASS), forces, 1.0, 0.1)
+    whole = replace(
+        whole, bodies=(*whole.bodies, block(MASS, name="other")), joints={"it": turning}
+    )
+    run = hs.simulate(whole)
+    names = ["line", "axis", "slide", "turn"]
+    units = {name: select(Source(tmp_path), run, f"stop_load.{name}")[1] for name in names}
+    assert units == {"line": "N", "axis": "N m", "slide": "N", "turn": "N m"}
+    assert units_along(run, "stop_place") == dict(zip(names, ["m", "rad", "m", "rad"], strict=True))
+    assert select(Source(tmp_path), run, "spring_damper_load")[1] == "N m"
+    run.to_netcdf(tmp_path / "run.nc")
+    with xr.open_dataset(tmp_path / "run.nc") as read:
+        assert units_along(read, "stop_load") == units
 
 
 @pytest.mark.parametrize("joint", ["its", "ball"])
