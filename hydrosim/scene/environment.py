@@ -244,9 +244,11 @@ class WaterProperties(SchemaClass):
 @schema_class
 class Environment(WaterProperties):
     """Water and the waves on it. ``current`` and ``wind`` act through force elements alone and do
-    not change the waves. Each may have a profile, and the wind may have ``gusts``."""
+    not change the waves. Each may have a profile, and the wind may have ``gusts``. In Python there
+    may be no gravity."""
 
     water_depth: SkipValidation[float] = np.inf
+    gravity: of.GravityOrNone = 9.81
     waves: SkipValidation[tuple[WaveTrain, ...]] = ()
     current: SkipValidation[Stream] = Stream()
     wind: SkipValidation[Stream] = Stream()
