@@ -54,6 +54,23 @@ _HOME = {
     "Pool": "study.executors",
     "check": "report.sentences.check",
 }
+_OF_SCENES = {
+    "body": "Body Clearance Plan Pump Tank WaveForces",
+    "contacts": "Coulomb Fender Frictionless FrictionSlope Landing LoadPowers NormalCurve"
+    " NormalLoop Plane PrescribedNormal Seats StickSlip Wall",
+    "damping": "LinearDamping QuadraticDamping SharpBarge ViscousRoll",
+    "environment": "Environment Gusts Jonswap RegularWave Stream WaveTrain",
+    "force": "Active When",
+    "hydrodynamics": "Coefficients",
+    "joint": "Joint",
+    "links": "Compensator DryFriction GasSpring Spring SpringDamper Strut TorsionSpring",
+    "loads": "AppliedForce CurrentLoad WindLoad",
+    "restraints": "Bushing LinearMooring",
+    "scene": "Solver Start Tolerance",
+}
+"""Classes of `hydrosim.scene`, to write a scene with: numbers are in SI, or texts with a unit."""
+for _home, _names in _OF_SCENES.items():
+    _HOME |= dict.fromkeys(_names.split(), f"scene.{_home}")
 __all__ = sorted(_HOME)
 _OLD_NAMES = {"Figure": "ScalarResult", "WhyResult": "MotionCauseResult"}
 """Names of 0.2, which work for one version more."""

@@ -35,7 +35,7 @@ cli
 __main__ __init__
 """
 FLOOR = {room: k for k, line in enumerate(ROOMS.strip().splitlines()) for room in line.split()}
-LONGEST = 34
+LONGEST = 32
 """Files, from the first that imports to the last that is imported."""
 MOST = 25
 """Files in a folder."""

@@ -36,9 +36,7 @@ VAGUE_FUNCTIONS = {
     "coupling/simulation.py ended": "public",
 }
 """Files or functions that the rule leaves out, and why."""
-TWIN_FOLDER = "case/"
-"""What a case file holds has the name of what it becomes in a scene."""
-CLASSES_OF_ONE_NAME = {"Floating", "Hull", "Output", "Table", "Weight"}
+CLASSES_OF_ONE_NAME = {"Floating", "Hull", "Table", "Weight"}
 """Of unlike things; three of them are in sources whose results are stored."""
 MAX_MODULES_OF_A_CONSTANT = 2
 CONSTANTS_OF_READERS = {"NAME"}
@@ -105,12 +103,8 @@ def test_functions_are_named_by_what_they_do_or_return() -> None:
 
 
 def test_classes_of_unlike_things_have_unlike_names() -> None:
-    several = {}
-    for name, files in classes().items():
-        of_scenes = [file for file in files if not file.startswith(TWIN_FOLDER)]
-        if len(of_scenes) > 1 or len(files) - len(of_scenes) > 1:
-            several[name] = files
-    assert {*several} <= CLASSES_OF_ONE_NAME, several
+    several = {name: files for name, files in classes().items() if len(files) > 1}
+    assert {*several} == CLASSES_OF_ONE_NAME, several
 
 
 def test_a_constant_of_one_name_is_one_constant() -> None:

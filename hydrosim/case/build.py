@@ -183,7 +183,7 @@ def _path_in_folder(folder: Path, file: str) -> Path:
 
 def _build_solver(solver: schema.SolverEntry) -> scene.Solver:
     given = solver.tolerance
-    settings = dict(solver)
+    settings = {key: getattr(solver, key) for key in fields_of(type(solver))}
     if not isinstance(given, scene.Tolerance):
         del settings["tolerance"]
         settings["accuracy"] = given
@@ -197,7 +197,7 @@ def _water_density(water: schema.EnvironmentEntry) -> tuple[float, float]:
 
 def _build_environment(water: schema.EnvironmentEntry, path: Path) -> scene.Environment:
     environment = scene.Environment(
-        water.water_depth, water.water_density, water.gravity, wave_trains(water, path)
+        water.water_depth, water.water_density, water.gravity, waves=wave_trains(water, path)
     )
     return with_streams(environment, water.current, water.wind, f"{path}: environment")
 

@@ -6,7 +6,7 @@ in `hydrosim.case.checks`.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -33,6 +33,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import suggestion
 from hydrosim.files.quantities import SchemaModel
+from hydrosim.files.schema_class import schema_class
 from hydrosim.files.units import Quantity, problem
 from hydrosim.scene import (
     AutomaticRadiation,
@@ -40,19 +41,16 @@ from hydrosim.scene import (
     Coefficients,
     ConstantRadiation,
     ConvolutionRadiation,
-    Kinematics,
-    LinearScenes,
     Method,
     Question,
     Start,
     StateSpaceRadiation,
-    Symmetry,
     Tolerance,
-    Unstable,
     WaveForces,
     Weight,
 )
-from hydrosim.scene.scene import ACCURACIES, ACCURACY
+from hydrosim.scene.environment import WaterProperties
+from hydrosim.scene.scene import ACCURACIES, ACCURACY, SolverSettings
 
 ROTATION_DOFS = frozenset(DOFS[3:])
 OUTPUT_STEP = 0.5  # s, about: if the case does not say
@@ -69,15 +67,10 @@ def _order_dofs(dofs: tuple[str, ...]) -> tuple[str, ...]:
 Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_order_dofs)]
 
 
-class EnvironmentEntry(SchemaModel):
+@schema_class
+class EnvironmentEntry(WaterProperties):
     """Water, the waves on it, one mapping or a list of them, current and wind."""
 
-    water_depth: of.Depth = np.inf
-    """Depth of the water, or infinite."""
-    water_density: of.Density = 1025.0
-    """Density of the water."""
-    gravity: of.Gravity = 9.81
-    """Acceleration of gravity."""
     waves: Waves = ()
     """One wave train, or a list of wave trains that act together."""
     current: Current | None = None
@@ -268,35 +261,18 @@ _OF_STEPS: JsonDict = {
 }
 
 
-class SolverEntry(SchemaModel):
+@schema_class
+class SolverEntry(SolverSettings):
     """How time is stepped. The ``tolerance`` of ``automatic`` is the error of motions, of their
     range; that of adaptive methods is the error of each step."""
 
-    model_config = ConfigDict(json_schema_extra=_OF_STEPS)
-
+    __pydantic_config__: ClassVar = ConfigDict(json_schema_extra=_OF_STEPS)
     method: Method = Method.AUTOMATIC
-    """Time integration method. The methods automatic, dopri5 and esdirk4 choose their own steps.
-    If a step is given and no method, the method is rk4."""
-    step: of.Period = 0.1
-    """Time step. A method that chooses its own steps begins with it."""
     tolerance: EitherTolerance = ACCURACY
-    """Error of motions relative to their range, of method automatic; a mapping of errors of each
-    step, of dopri5 and esdirk4."""
-    kinematics: Kinematics = Kinematics.EXACT
-    """Whether rotations are exact or small angles throughout."""
-    events: StrictBool = True
-    """Whether steps end where a contact changes its mode. Without it results are for comparison
-    only."""
-    unstable: Unstable = Unstable.WARN
-    """Whether a time step above the stable limit gives a warning or an error."""
-    linear: LinearScenes = LinearScenes.EXACT
-    """Whether a linear scene is propagated exactly or stepped as any other."""
-    symmetry: Symmetry = Symmetry.USE
-    """Whether a scene that is its own mirror image is solved in its plane of symmetry."""
 
     @model_validator(mode="after")
     def _set_defaults(self) -> Self:
-        given = {*self.model_fields_set}
+        given = vars(self)["_keys"]
         defaults: dict[str, Any] = {}
         if "step" in given and "method" not in given:
             defaults["method"] = Method.RK4

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields as dataclass_fields
-from dataclasses import is_dataclass
 from difflib import get_close_matches
 from typing import Any, NamedTuple, TypeVar
 
@@ -341,10 +339,8 @@ def _fields_of_reader(reader: Reader) -> dict[str, FieldInfo]:
 
 def fields_of(reader: Reader) -> dict[str, FieldInfo]:
     """The fields of a model by their names, in the order of their declaration."""
-    fields = reader.__pydantic_fields__
-    if not is_dataclass(reader):
-        return dict(fields)
-    return {field.name: fields[field.name] for field in dataclass_fields(reader)}
+    fields = reader.model_fields if issubclass(reader, BaseModel) else reader.schema_fields()
+    return dict(fields)
 
 
 def _choice_text(value: Any, expected: str) -> str:

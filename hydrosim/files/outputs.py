@@ -21,7 +21,7 @@ import stat
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from glob import escape
 from itertools import count
 from pathlib import Path
@@ -324,8 +324,10 @@ def files_named(values: object, folder: Path) -> Iterator[Path]:
         with suppress(OSError, ValueError):
             if (path := folder / values).is_file():
                 yield path
-    elif isinstance(values, dict) or is_dataclass(values):
-        for value in (values if isinstance(values, dict) else vars(values)).values():
+    elif is_dataclass(values):
+        yield from files_named([getattr(values, field.name) for field in fields(values)], folder)
+    elif isinstance(values, dict):
+        for value in values.values():
             yield from files_named(value, folder)
     elif isinstance(values, Iterable):
         for value in values:

@@ -36,6 +36,7 @@ from typing import (
     TypeVar,
     dataclass_transform,
     get_args,
+    get_type_hints,
 )
 
 import numpy as np
@@ -53,7 +54,7 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic.dataclasses import dataclass
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema, to_jsonable_python
 
 from hydrosim.errors import InputError
@@ -70,7 +71,6 @@ def add_example(schema: dict[str, Any], model: Any) -> None:
 
 CONFIG = ConfigDict(
     extra="forbid",
-    defer_build=True,
     arbitrary_types_allowed=True,
     populate_by_name=True,
     json_schema_extra=add_example,
@@ -83,8 +83,10 @@ class CheckedClass(type):
     if not TYPE_CHECKING:  # there calls are those of the dataclass
 
         def __call__(cls, *values: Any, **named: Any) -> Any:
-            if "__pydantic_fields__" not in vars(cls):  # a plain dataclass below
+            if "_schema" not in vars(cls):  # a plain dataclass below
                 return super().__call__(*values, **named)
+            if cls.has_valid_defaults and not values and not named:
+                return cls._made_of_defaults()
             names = cls.positional or [f.name for f in dataclasses.fields(cls) if not f.kw_only]
             if len(values) > len(names) or named.keys() & {*names[: len(values)]}:
                 raise TypeError(
@@ -97,7 +99,7 @@ class CheckedClass(type):
                 for key, x in given.items()
             }
             readers: dict[int | str, Any] = {}
-            validator = cls.__pydantic_validator__
+            validator = cls.type_adapter().validator
             made = object.__new__(cls)
             try:
                 validator.validate_python(plain, self_instance=made, context=readers)
@@ -116,7 +118,9 @@ def schema_class(cls: C) -> C:
     """Make a frozen dataclass of ``cls``, a `SchemaClass`. A class may extend the configuration by
     its ``__pydantic_config__``."""
     config = {**CONFIG, **cls.__dict__.get("__pydantic_config__", {})}
-    made: Any = dataclass(frozen=True, eq=False, config=ConfigDict(**config))(cls)
+    made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False, init=False)(cls)
+    made.__pydantic_config__ = config
+    made._schema = {}
     return made
 
 
@@ -127,8 +131,44 @@ class SchemaClass(metaclass=CheckedClass):
     positional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be given by position, if not those that are not by keyword alone."""
 
+    has_valid_defaults: ClassVar[bool] = False
+    """Whether there is a value without any key. It needs no schema."""
+    _schema: ClassVar[dict[str, Any]]
+    """What pydantic makes of the class, from its first use on."""
+
     if TYPE_CHECKING:
         __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+
+    @classmethod
+    def type_adapter(cls) -> TypeAdapter[Any]:
+        """pydantic's schema of the class, made at its first use."""
+        if "adapter" not in cls._schema:
+            cls._schema["adapter"] = TypeAdapter(cls)
+        adapter: TypeAdapter[Any] = cls._schema["adapter"]
+        return adapter
+
+    @classmethod
+    def schema_fields(cls) -> dict[str, FieldInfo]:
+        """Its fields by their names, in the order of their declaration."""
+        if "fields" not in cls._schema:
+            hints = get_type_hints(cls, include_extras=True)
+            cls._schema["fields"] = {
+                field.name: FieldInfo.from_annotated_attribute(hints[field.name], field)
+                for field in dataclasses.fields(cls)
+            }
+        fields: dict[str, FieldInfo] = cls._schema["fields"]
+        return fields
+
+    @classmethod
+    def _made_of_defaults(cls) -> Self:
+        made = object.__new__(cls)
+        for field in dataclasses.fields(cls):
+            value: Any = field.default
+            if field.default_factory is not dataclasses.MISSING:
+                value = field.default_factory()
+            vars(made)[field.name] = value
+        vars(made).update(_keys=frozenset(), _forms={})
+        return made
 
     @model_validator(mode="wrap")
     @classmethod
@@ -154,6 +194,12 @@ class SchemaClass(metaclass=CheckedClass):
             return False
         names = [field.name for field in dataclasses.fields(self)]
         return all(_are_equal(getattr(self, name), getattr(other, name)) for name in names)
+
+    def __repr__(self) -> str:
+        values = (
+            f"{field.name}={getattr(self, field.name)!r}" for field in dataclasses.fields(self)
+        )
+        return f"{type(self).__name__}({', '.join(values)})"
 
     def __hash__(self) -> int:
         return hash(type(self))
@@ -233,6 +279,9 @@ def _plain_form(value: Any, info: Any) -> Any:
         return value.tolist()
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json", exclude_unset=info.exclude_unset, warnings=False)
+    if isinstance(value, SchemaClass):
+        serializer = value.type_adapter().serializer
+        return serializer.to_python(value, mode="json", exclude_unset=info.exclude_unset)
     return to_jsonable_python(value)
 
 
@@ -274,10 +323,17 @@ class ByKind:
                 expected = ", ".join(map(repr, kinds))
                 about |= {"tag": str(kind), "expected_tags": expected}
                 raise PydanticKnownError("union_tag_invalid", about)
-            validator = kinds[kind].__pydantic_validator__
-            return validator.validate_python(value, context=info.context)
+            cls = kinds[kind]
+            if issubclass(cls, BaseModel):
+                return cls.model_validate(value, context=info.context)
+            return cls.type_adapter().validate_python(value, context=info.context)
 
-        union = core_schema.with_info_plain_validator_function(read)
+        union = core_schema.with_info_plain_validator_function(
+            read,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                _plain_form, info_arg=True
+            ),
+        )
         return union | {"metadata": {"pydantic_js_functions": [partial(self._as_json, source)]}}
 
     def _kinds_of(self, cls: Any) -> tuple[str, ...]:

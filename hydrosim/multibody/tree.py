@@ -99,9 +99,9 @@ class TreeScratch(NamedTuple):
     """Scratch of a tree: ``S`` (6 nb, n), of small angles or where the whole matrix is asked for.
     Of each coordinate: its column ``columns`` (n, 6) of S at its own body. Of each body: its
     rotation since rest as a quaternion ``turned`` (nb, 4); its ``heading`` (nb,) since rest and the
-    ``rate`` (nb,) of that; its rotation vector from there in heading axes, ``angles`` (nb, 3). Of each joint: its ``place``
-    (nj, 3), and the ``gradient`` (nj, 3) of its turn about the vertical. Of each move: its present
-    ``axes`` (nm, 3, 3).
+    ``rate`` (nb,) of that; its rotation vector from there in heading axes, ``angles`` (nb, 3). Of
+    each joint: its ``place`` (nj, 3), and the ``gradient`` (nj, 3) of its turn about the vertical.
+    Of each move: its present ``axes`` (nm, 3, 3).
 
     Of `multibody.articulated`: ``arm`` (nj, 3) of each joint, from the parent's to the child's
     centre of gravity; wrenches or accelerations ``carried`` (6 nb,) along the tree; ``inertia``

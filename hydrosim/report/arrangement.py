@@ -109,7 +109,7 @@ def arrange_scene(scene: Scene) -> SceneArrangement:
             to_earth(element.anchor_body, element.anchor),
         )
         for name, element in scene.forces.items()
-        if isinstance(element, STRAIGHT_LINES) and element.point is not None
+        if isinstance(element, STRAIGHT_LINES) and element.point and element.anchor
     ]
     lines += [DrawnLine(name, p[0], p[-1], p) for name, p in catenaries_at_rest(scene).items()]
     joints = {

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import StrictBool, StrictStr, model_validator
@@ -150,6 +150,8 @@ class Place(StrEnum):
 class WaveForces(SchemaClass):
     """Which wave loads act. Loads from QTFs that lack headings round the circle are those at
     rest."""
+
+    has_valid_defaults: ClassVar[bool] = True
 
     first_order: StrictBool = True
     """Whether first-order wave loads act."""

@@ -175,6 +175,8 @@ class FrictionSlope(FrictionLaw):
 class Frictionless(FrictionLaw):
     """No friction; the other keys may stay, so that one word turns the friction of a case off."""
 
+    has_valid_defaults: ClassVar[bool] = True
+
     __pydantic_config__: ClassVar = ConfigDict(extra="ignore")
     example: ClassVar[dict[str, Any]] = {"law": "none"}
     law: Literal["none"] = field(default="none", kw_only=True)

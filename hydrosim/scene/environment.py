@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import ClassVar
 
 import numpy as np
+from pydantic import SkipValidation
 
 from hydrosim.files import quantities as of
 from hydrosim.files.schema_class import SchemaClass, schema_class
@@ -225,21 +227,34 @@ class Gusts:
     amplitudes: Amplitudes = Amplitudes.DETERMINISTIC
 
 
-@dataclass(frozen=True)
-class Environment:
-    """Water [m, kg/m^3, m/s^2] and the waves on it; an infinite depth is ``math.inf``. ``current``
-    and ``wind`` act through force elements alone and do not change the waves. Each may have a
-    profile, and the wind may have ``gusts``."""
+@schema_class
+class WaterProperties(SchemaClass):
+    """The water of a scene."""
 
-    water_depth: float = np.inf
-    water_density: float = 1025.0
-    gravity: float = 9.81
-    waves: tuple[WaveTrain, ...] = ()
-    current: Stream = field(default_factory=Stream)
-    wind: Stream = field(default_factory=Stream)
-    current_profile: CurrentProfile | None = None
-    wind_profile: WindProfile | None = None
-    gusts: Gusts | None = None
+    has_valid_defaults: ClassVar[bool] = True
+
+    water_depth: of.Depth = np.inf
+    """Depth of the water, or infinite."""
+    water_density: of.Density = 1025.0
+    """Density of the water."""
+    gravity: of.Gravity = 9.81
+    """Acceleration of gravity."""
+
+
+@schema_class
+class Environment(WaterProperties):
+    """Water and the waves on it. ``current`` and ``wind`` act through force elements alone and do
+    not change the waves. Each may have a profile, and the wind may have ``gusts``. In Python there
+    may be no gravity."""
+
+    water_depth: SkipValidation[float] = np.inf
+    gravity: of.GravityOrNone = 9.81
+    waves: SkipValidation[tuple[WaveTrain, ...]] = ()
+    current: SkipValidation[Stream] = Stream()
+    wind: SkipValidation[Stream] = Stream()
+    current_profile: SkipValidation[CurrentProfile | None] = None
+    wind_profile: SkipValidation[WindProfile | None] = None
+    gusts: SkipValidation[Gusts | None] = None
 
     @property
     def seeds(self) -> list[int]:

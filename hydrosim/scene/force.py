@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, StrictStr, Tag, model_validator
+from pydantic import BaseModel, Discriminator, Field, StrictStr, Tag, model_validator
 
 from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
@@ -151,7 +151,7 @@ Moment = Annotated[
 class Active(SchemaClass):
     """The time in which an element acts; each end is a time or an event. Neither occurs twice."""
 
-    start: Annotated[When | None, ReadAs(Moment | None, When)] = Field(default=None, alias="from")
+    start: Annotated[When | None, ReadAs(Moment | None, When), Field(alias="from")] = None
     """Time or event from which the element acts."""
     until: Annotated[When | None, ReadAs(Moment | None, When)] = None
     """Time or event until which the element acts."""
@@ -229,6 +229,17 @@ class ForceElement(SchemaClass):
         if self.when is not None:
             active = Active(build_condition(self.when))
         return replace(self, active=active, when=None).with_built_parts(where)
+
+    def is_written(self) -> bool:
+        """True if a part still has the form of a file, which `build_active` makes the scene's."""
+        active = self.active
+        ends = (active.start, active.until) if active else ()
+        parts = [getattr(self, field.name) for field in fields(self)]
+        return (
+            self.when is not None
+            or not all(end is None or isinstance(end, When) for end in ends)
+            or any(isinstance(x, BaseModel) or getattr(x, "total", False) for x in parts)
+        )
 
     def body_references(self) -> Iterator[tuple[Keys, str | None, str]]:
         """Keys to the names of the other bodies that it acts on, these, and what leaving one out

@@ -34,6 +34,8 @@ class RadiationModel(StrEnum):
 class TabulatedRadiation(SchemaClass):
     """What all retardation functions have: how long they are, and the step of their tables."""
 
+    has_valid_defaults: ClassVar[bool] = True
+
     length: of.Period | None = None
     """Length of the retardation functions. Without it they are 100 s long, or as long as the
     frequencies of the database resolve."""

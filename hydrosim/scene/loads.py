@@ -160,6 +160,10 @@ class StreamLoad(ForceElement):
         """True if the headings are those of half a circle."""
         return bool(self.headings[-1] <= np.pi * (1.0 + 1e-9))
 
+    def is_written(self) -> bool:
+        lacks = any(x is None for x in (self.surge, self.sway, self.yaw))
+        return super().is_written() or lacks or self.is_half
+
     def with_built_parts(self, where: BuildContext) -> Self:
         """The same with headings and coefficients of the whole circle."""
         headings = self.headings

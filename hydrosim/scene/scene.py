@@ -8,15 +8,15 @@ from enum import StrEnum
 from functools import cached_property
 from math import ceil, isclose
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
-from pydantic import StrictStr
+from pydantic import StrictBool, StrictStr
 
 from hydrosim.files import quantities as of
 from hydrosim.files.schema_class import ReadAs, SchemaClass, schema_class
 from hydrosim.scene.body import Body, Clearance
 from hydrosim.scene.environment import Environment
-from hydrosim.scene.force import ForceElement
+from hydrosim.scene.force import BuildContext, ForceElement
 from hydrosim.scene.joint import Arrangement, Joint, arrange_joints
 
 # Solver: method, step, tolerance, and simplifications of a scene.
@@ -70,6 +70,8 @@ class Tolerance(SchemaClass):
     tolerances of positions and angles per second more. The stretch of a contact node has the
     ``relative`` fraction of its break-away stretch under a usual load, if that is less."""
 
+    has_valid_defaults: ClassVar[bool] = True
+
     relative: of.Tolerance = 1e-6
     """Relative error per second."""
     position: of.SmallLength = 1e-6
@@ -85,29 +87,47 @@ class Unstable(StrEnum):
     ERROR = "error"
 
 
-@dataclass(frozen=True)
-class Solver:
-    """Integration method and ``step`` [s]; ``events`` false is for comparison only.
+@schema_class
+class SolverSettings(SchemaClass):
+    """How time is stepped."""
 
-    An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the error of each step below
-    ``tolerance`` times its length. ``unstable`` applies to the other methods. ``automatic`` selects
-    an adaptive method and its tolerance such that errors of motions are at most ``accuracy`` of
-    their range, see `hydrosim.compile.automatic`. Other methods have no accuracy.
+    has_valid_defaults: ClassVar[bool] = True
+
+    method: Method = Method.RK4
+    """Time integration method. The methods automatic, dopri5 and esdirk4 choose their own steps.
+    If a step is given and no method, the method is rk4."""
+    step: of.Period = 0.1
+    """Time step. A method that chooses its own steps begins with it."""
+    tolerance: Any = Tolerance()
+    """Error of motions relative to their range, of method automatic; a mapping of errors of each
+    step, of dopri5 and esdirk4."""
+    kinematics: Kinematics = Kinematics.EXACT
+    """Whether rotations are exact or small angles throughout."""
+    events: StrictBool = True
+    """Whether steps end where a contact changes its mode. Without it results are for comparison
+    only."""
+    unstable: Unstable = Unstable.WARN
+    """Whether a time step above the stable limit gives a warning or an error."""
+    linear: LinearScenes = LinearScenes.EXACT
+    """Whether a linear scene is propagated exactly or stepped as any other."""
+    symmetry: Symmetry = Symmetry.USE
+    """Whether a scene that is its own mirror image is solved in its plane of symmetry."""
+
+
+@schema_class
+class Solver(SolverSettings):
+    """Settings of a scene. An adaptive method (dopri5, esdirk4) begins with ``step`` and keeps the
+    error of each step below ``tolerance`` times its length. `automatic` selects an adaptive method
+    and its tolerance such that errors of motions are at most ``accuracy`` of their range, see
+    `hydrosim.compile.automatic`. Other methods have no accuracy.
 
     A ``linear`` scene is propagated exactly unless steps are asked for, see
     `hydrosim.linear.propagate`. A scene with mirror symmetry has no sway, roll and yaw unless its
     ``symmetry`` is ignored, see `hydrosim.compile.symmetry`.
     """
 
-    method: Method = Method.RK4
-    step: float = 0.1
-    tolerance: Tolerance = field(default_factory=Tolerance)
+    tolerance: Tolerance = Tolerance()
     accuracy: float | None = None
-    kinematics: Kinematics = Kinematics.EXACT
-    events: bool = True
-    unstable: Unstable = Unstable.WARN
-    linear: LinearScenes = LinearScenes.EXACT
-    symmetry: Symmetry = Symmetry.USE
 
 
 def fitting_step(output_step: float, limit: float) -> float:
@@ -227,6 +247,17 @@ class Scene:
     output_accelerations: bool = False
     output_impulses: bool = False
     places: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Elements that were written in Python as in a file get what the scene has."""
+        water = self.environment.water_density, self.environment.gravity
+        built = {
+            name: e.build_active(BuildContext(f"forces.{name}", Path("scene"), water, self.joints))
+            for name, e in self.forces.items()
+            if isinstance(e, ForceElement) and e.is_written()
+        }
+        if built:
+            object.__setattr__(self, "forces", {**self.forces, **built})
 
     @cached_property
     def arrangement(self) -> Arrangement:

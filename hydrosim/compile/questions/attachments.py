@@ -69,7 +69,7 @@ def _attachment_points(about: SceneContext) -> Iterator[tuple[str, str, np.ndarr
     turn = {body.name: about.motion.rotation[b] for b, body in enumerate(about.scene.bodies)}
     for name, element in about.scene.forces.items():
         if isinstance(element, TwoPointElement | CoordinateElement) and element.point is not None:
-            yield f"forces.{name}.point", element.body, np.array(element.point, float)
+            yield f"forces.{name}.point", str(element.body), np.array(element.point, float)
             if element.anchor_body is not None:
                 yield f"forces.{name}.anchor", element.anchor_body, np.array(element.anchor, float)
     for name, joint in about.scene.joints.items():
