@@ -185,8 +185,8 @@ def _check_springs(scene: Scene, model: Model, state: State) -> None:
     motion = motion_at(model, state.y)
     p = SPRING_KIND.constants_in(model)
     for i, name in enumerate(spring_names(scene)):
-        apart = link_kinematics(p, i, state.y, motion, model.bodies).place
-        if apart <= COINCIDENT_ENDS_RTOL * p.links[i]["neutral"]:
+        s = link_kinematics(p, i, state.y, motion, model.bodies)
+        if s.place <= COINCIDENT_ENDS_RTOL * (s.place - s.x):
             raise _coincident_ends(name)
 
 

@@ -41,6 +41,7 @@ from hydrosim.elements.kind import (
     CanFail,
     ElementKind,
     ElementLoads,
+    HasCoupledStates,
     HasImpulses,
     HasLinearDamping,
     HasLosses,
@@ -101,7 +102,7 @@ class Elements(NamedTuple):
     linear_moorings: Any
     applied_forces: Any
     fenders: Any
-    links: Any
+    link_table: Any
     linear_dampings: Any
     quadratic_dampings: Any
     viscous_rolls: Any
@@ -154,8 +155,8 @@ def add_elements(t, y, modes, motion, bodies, elements, wrench, rate, dy):
     if e.applied_forces.each.size > 0:
         applied_force.add_force(t, y, modes, motion, bodies, e.applied_forces, loads)
     fender.add_force(t, y, modes, motion, bodies, e.fenders, loads)
-    if e.links.links.size > 0:  # passing arguments alone would cost a few percent
-        links.add_force(t, y, modes, motion, bodies, e.links, loads)
+    if e.link_table.links.size > 0:  # passing arguments alone would cost a few percent
+        links.add_force(t, y, modes, motion, bodies, e.link_table, loads)
     if e.linear_dampings.size > 0:
         damping.add_linear_damping(t, y, modes, motion, bodies, e.linear_dampings, loads)
     if e.quadratic_dampings.size > 0:
@@ -201,8 +202,8 @@ def add_element_energies(t, y, modes, motion, bodies, elements, stored):
         linear_mooring.add_energy(t, y, modes, motion, bodies, e.linear_moorings, stored)
     if e.fenders.points.size > 0:
         fender.add_energy(t, y, modes, motion, bodies, e.fenders, stored)
-    if e.links.links.size > 0:
-        links.add_energy(t, y, modes, motion, bodies, e.links, stored)
+    if e.link_table.links.size > 0:
+        links.add_energy(t, y, modes, motion, bodies, e.link_table, stored)
     if e.bushings.each.size > 0:
         bushing.add_energy(t, y, modes, motion, bodies, e.bushings, stored)
     if e.catenaries.lines.size > 0:
@@ -278,7 +279,7 @@ def assign_indices(parts: KindConstants, scene: Scene, state: int, losses: int) 
         if kind is tanks.TANK_FLOW_KIND:
             flows = p._replace(**indices)
         elif isinstance(kind, ElementKind) and indices:
-            elements = kind.indexed_in(elements, indices)
+            elements = kind.replaced_in(elements, p._replace(**indices))
         state += _state_count(kind, p, scene)
         mode += kind.modes(p).size
         reaction += _reaction_count(kind, p)
@@ -312,7 +313,8 @@ def tally_count(parts: KindConstants) -> int:
 
 def coupled_states(parts: KindConstants) -> np.ndarray:
     """Entries (m,) of y that are states of elements and act on other states."""
-    return np.concatenate([kind.coupled_states(kind.constants_in(parts)) for kind in ELEMENT_KINDS])
+    coupled_kinds = [kind for kind in ELEMENT_KINDS if isinstance(kind, HasCoupledStates)]
+    return np.concatenate([kind.coupled_states(kind.constants_in(parts)) for kind in coupled_kinds])
 
 
 def new_modes(parts: KindConstants) -> np.ndarray:

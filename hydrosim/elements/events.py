@@ -33,7 +33,7 @@ def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
     """Shapes of the output of `write_outputs`, in its order, by the unit of kinds."""
     return {
         "fender": (elements.fenders.points.size, fender.CONTACT_OUTPUTS),
-        **links.output_shapes(elements.links),
+        **links.output_shapes(elements.link_table),
         "bushing": (elements.bushings.each.size, bushing.BUSHING_OUTPUTS),
         "line": (elements.catenaries.lines.size, catenary.CATENARY_OUTPUTS),
         "guide": (elements.guides.pins.size, landing.GUIDE_OUTPUTS),
@@ -49,7 +49,7 @@ def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
 def joint_output_start(elements):
     """Place of the loads of joints in the output of `write_outputs`."""
     behind = elements.fenders.points.size * fender.CONTACT_OUTPUTS
-    behind += elements.links.links.size * links.LINK_OUTPUTS
+    behind += elements.link_table.links.size * links.LINK_OUTPUTS
     behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
     behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
     behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
@@ -66,9 +66,9 @@ def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
     if fenders.points.size > 0:
         fender.write_outputs(t, y, modes, motion, bodies, fenders, holds.reaction, out)
     behind = fenders.points.size * fender.CONTACT_OUTPUTS
-    if elements.links.links.size > 0:
-        links.write_outputs(t, y, modes, motion, bodies, elements.links, out[behind:])
-    behind += elements.links.links.size * links.LINK_OUTPUTS
+    if elements.link_table.links.size > 0:
+        links.write_outputs(t, y, modes, motion, bodies, elements.link_table, out[behind:])
+    behind += elements.link_table.links.size * links.LINK_OUTPUTS
     if elements.bushings.each.size > 0:
         bushing.write_outputs(modes, motion, bodies, elements.bushings, out[behind:])
     behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
@@ -100,8 +100,8 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
     """Fill ``modes`` for a start from ``y``."""
     if elements.fenders.points.size > 0:
         transitions.set_initial_modes(t, y, modes, motion, bodies, elements.fenders)
-    if elements.links.links.size > 0:
-        links.set_initial_modes(t, y, modes, motion, bodies, elements.links)
+    if elements.link_table.links.size > 0:
+        links.set_initial_modes(t, y, modes, motion, bodies, elements.link_table)
     if tanks.flows.size > 0:
         pumping.set_initial_modes(t, modes, tanks)
     if elements.bushings.each.size > 0:
@@ -129,8 +129,8 @@ def find_margins(t, y, modes, motion, bodies, elements, tanks, headings, reactio
     transitions.find_margins(
         t, y, modes, motion, bodies, fenders, headings, reactions, watched, out
     )
-    if elements.links.links.size > 0:
-        links.find_margins(t, y, modes, motion, bodies, elements.links, out)
+    if elements.link_table.links.size > 0:
+        links.find_margins(t, y, modes, motion, bodies, elements.link_table, out)
     if tanks.flows.size > 0:
         pumping.find_margins(t, y, modes, tanks, out)
     if elements.bushings.each.size > 0:
@@ -202,9 +202,9 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
     if row >= tanks.mode and tanks.flows.size > 0:
         pumping.switch_flow(row - tanks.mode, which, t, modes, tanks)
         return
-    if row >= elements.links.mode and elements.links.links.size > 0:
-        i = row - elements.links.mode
-        links.transition(i, which, t, y, modes, motion, bodies, elements.links)
+    if row >= elements.link_table.mode and elements.link_table.links.size > 0:
+        i = row - elements.link_table.mode
+        links.transition(i, which, t, y, modes, motion, bodies, elements.link_table)
         return
     i = row - fenders.mode
     transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)
@@ -240,9 +240,9 @@ def guard_dependencies(row, part, elements, tanks):
         return (k, k + REFERENCE_SIZE) if row < elements.joint_motions.mode else (0, 0)
     if elements.winches.each.size > 0 and row >= elements.winches.mode:
         return winch.guard_dependencies(row - elements.winches.mode, part, elements.winches)
-    i = row - elements.links.mode
-    if 0 <= i < elements.links.links.size:
-        return links.guard_dependencies(i, elements.links) if part == 0 else (0, 0)
+    i = row - elements.link_table.mode
+    if 0 <= i < elements.link_table.links.size:
+        return links.guard_dependencies(i, elements.link_table) if part == 0 else (0, 0)
     if row < fenders.mode or row >= fenders.mode + fenders.points.size:
         return 0, 0
     point = fenders.points[row - fenders.mode]

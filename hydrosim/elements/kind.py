@@ -4,8 +4,8 @@ All code outside `hydrosim.elements` loops over kinds and names none. Kernels do
 are plain functions of the compiled constants, called one by one in `hydrosim.elements` and
 `hydrosim.elements.events`. A kind has no state and returns data alone.
 
-Properties of few kinds have small protocols of their own: `ResetsOnRestart`, `HasMirrorSymmetry`,
-`HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`.
+Properties of few kinds have small protocols of their own: `ResetsOnRestart`, `HasCoupledStates`,
+`HasMirrorSymmetry`, `HasLinearDamping`, `HasLosses`, `HasImpulses`, `CanFail`.
 """
 
 from __future__ import annotations
@@ -333,10 +333,6 @@ class UnitKind:
         """Its states in y, block by block."""
         return iter(())
 
-    def coupled_states(self, p: Any) -> np.ndarray:
-        """Entries (m,) of y that are its own and act on other states."""
-        return np.zeros(0, dtype=np.int64)
-
     def coordinates(self, scene: Scene) -> dict[str, object]:
         """Coordinates of its ``variables``, which do not depend on the run."""
         names = self.unit_names(scene) if self.unit else []
@@ -362,10 +358,6 @@ class ElementKind(UnitKind):
     def replaced_in(self, elements: Any, p: Any) -> Any:
         """The ``elements`` with the constants ``p`` of this kind."""
         return elements._replace(**{self.field: p})
-
-    def indexed_in(self, elements: Any, indices: Mapping[str, int]) -> Any:
-        """The ``elements`` with these indices in the constants of this kind."""
-        return elements._replace(**{self.field: getattr(elements, self.field)._replace(**indices)})
 
     def unit_names(self, scene: Scene) -> list[str]:
         every = elements_of(scene, self.classes)
@@ -405,6 +397,14 @@ class ResetsOnRestart(Protocol):
     ) -> None:
         """Copy the initial values ``anew`` into ``y`` for units whose stored modes are not
         ``possible`` (n,) and for states that are not ``known_states`` (ny,)."""
+
+
+@runtime_checkable
+class HasCoupledStates(Protocol):
+    """A kind with states that act on other states."""
+
+    def coupled_states(self, p: Any) -> np.ndarray:
+        """Entries (m,) of y that are its own and act on other states."""
 
 
 @runtime_checkable

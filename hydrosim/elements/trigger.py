@@ -241,9 +241,9 @@ def channel_value(channel, t, y, modes, motion, bodies, elements, tanks):
     if channel.kind == WINCH_LENGTH:
         return winch.kinematics(k, t, y, modes, motion, bodies, elements.winches).length
     if channel.kind == LINK_LOAD:
-        return links.find_load(k, t, y, modes, motion, bodies, elements.links)
+        return links.find_load(k, t, y, modes, motion, bodies, elements.link_table)
     if channel.kind == LINK_PLACE:
-        return links.find_place(k, t, y, modes, motion, bodies, elements.links)
+        return links.find_place(k, t, y, modes, motion, bodies, elements.link_table)
     if channel.kind == COMPRESSION:
         return geometry.contact_kinematics(fenders.points[k], bodies, motion).compression
     if channel.kind == CLEARANCE:
@@ -439,9 +439,9 @@ def apply_switch(j, t, y, modes, motion, bodies, elements, tanks):
             landing.deactivate(i, y, modes, motion, bodies, elements)
     for i in range(trigger.link, trigger.link + trigger.links):
         if now:
-            links.activate(i, t, y, modes, motion, bodies, elements.links)
+            links.activate(i, t, y, modes, motion, bodies, elements.link_table)
         else:
-            links.deactivate(i, modes, elements.links)
+            links.deactivate(i, modes, elements.link_table)
     for i in range(trigger.bushing, trigger.bushing + trigger.bushings):
         if now:
             bushing.activate(i, modes, motion, bodies, elements.bushings)

@@ -51,13 +51,13 @@ ROPE_LINES = {  # of files that are there: before which line stands what
             "    if elements.ropes.lines.size > 0:\n"
             "        rope.find_margins(y, modes, motion, bodies, elements.ropes, out)\n"
         ),
-        "    if row >= elements.links.mode and": (
+        "    if row >= elements.link_table.mode and": (
             "    ropes = elements.ropes\n"
             "    if row >= ropes.mode and ropes.lines.size > 0:\n"
             "        rope.transition(row - ropes.mode, which, y, modes, motion, bodies, ropes)\n"
             "        return\n"
         ),
-        "    i = row - elements.links.mode\n    if 0 <= i": (
+        "    i = row - elements.link_table.mode\n    if 0 <= i": (
             "    first = elements.ropes.state + row - elements.ropes.mode\n"
             "    if 0 <= row - elements.ropes.mode < elements.ropes.lines.size:\n"
             "        return first, first + 1\n"

@@ -13,7 +13,13 @@ from scenes import block, in_contact, on_floor, scene
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.elements import ELEMENT_KINDS, Elements, Frictionless, modes_of_kind
+from hydrosim.elements import (
+    ELEMENT_KINDS,
+    Elements,
+    Frictionless,
+    coupled_states,
+    modes_of_kind,
+)
 from hydrosim.elements.events import count_reaction_rows
 from hydrosim.elements.kind import (
     ElementKind,
@@ -54,7 +60,12 @@ def test_few_files_outside_elements_name_a_kind() -> None:
 
 @pytest.mark.parametrize(
     "source",
-    ["e = model.elements\nx = e.fenders", "f(links=x)", "getattr(e, 'guides')", "e['triggers']"],
+    [
+        "e = model.elements\nx = e.fenders",
+        "f(link_table=x)",
+        "getattr(e, 'guides')",
+        "e['triggers']",
+    ],
 )
 def test_a_kind_is_seen_under_any_name(source: str) -> None:
     assert len([*named(source)]) == 1
@@ -82,7 +93,7 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
         for component in block.components
     ]
     assert len(names) == model.slow - model.own
-    felt = np.concatenate([kind.coupled_states(kind.constants_in(model)) for kind in ELEMENT_KINDS])
+    felt = coupled_states(model)
     assert np.all((felt >= model.own) & (felt < model.slow))
 
 

@@ -79,7 +79,7 @@ def test_corners_are_points_of_the_grid(step: float, corner: float) -> None:
     assert point in clock.breakpoints
     assert np.diff(clock.breakpoints).min() > 0.1
     elements = align_corners(compiled.model, clock).elements
-    for pieces in (elements.applied_forces.pieces, elements.links.pieces):
+    for pieces in (elements.applied_forces.pieces, elements.link_table.pieces):
         assert np.isin(pieces["start"], [0.0, *clock.breakpoints]).all()
     assert align_corners(compiled.model, clock._replace(breakpoints=raw[:0])) is compiled.model
 

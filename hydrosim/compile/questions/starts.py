@@ -215,8 +215,9 @@ def _ask_about_springs(about: SceneContext) -> Iterator[Query]:
     springs = {name: of for name, of in about.scene.forces.items() if isinstance(of, Spring)}
     p = SPRING_KIND.constants_in(about.model)
     for i, (name, line) in enumerate(springs.items()):
-        longer = link_kinematics(p, i, about.state.y, about.motion, about.model.bodies).x
-        length = float(p.links[i]["neutral"])
+        s = link_kinematics(p, i, about.state.y, about.motion, about.model.bodies)
+        longer = s.x
+        length = s.place - s.x
         apart = length + longer
         if length > MAX_SLACK_RATIO * apart > 0.0 and line.tension[0] == 0.0:
             found_text = f"{length:g} m, while its ends are {apart:.3g} m apart at the start"
@@ -283,8 +284,9 @@ def _ask_about_struts(about: SceneContext) -> Iterator[Query]:
     for i, (name, strut) in enumerate(elements_of(about.scene, LINK_KIND.classes)):
         if not (isinstance(strut, Strut) and np.any(strut.force)):
             continue
-        offset = link_kinematics(p, i, about.state.y, about.motion, about.model.bodies).x
-        length = float(p.links[i]["neutral"])
+        s = link_kinematics(p, i, about.state.y, about.motion, about.model.bodies)
+        offset = s.x
+        length = s.place - s.x
         if abs(offset) > max(STRETCHED * length, float(np.abs(strut.offset).max())):
             longer = "longer" if offset > 0.0 else "shorter"
             found_text = f"{length:g} m, while it is {abs(offset):.3g} m {longer} at the start"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -60,20 +60,17 @@ class TableKind(KindWithModeSets):
     stiff_mode: int = ACTING
 
     def constants_in(self, parts: KindConstants) -> LinkConstants:
-        p: LinkConstants = parts.elements.links
+        p: LinkConstants = parts.elements.link_table
         first, last = np.searchsorted(p.links["family"], [self.family, self.family + 1])
         return p._replace(links=p.links[first:last], mode=p.mode + int(first))
 
     def replaced_in(self, elements: Any, p: LinkConstants) -> Any:
-        links = elements.links.links.copy()
-        links[links["family"] == self.family] = p.links
-        return elements._replace(links=elements.links._replace(links=links))
-
-    def indexed_in(self, elements: Any, indices: Mapping[str, int]) -> Any:
-        """The table begins with its first family."""
-        if self.family > 0:
-            return elements
-        return elements._replace(links=elements.links._replace(**indices))
+        table = elements.link_table
+        links = table.links.copy()
+        first, last = np.searchsorted(links["family"], [self.family, self.family + 1])
+        links[first:last] = p.links
+        indices = {"state": p.state, "mode": p.mode - int(first), "losses": p.losses}
+        return elements._replace(link_table=table._replace(links=links, **indices))
 
     def modes(self, p: LinkConstants) -> ModeRows:
         first, last, slope = p.links["first"], p.links["last"], p.links["steepest"]
@@ -268,6 +265,6 @@ class LinkKind(TableKind):
         return columns
 
 
-SPRING_KIND = SpringKind("links", (Spring,), compile_elements, SPRINGS, SLACK, TAUT)
-COMPENSATOR_KIND = CompensatorKind("links", (Compensator,), compile_elements, COMPENSATORS)
-LINK_KIND = LinkKind("links", OTHER_LINKS, compile_elements, OTHERS)
+SPRING_KIND = SpringKind("link_table", (Spring,), compile_elements, SPRINGS, SLACK, TAUT)
+COMPENSATOR_KIND = CompensatorKind("link_table", (Compensator,), compile_elements, COMPENSATORS)
+LINK_KIND = LinkKind("link_table", OTHER_LINKS, compile_elements, OTHERS)
