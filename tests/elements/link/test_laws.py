@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from math import sqrt
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from hydrosim.elements import DryFriction, GasSpring, SpringDamper, Stop, Torsio
 from hydrosim.errors import InputError
 from hydrosim.files.series import select, units_along
 from hydrosim.files.text import Source
+from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import (
     ForceElement,
     Joint,
@@ -252,6 +254,17 @@ def test_a_spring_of_a_joint_is_the_resistance_of_that_joint() -> None:
     assert np.abs(runs[0].joint_position.values - swing).max() < 1e-12 * np.ptp(swing)
     load = runs[0].spring_damper_load.values
     assert np.abs(load + runs[1].joint_motion_force.values).max() < 1e-9 * np.ptp(load)
+
+
+def test_step_limits_know_a_gas_spring_at_its_short_end() -> None:
+    """The gas is stiffest there, and stiffer than the stops."""
+    P, S, h, n, k = 2e3, 1.0, 0.55, 1.4, 1e4
+    gas = {"push": P, "stroke": S, "gas_length": h, "exponent": n, "stiffness": k}
+    stiffest = n * P / h * (h / (h - S / 2)) ** (n + 1)
+    assert stiffest > 10.0 * k
+    whole = on(SLIDER, 0.0, 0.0, gas=GasSpring("block", **SLIDER, **gas))
+    (limit, *_) = scene_step_limits(hs.compile_scene(whole))
+    assert limit.step == pytest.approx(2.0 * sqrt(2.0) / sqrt(stiffest / MASS), rel=2e-3)
 
 
 def test_results_say_in_which_units_each_link_acts(tmp_path: Path) -> None:
