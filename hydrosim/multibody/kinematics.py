@@ -35,6 +35,7 @@ from hydrosim.multibody.tree import (
     add_inertia,
     add_to_accelerations,
     add_wrench_of_angles,
+    fill_small_rotation,
     forward_kinematics,
     new_tree_scratch,
 )
@@ -109,7 +110,10 @@ def place_bodies_inline(q, u, bodies, motion):
         motion.coordinates[bodies.active[j]] = q[j]
         motion.rate[bodies.active[j]] = u[j]
     assign(motion.velocity, motion.rate)
+    jointed = bodies.tree.branches.size > 0
     for b in range(bodies.each.size):
+        if jointed and bodies.tree.branch[b] >= 0:
+            continue  # placed from its parent
         angles = vector(motion.coordinates, 6 * b + 3)
         if bodies.exact:
             angles = (angles[0], angles[1], angles[2] + bodies.each[b].heading)
@@ -117,8 +121,8 @@ def place_bodies_inline(q, u, bodies, motion):
             _rate_map(angles, motion.rate_map[b])
             _set_angular_velocity(b, angles, motion)
         else:
-            _fill_small_rotation(angles, motion.rotation[b])
-    if bodies.tree.branches.size > 0:
+            fill_small_rotation(angles, motion.rotation[b])
+    if jointed:
         forward_kinematics(q, u, bodies, motion)
 
 
@@ -170,20 +174,6 @@ def _fill_rotation(angles, R):
     R[2, 0] = -st
     R[2, 1] = ct * sf
     R[2, 2] = ct * cf
-
-
-@kernel
-def _fill_small_rotation(angles, R):
-    """I + angles x, the first order of R."""
-    R[0, 0] = 1.0
-    R[0, 1] = -angles[2]
-    R[0, 2] = angles[1]
-    R[1, 0] = angles[2]
-    R[1, 1] = 1.0
-    R[1, 2] = -angles[0]
-    R[2, 0] = -angles[1]
-    R[2, 1] = angles[0]
-    R[2, 2] = 1.0
 
 
 @kernel

@@ -188,6 +188,21 @@ def _small_angle_kinematics(q, u, bodies, motion):
             motion.rate[i] = speed
             motion.velocity[i] = speed
         motion.growth.rate[b] = motion.rate[6 * b + 5]
+        fill_small_rotation(vector(motion.coordinates, 6 * b + 3), motion.rotation[b])
+
+
+@kernel
+def fill_small_rotation(angles, R):
+    """I + angles x, the first order of R."""
+    R[0, 0] = 1.0
+    R[0, 1] = -angles[2]
+    R[0, 2] = angles[1]
+    R[1, 0] = angles[2]
+    R[1, 1] = 1.0
+    R[1, 2] = -angles[0]
+    R[2, 0] = -angles[1]
+    R[2, 1] = angles[0]
+    R[2, 2] = 1.0
 
 
 @kernel
@@ -303,7 +318,7 @@ def _begin_at_parent(k, bodies, motion):
 
 @kernel
 def _set_axes(m, rotation, tree, growth):
-    for a in range(3):
+    for a in range(3 if tree.moves[m].kind == BALL else 1):
         axis = rotate_vector(rotation, vector(tree.moves[m].axes[a], 0))
         for i in range(3):
             growth.axes[m, a, i] = axis[i]
