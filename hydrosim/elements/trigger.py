@@ -302,7 +302,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Tr
     """Constants of the triggers of ``elements``, in their order, followed by those of pumps and of
     joints."""
     kinds = (Contact, Link, Bushing, Catenary, Winch)
-    ranges = [unit_ranges(order_units(elements), kind) for kind in kinds]
+    ordered = order_units(elements)
+    ranges = [unit_ranges(ordered, kind) for kind in kinds]
     rows: list[Any] = []
     for name, element in elements.items():
         if element.active is None:

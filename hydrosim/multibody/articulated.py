@@ -22,8 +22,8 @@ from __future__ import annotations
 
 from math import nan
 
-from hydrosim.jit.kernels import kernel, root
-from hydrosim.multibody.tree import BALL, NO_BODY
+from hydrosim.jit.kernels import clear, kernel, root
+from hydrosim.multibody.tree import BALL, NO_BODY, carry_acceleration, carry_wrench
 from hydrosim.multibody.vectors import add, cross, dot, matvec, scale, sub, vector
 
 TRANSLATION, COUPLING, ROTATION = 0, 3, 6
@@ -50,14 +50,14 @@ def accelerate_articulated(bodies, contents, headings, added_mass, motion, F, x)
     roots = bodies.active.size - tree.coordinates
     for j in range(roots - 1, -1, -1):
         _eliminate(j, bodies.active[j] // 6, growth)
-    for i in range(F.size):
-        growth.carried[i] = 0.0
+    clear(growth.carried)
     for j in range(roots):
         _solve(j, bodies.active[j] // 6, growth, x)
     for k in range(tree.branches.size):
         branch = tree.branches[k]
         if branch.parent != NO_BODY:
-            _carry_acceleration(branch.parent, branch.child, vector(growth.arm[k], 0), growth)
+            arm = vector(growth.arm[k], 0)
+            carry_acceleration(branch.parent, branch.child, arm, growth.carried)
         for m in range(branch.first, branch.last):
             move = tree.moves[m]
             for a in range(3 if move.kind == BALL else 1):
@@ -197,20 +197,7 @@ def _pass_to_parent(child, parent, r, growth):
             base[TRANSLATION + i, a] += own[TRANSLATION + i, a]
             base[COUPLING + i, a] += B[i][a]
             base[ROTATION + i, a] += own[ROTATION + i, a] + turned[a]
-    f = vector(growth.carried, 6 * child)
-    m = add(vector(growth.carried, 6 * child + 3), cross(r, f))
-    for i in range(3):
-        growth.carried[6 * parent + i] += f[i]
-        growth.carried[6 * parent + 3 + i] += m[i]
-
-
-@kernel
-def _carry_acceleration(parent, child, r, growth):
-    """X alpha of the ``parent`` into that of the ``child``."""
-    v = vector(growth.carried, 6 * parent)
-    w = vector(growth.carried, 6 * parent + 3)
-    _put(add(v, cross(w, r)), growth.carried, 6 * child)
-    _put(w, growth.carried, 6 * child + 3)
+    carry_wrench(child, parent, r, growth.carried)
 
 
 @kernel

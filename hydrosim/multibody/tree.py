@@ -546,13 +546,33 @@ def add_generalised(bodies, motion, wrench, Q):
             for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):
                 Q[j] = _power(growth.columns[j], F, c)
         if branch.parent != NO_BODY:
-            p = 6 * branch.parent
-            swing = cross(vector(growth.arm[k], 0), vector(F, c))
-            for i in range(3):
-                F[p + i] += F[c + i]
-                F[p + 3 + i] += F[c + 3 + i] + swing[i]
+            carry_wrench(branch.child, branch.parent, vector(growth.arm[k], 0), F)
     for j in range(bodies.active.size - tree.coordinates):
         Q[j] = _power(growth.columns[j], F, 6 * (bodies.active[j] // 6))
+
+
+@kernel
+def carry_wrench(child, parent, arm, F):
+    """Add the wrench of the ``child`` in ``F`` (6 nb,) to that of its parent, whose centre of
+    gravity is at -``arm`` from its own."""
+    c = 6 * child
+    p = 6 * parent
+    swing = cross(arm, vector(F, c))
+    for i in range(3):
+        F[p + i] += F[c + i]
+        F[p + 3 + i] += F[c + 3 + i] + swing[i]
+
+
+@kernel
+def carry_acceleration(parent, child, arm, alpha):
+    """The acceleration of the ``child`` in ``alpha`` (6 nb,) if it moves as a part of its
+    parent."""
+    c = 6 * child
+    p = 6 * parent
+    swing = cross(vector(alpha, p + 3), arm)
+    for i in range(3):
+        alpha[c + i] = alpha[p + i] + swing[i]
+        alpha[c + 3 + i] = alpha[p + 3 + i]
 
 
 @kernel
@@ -609,11 +629,7 @@ def add_to_accelerations(x, bodies, motion, a):
         branch = tree.branches[k]
         c = 6 * branch.child
         if branch.parent != NO_BODY:
-            p = 6 * branch.parent
-            swing = cross(vector(alpha, p + 3), vector(growth.arm[k], 0))
-            for i in range(3):
-                alpha[c + i] = alpha[p + i] + swing[i]
-                alpha[c + 3 + i] = alpha[p + 3 + i]
+            carry_acceleration(branch.parent, branch.child, vector(growth.arm[k], 0), alpha)
         for m in range(branch.first, branch.last):
             move = tree.moves[m]
             for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):

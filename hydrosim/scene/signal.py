@@ -215,7 +215,7 @@ Forces = of.PerDof[ForceOverTime, MomentOverTime]
 """Of an applied force: per DOF a number, a list over the element's own times, or any of these."""
 
 
-# RecordedColumns series, in the unit that is wanted.
+# Recorded series, in the unit that is wanted.
 
 MOTION_UNITS = ("m", "rad")
 """Units of motions. A column without a unit may be of any quantity that a factor makes a force of,

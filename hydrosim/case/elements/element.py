@@ -81,7 +81,7 @@ class Element(Exemplary):
         yield from ()
 
     def recorded_series(self) -> Iterator[tuple[Keys, RecordedColumns]]:
-        """RecordedColumns series that it needs, with the keys to them."""
+        """Recorded series that it needs, with the keys to them."""
         yield from ()
 
 

@@ -51,9 +51,11 @@ OTHER_LINKS = tuple(kind for kind in LAWS if kind not in (Spring, Compensator))
 @dataclass(frozen=True)
 class TableKind(KindWithModeSets):
     """The kind of one ``family`` of links, whose constants are a range of the table. Its units are
-    idle in ``idle_mode``, and at their stiffest in ``stiff_mode``; each of them ``alone`` too, said
-    so in words, unless these are empty."""
+    idle in ``idle_mode``, and at their stiffest in ``stiff_mode``, as their texts say; each of them
+    ``alone`` too, said so in words, unless these are empty."""
 
+    idle_text: ClassVar[str]
+    stiff_text: ClassVar[str]
     alone: ClassVar[str] = ""
     family: int
     idle_mode: int = ACTING
@@ -86,6 +88,20 @@ class TableKind(KindWithModeSets):
                 values = unit_record.observed[:, units, column.output]
                 columns_by_name[name] = (("time", declared.dimension), values)
         return columns_by_name
+
+    def coordinates(self, scene: Scene) -> dict[str, object]:
+        return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, self.classes))
+
+    def mode_sets(self, p: LinkConstants) -> Sequence[ModeSet]:
+        """All on the piece of their law without load, and on their stiffest."""
+        if not p.links.size:
+            return []
+        sets = [ModeSet(self.idle_text, rest_at_first(p.links["idle"], self.idle_mode))]
+        differ = self.idle_mode != self.stiff_mode or np.any(p.links["stiff"] != p.links["idle"])
+        if differ:
+            stiff = rest_at_first(p.links["stiff"], self.stiff_mode)
+            sets.append(ModeSet(self.stiff_text, stiff))
+        return sets
 
     def one_unit_active(
         self, p: LinkConstants, names: Sequence[str], which: Sequence[int]
@@ -140,6 +156,8 @@ def link_kinematics(
 
 class SpringKind(TableKind):
     unit = "spring"
+    idle_text = "springs slack"
+    stiff_text = "springs taut"
     alone = "alone taut"
     variables: ClassVar = {
         **variables_of(Spring),
@@ -147,20 +165,11 @@ class SpringKind(TableKind):
         "spring_segment": Variable("piece of the curve, 0 if slack", "1"),
     }
 
-    def mode_sets(self, p: LinkConstants) -> Sequence[ModeSet]:
-        if not p.links.size:
-            return []
-        return [
-            ModeSet("springs slack", rest_at_first(p.links["idle"], SLACK)),
-            ModeSet("springs taut", rest_at_first(p.links["stiff"], TAUT)),
-        ]
-
-    def coordinates(self, scene: Scene) -> dict[str, object]:
-        return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Spring))
-
 
 class CompensatorKind(TableKind):
     unit = "compensator"
+    idle_text = "compensators in their stroke"
+    stiff_text = "compensators on their stops"
     alone = "alone on its stop"
     variables: ClassVar = {
         **variables_of(Compensator),
@@ -169,17 +178,6 @@ class CompensatorKind(TableKind):
         ),
         "compensator_segment": Variable("slack, lower stop, gas, upper stop", "1"),
     }
-
-    def mode_sets(self, p: LinkConstants) -> Sequence[ModeSet]:
-        if not p.links.size:
-            return []
-        return [
-            ModeSet("compensators in their stroke", rest_at_first(p.links["idle"], PULLING)),
-            ModeSet("compensators on their stops", rest_at_first(p.links["stiff"], PULLING)),
-        ]
-
-    def coordinates(self, scene: Scene) -> dict[str, object]:
-        return super().coordinates(scene) | capacity_of(self.unit, elements_of(scene, Compensator))
 
 
 def _unit_coordinates(scene: Scene) -> Iterator[tuple[str, object]]:
@@ -195,6 +193,8 @@ def _unit_coordinates(scene: Scene) -> Iterator[tuple[str, object]]:
 
 class LinkKind(TableKind):
     unit = "link"
+    idle_text = ""
+    stiff_text = "links on their steepest pieces"
     variables: ClassVar = {
         **variables_of(*OTHER_LINKS),
         "pto_power": Variable("power absorbed by a power take-off", "W"),
@@ -212,16 +212,6 @@ class LinkKind(TableKind):
     def coupled_states(self, p: LinkConstants) -> np.ndarray:
         count = int(p.links["states"].sum())
         return np.arange(p.state, p.state + count, dtype=np.int64)
-
-    def mode_sets(self, p: LinkConstants) -> Sequence[ModeSet]:
-        """All on the piece of their law without load, and on their stiffest."""
-        if not p.links.size:
-            return []
-        sets = [ModeSet("", rest_at_first(p.links["idle"], ACTING))]
-        if np.any(p.links["stiff"] != p.links["idle"]):
-            text = "links on their steepest pieces"
-            sets.append(ModeSet(text, rest_at_first(p.links["stiff"], ACTING)))
-        return sets
 
     def resistances(self, p: LinkConstants) -> Iterator[LinearResistance]:
         """Damping of each torsion spring with small angles; struts are never linear."""
@@ -266,5 +256,7 @@ class LinkKind(TableKind):
 
 
 SPRING_KIND = SpringKind("link_table", (Spring,), compile_elements, SPRINGS, SLACK, TAUT)
-COMPENSATOR_KIND = CompensatorKind("link_table", (Compensator,), compile_elements, COMPENSATORS)
+COMPENSATOR_KIND = CompensatorKind(
+    "link_table", (Compensator,), compile_elements, COMPENSATORS, PULLING, PULLING
+)
 LINK_KIND = LinkKind("link_table", OTHER_LINKS, compile_elements, OTHERS)

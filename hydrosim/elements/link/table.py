@@ -65,6 +65,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
     segments = [np.zeros(0, dtype=curves.SEGMENT)]
     constants: dict[np.dtype, list[np.void]] = {dtype: [] for dtype in laws.CONSTANTS.values()}
     state = 0
+    first = 0
     for link, (name, e) in zip(table, links.items(), strict=True):
         law, declared = LAWS[type(e)]
         curve = declared.curve(e)
@@ -88,8 +89,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Li
             constants[law_constants.dtype].extend(law_constants)
         if curve.size:
             for field in ("first", "last", "idle", "stiff"):
-                link[field] += sum(piece.size for piece in segments)
+                link[field] += first
         segments.append(curve)
+        first += curve.size
     by_law = {
         field: np.array(constants[dtype], dtype=dtype) for field, dtype in laws.CONSTANTS.items()
     }
