@@ -26,7 +26,7 @@ from hydrosim.elements.signal import SIGNAL, compile_signals, corners, find_moti
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import NO_INDEX
 from hydrosim.multibody.kinematics import wrench_of_coordinates
-from hydrosim.multibody.tree import BALL, push_joint
+from hydrosim.multibody.tree import push_joint
 from hydrosim.scene import ForceElement, Turns
 from hydrosim.scene.signal import Signal, scale_signal
 
@@ -117,21 +117,9 @@ def _body_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
 
 def _joint_place(drive: Drive, layout: Layout) -> tuple[int, ...]:
     """The same of a drive of a joint."""
-    moves = layout.tree.moves
-    before = 0
-    for name, joint in layout.joints.items():
-        if name in layout.constraints:
-            continue
-        if name == drive.joint:
-            break
-        before += len(joint.motions)
-    names = [motion.name for motion in joint.motions]
-    coordinate = int(moves["coordinate"].min()) + before + names.index(drive.dof)
-    for m, move in enumerate(moves):
-        axis = coordinate - int(move["coordinate"])
-        if 0 <= axis < (3 if move["kind"] == BALL else 1):
-            return coordinate, NO_INDEX, NO_INDEX, m, axis
-    raise AssertionError(f"{drive.driven} is no coordinate")
+    assert drive.joint is not None
+    coordinate, move, axis = layout.coordinate_of_motion(drive.joint, drive.dof)
+    return coordinate, NO_INDEX, NO_INDEX, move, axis
 
 
 @root

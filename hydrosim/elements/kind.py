@@ -19,7 +19,7 @@ import numpy as np
 
 from hydrosim.dofs import about_z
 from hydrosim.modes import MODE, MODE_COLUMNS, SEGMENT
-from hydrosim.multibody.tree import NO_TREE, Tree
+from hydrosim.multibody.tree import NO_TREE, Tree, coordinate_places
 from hydrosim.scene import Clearance, ForceElement, Joint, Scene, Weight
 from hydrosim.scene.scene import arrangement, tree_joints
 
@@ -173,6 +173,16 @@ class Layout:
     def draught_of(self, body: str) -> float | None:
         """Draught [m] of a body at rest, None if unknown."""
         return self.draught[self.body[body]] if self.draught else None
+
+    def coordinate_of_motion(self, joint: str, motion: str) -> tuple[int, int, int]:
+        """The free coordinate of a ``motion`` of a ``joint`` of a tree, its move and the axis of
+        that."""
+        places = coordinate_places(self.tree)
+        trees = [name for name in self.joints if name not in self.constraints]
+        before = sum(len(self.joints[name].motions) for name in trees[: trees.index(joint)])
+        names = [m.name for m in self.joints[joint].motions]
+        coordinate = min(places) + before + names.index(motion)
+        return coordinate, *places[coordinate]
 
     def place_at_rest(self, body: str | None, point: Sequence[float]) -> np.ndarray:
         """Position (3,) in the earth frame of a ``point`` of a body at rest, or of the earth."""

@@ -23,7 +23,7 @@ from __future__ import annotations
 from math import nan
 
 from hydrosim.jit.kernels import clear, kernel, root
-from hydrosim.multibody.tree import BALL, NO_BODY, carry_acceleration, carry_wrench
+from hydrosim.multibody.tree import NO_BODY, carry_acceleration, carry_wrench, coordinate_count
 from hydrosim.multibody.vectors import add, cross, dot, matvec, scale, sub, vector
 
 TRANSLATION, COUPLING, ROTATION = 0, 3, 6
@@ -43,7 +43,7 @@ def accelerate_articulated(bodies, contents, headings, added_mass, motion, F, x)
         branch = tree.branches[k]
         for m in range(branch.last - 1, branch.first - 1, -1):
             move = tree.moves[m]
-            for a in range(2 if move.kind == BALL else 0, -1, -1):
+            for a in range(coordinate_count(move) - 1, -1, -1):
                 _eliminate(move.coordinate + a, branch.child, growth)
         if branch.parent != NO_BODY:
             _pass_to_parent(branch.child, branch.parent, vector(growth.arm[k], 0), growth)
@@ -60,7 +60,7 @@ def accelerate_articulated(bodies, contents, headings, added_mass, motion, F, x)
             carry_acceleration(branch.parent, branch.child, arm, growth.carried)
         for m in range(branch.first, branch.last):
             move = tree.moves[m]
-            for a in range(3 if move.kind == BALL else 1):
+            for a in range(coordinate_count(move)):
                 _solve(move.coordinate + a, branch.child, growth, x)
 
 

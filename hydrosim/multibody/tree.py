@@ -158,6 +158,21 @@ def new_tree_scratch(tree: Tree) -> TreeScratch:
     )
 
 
+def coordinate_places(tree: Tree) -> dict[int, tuple[int, int]]:
+    """The move and its axis of each coordinate of a tree, which follow one another."""
+    return {
+        int(move["coordinate"]) + a: (m, a)
+        for m, move in enumerate(tree.moves)
+        for a in range(3 if move["kind"] == BALL else 1)
+    }
+
+
+@kernel
+def coordinate_count(move):
+    """Number of the coordinates of a move."""
+    return 3 if move.kind == BALL else 1
+
+
 @root
 def forward_kinematics(q, u, bodies, motion):
     """Fill ``motion`` of all jointed bodies, and the `TreeScratch`, from the roots, which are
@@ -318,7 +333,7 @@ def _begin_at_parent(k, bodies, motion):
 
 @kernel
 def _set_axes(m, rotation, tree, growth):
-    for a in range(3 if tree.moves[m].kind == BALL else 1):
+    for a in range(coordinate_count(tree.moves[m])):
         axis = rotate_vector(rotation, vector(tree.moves[m].axes[a], 0))
         for i in range(3):
             growth.axes[m, a, i] = axis[i]
@@ -418,7 +433,7 @@ def _fill_columns(k, centre, bodies, motion):
     arm = sub(centre, vector(growth.place[k], 0))
     for m in range(branch.first, branch.last):
         move = tree.moves[m]
-        for a in range(3 if move.kind == BALL else 1):
+        for a in range(coordinate_count(move)):
             axis = scale(move.sign, vector(growth.axes[m, a], 0))
             column = growth.columns[move.coordinate + a]
             swing = cross(axis, arm)
@@ -453,7 +468,7 @@ def _fill_slopes(bodies, motion):
                     S[c + 3 + i, j] = axis[i]
         for m in range(branch.first, branch.last):
             move = tree.moves[m]
-            for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):
+            for j in range(move.coordinate, move.coordinate + coordinate_count(move)):
                 for i in range(6):
                     S[c + i, j] = growth.columns[j, i]
 
@@ -543,7 +558,7 @@ def add_generalised(bodies, motion, wrench, Q):
         c = 6 * branch.child
         for m in range(branch.first, branch.last):
             move = tree.moves[m]
-            for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):
+            for j in range(move.coordinate, move.coordinate + coordinate_count(move)):
                 Q[j] = _power(growth.columns[j], F, c)
         if branch.parent != NO_BODY:
             carry_wrench(branch.child, branch.parent, vector(growth.arm[k], 0), F)
@@ -632,7 +647,7 @@ def add_to_accelerations(x, bodies, motion, a):
             carry_acceleration(branch.parent, branch.child, vector(growth.arm[k], 0), alpha)
         for m in range(branch.first, branch.last):
             move = tree.moves[m]
-            for j in range(move.coordinate, move.coordinate + (3 if move.kind == BALL else 1)):
+            for j in range(move.coordinate, move.coordinate + coordinate_count(move)):
                 _add_column(growth.columns[j], x[j], c, alpha)
     for i in range(a.size):
         a[i] += alpha[i]

@@ -43,7 +43,7 @@ from hydrosim.modes import (
     SEGMENT,
     SEGMENT_MARGIN,
 )
-from hydrosim.multibody.tree import BALL, push_joint
+from hydrosim.multibody.tree import BALL, coordinate_places, push_joint
 from hydrosim.multibody.vectors import dot, quaternion_of_parameters, rotation_vector
 from hydrosim.scene import ForceElement, JointResistance, Scene
 from hydrosim.scene.scene import tree_joints
@@ -80,12 +80,7 @@ class JointMotionConstants(NamedTuple):
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> JointMotionConstants:
     """Constants of all free motions of the joints of trees."""
-    tree = layout.tree
-    places = {
-        int(move["coordinate"]) + a: (m, a)
-        for m, move in enumerate(tree.moves)
-        for a in range(3 if move["kind"] == BALL else 1)
-    }
+    places = coordinate_places(layout.tree)
     rows = []
     coordinate = min(places, default=0)
     for name, joint in layout.joints.items():

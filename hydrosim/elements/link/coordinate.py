@@ -50,7 +50,7 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import RISING
 from hydrosim.multibody.kinematics import add_wrench
-from hydrosim.multibody.tree import BALL, SLIDE, push_joint
+from hydrosim.multibody.tree import SLIDE, push_joint
 from hydrosim.multibody.vectors import add, dot, matvec, scale, vector
 from hydrosim.scene.joint import Joint, MotionKind
 from hydrosim.scene.links import CoordinateElement, Link, TorsionSpring, TwoPointElement
@@ -155,15 +155,7 @@ def _motion_fields(
     if motion not in names:
         found_text = element.motion or "none"
         raise InputError(f"motion: found {found_text}; expected one of: {', '.join(names)}.")
-    before = sum(len(trees[name].motions) for name in [*trees][: [*trees].index(joint)])
-    free = [m.name for m in trees[joint].motions].index(motion)
-    places = {
-        int(move["coordinate"]) + a: (m, a)
-        for m, move in enumerate(layout.tree.moves)
-        for a in range(3 if move["kind"] == BALL else 1)
-    }
-    coordinate = min(places) + before + free
-    move, joint_axis = places[coordinate]
+    coordinate, move, joint_axis = layout.coordinate_of_motion(joint, motion)
     element.check_units(turns=layout.tree.moves[move]["kind"] != SLIDE)
     return {
         "coordinate": JOINT_MOTION,
