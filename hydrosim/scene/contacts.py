@@ -11,14 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    ConfigDict,
-    Discriminator,
-    StrictBool,
-    StrictStr,
-    model_validator,
-)
+import pydantic
 
 from hydrosim.dofs import MIRROR_SIGN, foot_of_perpendicular, mirrored_vector
 from hydrosim.files import quantities as of
@@ -54,7 +47,7 @@ class LoadPowers(SchemaClass):
     slip_damping: of.Power = 0.0
     """Power of the normal force that the slip damping goes with."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_powers(self) -> Self:
         if max(self.damping, self.slip_damping) > self.stiffness:
             found_text = f"damping {self.damping:g}, slip_damping {self.slip_damping:g}"
@@ -104,10 +97,10 @@ class StickSlip(FrictionLaw):
     """Damping C3 of the slip velocity."""
     load: LoadPowers | None = None
     """Powers of the normal force that stiffness and damping go with."""
-    total: StrictBool = False
+    total: pydantic.StrictBool = False
     """Whether values are of all points together and are shared equally."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_law(self) -> Self:
         _check_coefficients(self.static, self.kinetic)
         if self.load and not self.damping + self.slip_damping:
@@ -140,7 +133,7 @@ class Coulomb(FrictionLaw):
     kinetic: of.Factor
     """Friction coefficient while slipping."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_law(self) -> Self:
         _check_coefficients(self.static, self.kinetic)
         return self
@@ -162,7 +155,7 @@ class FrictionSlope(FrictionLaw):
     """Friction coefficient."""
     slope: of.Slope
     """Friction force per velocity while below the full value."""
-    total: StrictBool = False
+    total: pydantic.StrictBool = False
     """Whether the slope is of all points together and is shared equally."""
 
     def build_for(self, contact: Contact, where: BuildContext) -> FrictionSlope:
@@ -177,13 +170,15 @@ class Frictionless(FrictionLaw):
 
     has_valid_defaults: ClassVar[bool] = True
 
-    __pydantic_config__: ClassVar = ConfigDict(extra="ignore")
+    __pydantic_config__: ClassVar = pydantic.ConfigDict(extra="ignore")
     example: ClassVar[dict[str, Any]] = {"law": "none"}
     law: Literal["none"] = field(default="none", kw_only=True)
     """No friction."""
 
 
-Friction = Annotated[StickSlip | Coulomb | FrictionSlope | Frictionless, Discriminator("law")]
+Friction = Annotated[
+    StickSlip | Coulomb | FrictionSlope | Frictionless, pydantic.Discriminator("law")
+]
 Law = StickSlip | FrictionSlope | Coulomb | Frictionless
 
 
@@ -239,7 +234,7 @@ class Unloading(SchemaModel):
     stiffness: of.Stiffness
     """Stiffness of the line between the way there and the way back."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_table(self) -> Self:
         check_lengths(self.compression, self.force)
         return self
@@ -260,10 +255,10 @@ class Normal(SchemaModel):
     """Normal force over time, whatever the compression."""
     damping: of.Damping = 0.0
     """Damping of compression."""
-    total: StrictBool = False
+    total: pydantic.StrictBool = False
     """Whether values are of all points together and are shared equally."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_curve(self) -> Self:
         given = self.keys_with_value("stiffness", "compression", "force", "prescribed")
         if given not in (["stiffness"], ["compression", "force"], ["prescribed"]):
@@ -308,7 +303,8 @@ NormalForce = NormalCurve | NormalLoop | PrescribedNormal
 
 ContactNormal = Annotated[NormalForce, ReadAs(Normal, NormalForce)]
 Points = Annotated[
-    np.ndarray, ArrayOf(Annotated[tuple[of.Point, ...], AfterValidator(of.require_entries)])
+    np.ndarray,
+    ArrayOf(Annotated[tuple[of.Point, ...], pydantic.AfterValidator(of.require_entries)]),
 ]
 
 
@@ -362,19 +358,19 @@ class Plane(SchemaClass):
     """A point of the plane, in the earth frame or the frame of its body."""
     normal: of.Direction
     """Direction away from the plane, to the free side. Example: [0, -1, 0]."""
-    body: StrictStr | None = None
+    body: pydantic.StrictStr | None = None
     """Body that the plane is fixed to. Without it the plane is fixed to the earth. Example:
     topside."""
     corners: tuple[of.Point, ...] = ()
     """Corners of a polygon in the plane, outside of which there is no contact."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_normal(self) -> Self:
         if not any(self.normal):
             raise problem("the normal [0, 0, 0]", "a direction", "point it to the free side")
         return self
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_corners(self) -> Self:
         if len({*self.corners}) < len(self.corners):
             raise problem("a corner twice", "each once", "a polygon is closed by itself")
@@ -455,13 +451,13 @@ class Fender(Contact):
     capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
     """Allowable force, which statistics compare with."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_corners(self) -> Self:
         if self.plane.corners and getattr(self.normal, "prescribed", None):
             raise problem("plane.corners and normal.prescribed", "one of them")
         return self
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_rate_free(self) -> Self:
         law = self.friction
         rate_free = isinstance(law, StickSlip) and not law.damping + law.slip_damping
@@ -503,13 +499,13 @@ class Seats(SchemaClass):
     """Seats, one for each point, in the earth frame or the frame of their body."""
     axis: of.Direction = (0.0, 0.0, 1.0)
     """Direction in which seats carry, from seat to point. Example: [0, 0, 1]."""
-    body: StrictStr | None = None
+    body: pydantic.StrictStr | None = None
     """Body that the seats are fixed to. Without it they are fixed to the earth. Example:
     barge."""
     extent: of.LineLength | None = None
     """Distance from the middle of a seat beyond which it does not carry."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_axis(self) -> Self:
         if not any(self.axis):
             raise problem("the axis [0, 0, 0]", "a direction", "point it from seat to point")
@@ -533,7 +529,7 @@ class Wall(SchemaClass):
     depth: of.LineLength | None = None
     """Height of the wall above the seat."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_wall(self) -> Self:
         given = self.keys_with_value("stiffness", "compression", "force")
         if given not in (["stiffness"], ["compression", "force"]):
@@ -597,7 +593,7 @@ class Landing(Contact):
     capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
     """Allowable force, which statistics compare with."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_seats(self) -> Self:
         if len(self.points) != len(self.on.points):
             found_text = f"{len(self.points)} points and {len(self.on.points)} seats in on.points"
