@@ -38,11 +38,13 @@ from hydrosim.elements.link import table as links
 from hydrosim.elements.link.law import LOAD_OUTPUT, PLACE_OUTPUT, Link
 from hydrosim.elements.link.laws import LAWS
 from hydrosim.errors import InputError
+from hydrosim.files.units import is_same_dimension
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import attachment, point_velocity
 from hydrosim.multibody.vectors import dot, matvec, sub, vector
-from hydrosim.scene import Clearance, ForceElement
+from hydrosim.scene import Clearance, ForceElement, When
 from hydrosim.scene.contacts import Contact
+from hydrosim.scene.links import CoordinateElement
 from hydrosim.tanks import contents
 
 (
@@ -160,6 +162,23 @@ def compile_channel(
         )
         raise InputError(f"channel: found {name}; expected {expected}.")
     return CHANNEL_KINDS[kind], *channel_range[of]
+
+
+def check_unit(when: When, elements: Mapping[str, ForceElement], layout: Layout) -> None:
+    """Raises InputError for a value in the unit of a line if its link acts about an axis, or the
+    other way."""
+    kind, _, of = (when.channel or "").partition(".")
+    link = elements.get(of)
+    if when.unit is None or not isinstance(link, CoordinateElement):
+        return
+    turns = link.turns(layout.joints)
+    units = ("N*m" if turns else "N") if kind.endswith("_load") else ("rad" if turns else "m")
+    if not is_same_dimension(when.unit, "1", units):
+        reason = "about an axis" if turns else "along a line"
+        raise InputError(
+            f"{when.channel}: found a value in {when.unit}; expected one in {units}, as {of} acts"
+            f" {reason}."
+        )
 
 
 def _channel_range(

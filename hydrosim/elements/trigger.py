@@ -120,6 +120,7 @@ def _compile_condition(
     if when.channel is None:
         return when.time, False, (0, 0, 0), 1.0, 0.0, 0.0
     watched = channel.compile_channel(when.channel, elements, layout)
+    channel.check_unit(when, elements, layout)
     above = when.above is not None
     value = when.above if when.above is not None else when.below
     return 0.0, True, watched, 1.0 if above else -1.0, value, when.lasting
