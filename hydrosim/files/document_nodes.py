@@ -6,7 +6,7 @@ stay numbers until they are rendered: a `Value` holds SI.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar
@@ -29,42 +29,60 @@ class Code:
 
 
 @dataclass(frozen=True)
+class ChartLine:
+    """A line through ``y`` (n,), or a band over several lines ``y`` (m, n), over ``x`` (n,) in SI;
+    default: the time of the document. It may have intervals from ``low`` to ``high`` (n,), and
+    ``remarks`` (n,) that points say when they are pointed at."""
+
+    y: np.ndarray
+    x: np.ndarray | None = None
+    low: np.ndarray | None = None
+    high: np.ndarray | None = None
+    remarks: Sequence[str] = ()
+
+    @property
+    def peak(self) -> float:
+        """Largest magnitude."""
+        return float(np.abs(np.nan_to_num(self.y)).max(initial=0.0))
+
+
+@dataclass(frozen=True)
 class Chart:
-    """Lines (nt,) over time by name, in the SI ``unit``. A chart of ``modes`` has modes in place of
-    values. ``folded`` ones are opened by the reader."""
+    """Lines by their names, of a ``quantity`` in the SI ``unit``, as pages and pictures draw them.
+
+    The ``title`` stands above it on a page, the quantity beside its axis. A line without a name is
+    the quantity itself. ``subject`` is the body, contact or axis that all lines are of. ``order``
+    has the names of all possible lines, for colours that stay. Many lines are drawn in pictures as
+    bands of their ``groups``, by the names of lines. A chart of ``modes`` has modes in place of
+    values. The reader of a page opens ``folded`` ones."""
 
     kind: ClassVar[str] = "chart"
     title: str
+    quantity: str
     unit: str
-    series: dict[str, np.ndarray]
+    lines: Mapping[str, ChartLine]
+    subject: str = ""
+    order: Sequence[str] = ()
+    groups: Mapping[str, str] = field(default_factory=dict)
     modes: bool = False
     folded: bool = False
+    x_label: str = "time"
+    x_unit: str = "s"
 
+    @property
+    def names(self) -> list[str]:
+        """The names of the lines; that of a line without one is the quantity."""
+        return [name or self.quantity for name in self.lines]
 
-@dataclass(frozen=True)
-class PlottedCurve:
-    """A line through ``y`` (n,) over ``x`` (n,), from ``low`` to ``high``; ``remarks`` (n,) are
-    what points say when they are pointed at."""
+    @property
+    def is_over_time(self) -> bool:
+        """Whether the lines are over the time of the document."""
+        return all(line.x is None for line in self.lines.values())
 
-    x: np.ndarray
-    y: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    remarks: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
-class Curves:
-    """Curves by their names, over something other than time. ``x_unit`` and ``y_unit`` are SI; the
-    labels do without them."""
-
-    kind: ClassVar[str] = "curves"
-    title: str
-    x_label: str
-    x_unit: str
-    y_label: str
-    y_unit: str
-    curves: dict[str, PlottedCurve]
+    @property
+    def peak(self) -> float:
+        """Largest magnitude in the lines."""
+        return max((line.peak for line in self.lines.values()), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -87,8 +105,7 @@ class Drawing:
     text: str
 
 
-Figure = Code | Chart | Curves | Replay | Drawing
-FIGURE_NODES = (Code, Chart, Curves, Replay, Drawing)
+Figure = Code | Chart | Replay | Drawing
 
 
 @dataclass(frozen=True)

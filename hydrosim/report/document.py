@@ -14,6 +14,7 @@ from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import digits_of
 from hydrosim.files.document_nodes import Cell, List, Node, Sentence, Table
+from hydrosim.report import run_charts
 from hydrosim.report.arrangement import arrangement_nodes
 from hydrosim.report.evidence import EvidenceLine, Feature, features_of, lines_about
 from hydrosim.report.page import records_per_interval
@@ -109,7 +110,7 @@ def _describe_computation(run: xr.Dataset) -> Iterator[Node]:
 def _describe_energy(run: xr.Dataset) -> Iterator[Node]:
     yield from series.ledger(run)
     if run.time.size > 1:
-        yield from series.energies(run)
+        yield from run_charts.energy_charts(run)
 
 
 def _subtitle_text(run: xr.Dataset) -> str:
@@ -122,11 +123,8 @@ def _describe_series(run: xr.Dataset) -> Iterator[Node]:
     if run.time.size < 2:
         yield Sentence("The run has fewer than two recorded times: there is nothing to draw.")
         return
-    charts = [*series.main_charts(run), *series.more_charts(run)]
-    every = [*charts, *series.energies(run)]
-    size = records_per_interval(
-        run.time.size, sum(len(chart.series) for chart in every if not chart.modes)
-    )
+    charts = run_charts.page_charts(run)
+    size = records_per_interval(run.time.size, [*charts, *run_charts.energy_charts(run)])
     step = float(run.time[1] - run.time[0])
     if size > 1:
         yield Sentence(

@@ -23,7 +23,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import digits_of, render_table, text_of
-from hydrosim.files.document_nodes import Chart, Curves, PlottedCurve, Replay
+from hydrosim.files.document_nodes import Chart, ChartLine, Replay
 from hydrosim.files.outputs import Output
 from hydrosim.results.channels import interval_envelope
 
@@ -41,7 +41,7 @@ class PlottedPoint(NamedTuple):
     y: float
     low: float
     high: float
-    said: str
+    text: str
 
 
 class PlottedCurves(NamedTuple):
@@ -60,19 +60,26 @@ class PlottedCurves(NamedTuple):
     bottom: int = BOTTOM_EDGE
 
 
-def plot_curves(of: Curves, units: Units) -> PlottedCurves:
-    """Picture of curves, in display units, without points that are not finite."""
+def plot_curves(of: Chart, units: Units) -> PlottedCurves:
+    """Picture of a chart that is not over time, in display units, without points that are not
+    finite."""
     x_unit, x_scale = units.display_unit(of.x_unit)
-    y_unit, y_scale = units.display_unit(of.y_unit)
-    curves = {name: _scale_curve(curve, x_scale, y_scale) for name, curve in of.curves.items()}
-    curve_list = list(curves.values())
-    x = _axis_range(np.concatenate([c.x for c in curve_list]))
-    y = _axis_range(np.concatenate([part for c in curve_list for part in (c.y, c.low, c.high)]))
+    y_unit, y_scale = units.display_unit(of.unit)
+    points = {name: list(_curve_points(line, x_scale, y_scale)) for name, line in of.lines.items()}
+    every = [point for line_points in points.values() for point in line_points]
+    x = _axis_range([point.x for point in every])
+    y = _axis_range([value for point in every for value in (point.y, point.low, point.high)])
     across, up = _axis_scale(x, LEFT_EDGE, RIGHT_EDGE), _axis_scale(y, BOTTOM_EDGE, TOP_EDGE)
-    lines = [list(_plotted_points(name, c, across, up)) for name, c in curves.items()]
+    lines = [
+        [
+            PlottedPoint(across(p.x), up(p.y), up(p.low), up(p.high), f"{name}: {p.text}")
+            for p in line_points
+        ]
+        for name, line_points in points.items()
+    ]
     x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
     y_ticks = [(up(t), digits_of(t)) for t in ticks(*y)]
-    labels = _axis_label(of.x_label, x_unit), _axis_label(of.y_label, y_unit)
+    labels = _axis_label(of.x_label, x_unit), _axis_label(of.quantity, y_unit)
     return PlottedCurves(*labels, lines, x_ticks, y_ticks)
 
 
@@ -83,35 +90,28 @@ def ticks(low: float, high: float, count: int = 6) -> list[float]:
     return [k * step for k in range(ceil(low / step), floor(high / step) + 1)]
 
 
-def _scale_curve(curve: PlottedCurve, across: float, up: float) -> PlottedCurve:
-    ends = (up * curve.y, up * curve.low, up * curve.high)
-    return PlottedCurve(across * curve.x, *ends, curve.remarks)
-
-
 def _axis_label(label: str, unit: str) -> str:
     return f"{label} [{unit}]" if unit else label
 
 
-def _plotted_points(
-    name: str, curve: PlottedCurve, across: Callable[[float], float], up: Callable[[float], float]
-) -> Iterator[PlottedPoint]:
-    remarks = curve.remarks or [""] * curve.x.size
-    for x, y, low, high, remark in zip(
-        *(curve.x, curve.y, curve.low, curve.high, remarks), strict=True
-    ):
-        if np.isfinite([x, y]).all():
+def _curve_points(line: ChartLine, x_scale: float, y_scale: float) -> Iterator[PlottedPoint]:
+    """The points of a line that are finite, in display units, with their intervals in words."""
+    none = np.full(line.y.size, np.nan)
+    ends = (none if end is None else y_scale * end for end in (line.low, line.high))
+    x = none if line.x is None else x_scale * line.x
+    remarks = line.remarks or [""] * line.y.size
+    for x_, y, low, high, remark in zip(x, y_scale * line.y, *ends, remarks, strict=True):
+        if np.isfinite([x_, y]).all():
             has_range = np.isfinite([low, high]).any()
-            low, high = (value if np.isfinite(value) else y for value in (low, high))
+            low, high = (end if np.isfinite(end) else y for end in (low, high))
             between = f" ({digits_of(low)} to {digits_of(high)})" if has_range else ""
-            label = f"{name}: {digits_of(y)}{between} {remark}"
-            yield PlottedPoint(across(x), up(y), up(low), up(high), label.strip())
+            yield PlottedPoint(x_, y, low, high, f"{digits_of(y)}{between} {remark}".strip())
 
 
-def _axis_range(values: np.ndarray) -> tuple[float, float]:
-    finite = values[np.isfinite(values)]
-    if finite.size == 0:
+def _axis_range(values: Sequence[float]) -> tuple[float, float]:
+    if not values:
         return 0.0, 1.0
-    low, high = float(finite.min()), float(finite.max())
+    low, high = min(values), max(values)
     pad = RANGE_MARGIN_FRACTION * (high - low) or RANGE_MARGIN_FRACTION * abs(high) or 1.0
     return low - pad, high + pad
 
@@ -128,8 +128,9 @@ CLOSED_MODES = (1, 2)  # stick and slip: their fractions of an interval; the res
 MODE_INTERVALS = 800  # of modes
 
 
-def records_per_interval(count: int, lines: int) -> int:
-    """Number of records per interval, for so many ``lines`` of ``count`` records."""
+def records_per_interval(count: int, charts: Sequence[Chart]) -> int:
+    """Number of records per interval, for the lines of ``charts`` of ``count`` records."""
+    lines = sum(len(chart.lines) for chart in charts if not chart.modes)
     if 4 * count * lines <= MAX_SERIES_BYTES and count <= MAX_STRETCHES:
         return 1
     stretches = min(MAX_STRETCHES, max(MAX_SERIES_BYTES // (8 * max(lines, 1)), 50))
@@ -138,14 +139,17 @@ def records_per_interval(count: int, lines: int) -> int:
 
 def chart_data(chart: Chart, size: int, units: Units) -> dict[str, Any]:
     """Data of a chart for the page, with intervals of ``size`` records."""
-    rows = [shares(x) if chart.modes else interval_envelope(x, size) for x in chart.series.values()]
+    rows = [
+        shares(line.y) if chart.modes else interval_envelope(line.y, size)
+        for line in chart.lines.values()
+    ]
     unit, scale = units.display_unit(chart.unit)
     return {
         "title": chart.title,
         "unit": unit,
         "scale": scale,
         "modes": chart.modes,
-        "names": list(chart.series),
+        "names": chart.names,
         "values": [base64_of_floats(row) for row in rows],
     }
 
@@ -244,10 +248,9 @@ def json_for_html(data: Any) -> str:
 
 def _data_of_charts(document: Document) -> dict[str, Any]:
     """Data for the scripts of the page."""
-    charts, time = list(_nodes_of_kind(document, Chart)), document.time
-    size = records_per_interval(
-        time.size, sum(len(chart.series) for chart in charts if not chart.modes)
-    )
+    charts = [chart for chart in _nodes_of_kind(document, Chart) if chart.is_over_time]
+    time = document.time
+    size = records_per_interval(time.size, charts)
     replays = [replay.data for replay in _nodes_of_kind(document, Replay)]
     return {
         "time": base64_of_floats(time[::size]),

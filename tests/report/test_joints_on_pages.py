@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim.report.arrangement import arrange_scene
-from hydrosim.report.charts.panels import picture
-from hydrosim.report.charts.pictures import joints
+from hydrosim.report.charts.pictures import figure
 from hydrosim.report.document import run_document
 from hydrosim.report.page import html
 from hydrosim.report.replay import replay_document
@@ -111,7 +110,7 @@ def test_a_rod_is_drawn_as_a_line_between_its_ends(tmp_path):
 
 def test_panels_and_charts_of_joints(barges):
     """Motion and force. In head seas the moment of the hinge is rounding and has no panel."""
-    labels = [axis.get_ylabel() for axis in picture(joints(barges), "").axes]
+    labels = [axis.get_ylabel() for axis in figure(barges, "joints").axes]
     assert labels == ["joint motion [deg]", "joint force [kN]"]
     page = html(run_document(barges), "")
     for title in ("Motions of joints", "Rates of joints", "load of joint hinge: force"):

@@ -17,13 +17,12 @@ from hydrosim.files.document import Document, print_document
 from hydrosim.files.document_nodes import (
     Between,
     Chart,
+    ChartLine,
     Code,
-    Curves,
     Drawing,
     Heading,
     List,
     Outcome,
-    PlottedCurve,
     Sentence,
     Table,
     Value,
@@ -33,12 +32,11 @@ from hydrosim.files.document_nodes import (
 from hydrosim.report.page import html
 
 TIME = np.array([0.0, 1.0])
-NAN = np.full(2, np.nan)
 DRAWING = Drawing("Plan", "<svg><title>plan</title></svg>", "a plan")
 FIGURES = [
     Code("Case", "title: x", shown=True),
-    Chart("Heave", "m", {"barge": TIME}),
-    Curves("Limits", "period", "s", "height", "m", {"beam": PlottedCurve(TIME, TIME, NAN, NAN)}),
+    Chart("Heave", "heave", "m", {"barge": ChartLine(TIME)}),
+    Chart("Limits", "height", "m", {"beam": ChartLine(TIME, TIME)}, x_label="period"),
 ]
 DOCUMENT = Document(
     "A title",

@@ -4,7 +4,7 @@ For many runs the former shows means over the stages, with intervals."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from textwrap import fill, shorten
 from typing import TYPE_CHECKING
@@ -16,16 +16,16 @@ from matplotlib.figure import Figure
 
 from hydrosim.compare.comparison import ChannelResult, Comparison
 from hydrosim.files.display_units import DEFAULT, DisplayUnit, Units, units_of
+from hydrosim.files.document_nodes import Chart, ChartLine
 from hydrosim.files.outputs import Output, save_picture
+from hydrosim.report import run_charts
 from hydrosim.report.charts.panels import (
     COLOURS,
     DPI,
     PLAIN_NUMBER_POWERS,
     STYLES,
-    Panel,
+    PictureFrame,
     axis_label,
-    lines,
-    mode_strips,
     picture,
     thin_records,
     wrap_title,
@@ -61,11 +61,12 @@ def draw_explained(
             )
         )
         return save_picture(figure, output, dpi=100)
-    panels = [
-        *_push_panels(run, body, direction),
-        *_contact_panels(run, explain.DIRECTION_AXES[direction]),
+    charts = [
+        *_push_charts(run, body, direction),
+        *_contact_charts(run, explain.DIRECTION_AXES[direction]),
     ]
-    figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
+    title = f"{run.attrs.get('title', '')}: {body} in {direction}"
+    figure = picture(charts, PictureFrame(run.time.values, units_of(run.attrs), title))
     for axis in figure.axes:
         for end in np.unique(
             explanations.span_begin.values[np.isfinite(explanations.span_begin.values)]
@@ -74,31 +75,26 @@ def draw_explained(
     return save_picture(figure, output)
 
 
-def _push_panels(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
-    """Panels of the position of the body, and of the impulses of all forces on it."""
-    units = units_of(run.attrs)
-    time = run.time.values
+def _push_charts(run: xr.Dataset, body: str, direction: str) -> Iterator[Chart]:
+    """The position of the body, and the impulses of all forces on it."""
     at = {"body": body, "dof": direction}
-    yield lines(time, direction, units.display_unit("m"), {"": run.position.sel(at).values})
+    yield _chart(direction, "m", {"": run.position.sel(at)})
     gained = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
     matters = explain.significant_entries(gained, "force", LITTLE)
-    pushes = {str(name).replace("_", " "): gained.sel(force=name).values for name in matters}
+    pushes = {str(name).replace("_", " "): gained.sel(force=name) for name in matters}
     if pushes:
-        yield lines(time, "impulses", units.display_unit("N s"), pushes)
+        yield _chart("impulses", "N s", pushes)
 
 
-def _contact_panels(run: xr.Dataset, axis: str) -> Iterator[Panel]:
-    """Panels for each group: impulses of friction, displacement of its points in each mode, and
-    modes."""
+def _contact_charts(run: xr.Dataset, axis: str) -> Iterator[Chart]:
+    """Of each group: impulses of friction, displacement of its points in each mode, and modes."""
     if "contact_friction" not in run:
         return
-    units = units_of(run.attrs)
-    time = run.time.values
-    all_ = run.sel(axis=axis)
+    along = run.sel(axis=axis)
     groups = list(dict.fromkeys(run.fender_group.values))
     for group in groups:
         of = f" {group}"[:MAX_GROUP_NAME_LETTERS] if len(groups) > 1 else ""
-        group_forces = all_.sel(fender=run.fender_group == group)
+        group_forces = along.sel(fender=run.fender_group == group)
         friction = group_forces.contact_friction.sum("fender")
         ahead = -(group_forces.fender_kinetic * group_forces.slip_load_ahead).sum("fender")
         slip = friction.sel(contact_mode="slip")
@@ -107,14 +103,16 @@ def _contact_panels(run: xr.Dataset, axis: str) -> Iterator[Panel]:
             "slip towards +": ahead,
             "slip towards -": slip - ahead,
         }
-        made = {name: x.values for name, x in impulses.items()}
-        yield lines(time, f"friction{of}", units.display_unit("N s"), made)
+        yield _chart(f"friction{of}", "N s", impulses)
         moved = group_forces.contact_moved.mean("fender")
-        moved_by_mode = {str(m): moved.sel(contact_mode=m).values for m in run.contact_mode.values}
-        yield lines(time, f"moved{of}", units.display_unit("m"), moved_by_mode)
-    yield mode_strips(
-        time, {str(f): run.fender_mode.sel(fender=f).values for f in run.fender.values}
-    )
+        moved_by_mode = {str(m): moved.sel(contact_mode=m) for m in run.contact_mode.values}
+        yield _chart(f"moved{of}", "m", moved_by_mode)
+    yield from run_charts.charts_named(run, ["fender_mode"])
+
+
+def _chart(quantity: str, unit: str, lines: Mapping[str, xr.DataArray]) -> Chart:
+    over_time = {name: ChartLine(values.values) for name, values in lines.items()}
+    return Chart(quantity, quantity, unit, over_time)
 
 
 def _draw_runs(explanations: xr.Dataset, body: str, direction: str, units: Units) -> Figure:

@@ -7,8 +7,8 @@ values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import cycle
 from math import ceil, inf
 from textwrap import fill
@@ -20,7 +20,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from hydrosim.files.display_units import DisplayUnit
+from hydrosim.files.display_units import DEFAULT, Units
+from hydrosim.files.document_nodes import Chart, ChartLine
 from hydrosim.results.channels import MIN_SHARE_OF_AXIS, interval_envelope, interval_means
 
 # Styles of lines: the same in all pictures, and distinct without colours.
@@ -55,22 +56,16 @@ def styles(names: Iterable[str]) -> dict[str, Style]:
 
 PANEL_HEIGHT_INCH = 1.6  # inches of a panel
 BAND_HEIGHT_INCH = 0.35  # inches of a band
-MAX_LEGEND_LETTERS, MAX_LEGEND_ENTRIES = (
-    24,
-    8,
-)  # letters of a line of the legend; entries of a column of it
+MAX_LEGEND_LETTERS = 24  # letters of a line of the legend
+MAX_LEGEND_ENTRIES = 8  # entries of a column of the legend
 LETTERS_PER_INCH = 11.0  # of a title
 MAX_LABEL_LETTERS = 20  # letters of a line beside an axis
 BINS = 800  # of a line: about the number of pixels of a panel
 DENSE = 10  # records in a bin from which on a band is drawn
 BAND_COLUMNS = 200  # of bands of modes
-MAX_LINES_PER_PANEL = 4  # lines in one panel
+MAX_LINES_PER_PANEL = 4  # lines in one panel that may hide each other
 EQUAL_LINE_RTOL = 1e-6  # of the largest value: lines that differ less are drawn once
 PLAIN_NUMBER_POWERS = (-3, 6)  # powers of ten between which numbers beside an axis are written out
-
-Series = Mapping[str, np.ndarray]
-"""Lines (nt,) by their names in the legend. Several lines under one name (n, nt) are drawn as a
-band from the smallest to the largest. A line without a name is not in the legend."""
 
 
 class TimeWindow(NamedTuple):
@@ -86,43 +81,6 @@ class TimeWindow(NamedTuple):
         )
 
 
-class Panel(NamedTuple):
-    """A panel: a function that draws on an axis, and the height of that axis [inch]."""
-
-    draw: Callable[[Axes, TimeWindow], None]
-    height: float = PANEL_HEIGHT_INCH
-
-
-def lines(
-    time: np.ndarray,
-    label: str,
-    shown: DisplayUnit,
-    series: Series,
-    order: Sequence[str] = (),
-) -> Panel:
-    """A panel of lines. Equal lines are drawn once, with all their names. Styles follow the
-    ``order`` of all possible names. The prefix of the unit suits the ``largest`` value; default:
-    that of these lines."""
-    drawn = _scale_lines(shown.factor, series, styles(order))
-    return Panel(partial(_plot_lines, time, axis_label(label, shown.unit), drawn))
-
-
-def separate_panels(
-    time: np.ndarray, label: str, shown: DisplayUnit, series: Series
-) -> Iterator[Panel]:
-    """A panel for each line, because they would hide each other. Lines of similar size have one
-    range of values."""
-    for line in _scale_lines(shown.factor, series):
-        yield Panel(partial(_plot_named, time, axis_label(label, shown.unit), line))
-
-
-def mode_strips(time: np.ndarray, modes: Series) -> Panel:
-    """A band for each contact point, whose height is divided like the time in each mode."""
-    return Panel(
-        partial(_plot_bands, time, modes), max(PANEL_HEIGHT_INCH, BAND_HEIGHT_INCH * len(modes))
-    )
-
-
 def axis_label(text: str, unit: str) -> str:
     """What stands beside an axis: a text, and the unit in brackets where there is one."""
     return f"{text} [{unit}]" if unit else text
@@ -131,12 +89,6 @@ def axis_label(text: str, unit: str) -> str:
 def wrap_title(title: str, width: float) -> str:
     """Title in lines that fit a picture of this ``width`` [inch]."""
     return "\n".join(fill(line, int(LETTERS_PER_INCH * width)) for line in title.splitlines())
-
-
-def peak(series: Series) -> float:
-    """Largest magnitude in the lines."""
-    peaks = (float(np.abs(np.nan_to_num(values)).max(initial=0.0)) for values in series.values())
-    return max(peaks, default=0.0)
 
 
 def coarse(time: np.ndarray, window: TimeWindow) -> float:
@@ -160,43 +112,37 @@ def thin_records(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.n
     return time[at], values[at]
 
 
-def merge_equal_lines(series: Series) -> list[tuple[list[str], np.ndarray]]:
+def merge_equal_lines(lines: Mapping[str, ChartLine]) -> list[tuple[list[str], ChartLine]]:
     """Lines, with equal ones merged under all their names."""
-    least = EQUAL_LINE_RTOL * peak(series)
-    groups: list[tuple[list[str], np.ndarray]] = []
-    for name, values in series.items():
+    least = EQUAL_LINE_RTOL * max((line.peak for line in lines.values()), default=0.0)
+    groups: list[tuple[list[str], ChartLine]] = []
+    for name, line in lines.items():
         for names, first in groups:
-            near = values.shape == first.shape
-            if near and np.allclose(values, first, rtol=0.0, atol=least, equal_nan=True):
+            near = line.y.shape == first.y.shape
+            if near and np.allclose(line.y, first.y, rtol=0.0, atol=least, equal_nan=True):
                 names.append(name)
                 break
         else:
-            groups.append(([name], values))
+            groups.append(([name], line))
     return groups
 
 
-class _Line(NamedTuple):
-    """A line of a panel."""
-
-    name: str
-    values: np.ndarray
-    style: Style
-
-
-def _size(count: int) -> int:
-    return ceil(count / BINS)
-
-
-def _scale_lines(
-    factor: float, series: Series, look: Mapping[str, Style] | None = None
-) -> list[_Line]:
-    """The unit with a prefix that suits the largest value, and the lines in that unit, with equal
-    ones merged. Metres and degrees have no prefix."""
-    styles = look or {}
-    return [
-        _Line(_joined_names(names), factor * values, styles.get(names[0], STYLES[k % len(STYLES)]))
-        for k, (names, values) in enumerate(merge_equal_lines(series))
-    ]
+def group_lines(chart: Chart, most: int) -> Chart:
+    """The chart; with a band for each group, if it has groups and more lines than the ``most``. A
+    group without a name is of lines."""
+    members: dict[str, list[np.ndarray]] = {}
+    for name, line in chart.lines.items():
+        if name in chart.groups:
+            members.setdefault(chart.groups[name], []).append(line.y)
+    if not members or len(merge_equal_lines(chart.lines)) <= most:
+        return chart
+    lines = {
+        f"{group}, {len(values)} contacts" if group else f"{len(values)} lines": ChartLine(
+            np.array(values)
+        )
+        for group, values in members.items()
+    }
+    return replace(chart, lines=lines, order=())
 
 
 def _joined_names(names: list[str]) -> str:
@@ -204,34 +150,44 @@ def _joined_names(names: list[str]) -> str:
     return ", ".join(names) if len(names) < 3 else f"{names[0]} and {len(names) - 1} more"
 
 
-def _plot_lines(
-    time: np.ndarray, label: str, drawn: Sequence[_Line], axis: Axes, window: TimeWindow
-) -> None:
-    inside = window.record_slice(time)
-    for line in drawn:
-        _plot_line(axis, time[inside], line.values[..., inside], line)
+def _size(count: int) -> int:
+    return ceil(count / BINS)
+
+
+def _draw_chart(axis: Axes, chart: Chart, frame: PictureFrame) -> None:
+    """Draw a chart in a panel. Equal lines are drawn once, with all their names. The subject stands
+    in the panel."""
+    inside = frame.window.record_slice(frame.time)
+    if chart.modes:
+        _plot_bands(axis, frame.time[inside], {n: x.y[inside] for n, x in chart.lines.items()})
+        return
+    shown = frame.units.display_unit(chart.unit)
+    style_of = styles(chart.order)
+    most = MAX_LINES_PER_PANEL if any(chart.groups.values()) else len(COLOURS)
+    merged = merge_equal_lines(group_lines(chart, most).lines)
+    for k, (names, line) in enumerate(merged):
+        style = style_of.get(names[0], STYLES[k % len(STYLES)])
+        values = shown.factor * line.y[..., inside]
+        _plot_line(axis, frame.time[inside], values, _joined_names(names), style)
+    label = axis_label(chart.quantity, shown.unit)
     axis.set_ylabel(label if len(label) < MAX_LABEL_LETTERS else fill(label, MAX_LABEL_LETTERS))
     axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)
-    if any(line.name for line in drawn):
+    if any(chart.lines):
         _add_legend(axis)
+    if chart.subject:
+        axis.margins(y=0.25)  # room for the subject
+        paper = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
+        look: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": "small", "bbox": paper}
+        axis.text(0.01, 0.97, chart.subject, transform=axis.transAxes, **look)
 
 
-def _plot_named(time: np.ndarray, label: str, line: _Line, axis: Axes, window: TimeWindow) -> None:
-    """Draw a line with its name in the panel."""
-    _plot_lines(time, label, [_Line("", line.values, STYLES[0])], axis, window)
-    axis.margins(y=0.25)  # room for the name
-    paper = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
-    look: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": "small", "bbox": paper}
-    axis.text(0.01, 0.97, line.name, transform=axis.transAxes, **look)
-
-
-def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) -> None:
+def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, name: str, style: Style) -> None:
     """Draw a line, or a band with its mean if there are more records than a line can show."""
     look: dict[str, Any] = {
-        "color": line.style.colour,
-        "linestyle": line.style.dash,
+        "color": style.colour,
+        "linestyle": style.dash,
         "linewidth": 0.9,
-        "label": fill(line.name, MAX_LEGEND_LETTERS),
+        "label": fill(name, MAX_LEGEND_LETTERS),
     }
     size = _size(time.size)
     if values.ndim == 1 and size <= DENSE:
@@ -244,18 +200,17 @@ def _plot_line(axis: Axes, time: np.ndarray, values: np.ndarray, line: _Line) ->
         np.array([interval_means(curve, size) for curve in curves]).T.ravel(), len(curves)
     )
     at = time[::size]
-    axis.fill_between(at, low, high, color=line.style.colour, alpha=0.35, linewidth=0.0)
+    axis.fill_between(at, low, high, color=style.colour, alpha=0.35, linewidth=0.0)
     axis.plot(at, mean, **look)
 
 
-def _plot_bands(time: np.ndarray, modes: Series, axis: Axes, window: TimeWindow) -> None:
-    inside = window.record_slice(time)
-    time = time[inside]
+def _plot_bands(axis: Axes, time: np.ndarray, modes: Mapping[str, np.ndarray]) -> None:
+    """Draw a band for each contact, whose height is divided like the time in each mode."""
     edges = np.unique(np.linspace(0, time.size - 1, BAND_COLUMNS + 1).astype(int))
     for row, values in enumerate(modes.values()):
         base = np.full(edges.size - 1, -0.4 - row)
         for mode, (name, colour) in MODES.items():
-            there = (values[inside][:-1] == mode).astype(float)
+            there = (values[:-1] == mode).astype(float)
             top = base + 0.8 * np.add.reduceat(there, edges[:-1]) / np.diff(edges)
             band = axis.stairs(top, time[edges], baseline=base, fill=True, color=colour)
             band.set_label(name if row == 0 else "")
@@ -297,9 +252,11 @@ class ShadedPhase(NamedTuple):
 
 
 class PictureFrame(NamedTuple):
-    """Common properties of the panels of a picture: title, remarks under it, time interval, shaded
-    phases, and number of columns."""
+    """Common properties of the panels of a picture: time (nt,) [s] and units, title, remarks under
+    it, time interval, shaded phases, and number of columns."""
 
+    time: np.ndarray
+    units: Units = DEFAULT
     title: str = ""
     remarks: Sequence[str] = ()
     window: TimeWindow = TimeWindow()
@@ -307,20 +264,19 @@ class PictureFrame(NamedTuple):
     columns: int = 1
 
 
-def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
-    """Draw the panels below each other, or row by row, over one time axis."""
-    frame = PictureFrame(frame) if isinstance(frame, str) else frame
-    rows = -(-len(panels) // frame.columns)
-    heights = [panel.height for panel in panels[:: frame.columns]]
+def picture(charts: Sequence[Chart], frame: PictureFrame) -> Figure:
+    """Draw charts below each other, or row by row, over one time axis."""
+    rows = -(-len(charts) // frame.columns)
+    heights = [_panel_height(chart) for chart in charts[:: frame.columns]]
     figure = Figure((PICTURE_WIDTH_INCH, sum(heights) + 0.8), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     ratios = {"height_ratios": heights}
     grid = figure.subplots(rows, frame.columns, sharex=True, squeeze=False, gridspec_kw=ratios)
-    axes = list(grid.ravel()[: len(panels)])
-    for spare in grid.ravel()[len(panels) :]:
+    axes = list(grid.ravel()[: len(charts)])
+    for spare in grid.ravel()[len(charts) :]:
         spare.remove()
-    for axis, panel in zip(axes, panels, strict=True):
-        panel.draw(axis, frame.window)
+    for axis, chart in zip(axes, charts, strict=True):
+        _draw_chart(axis, chart, frame)
         _style_axis(axis, frame)
     _share_value_ranges(axes)
     _name_phases(grid[0], frame.phases)
@@ -336,6 +292,12 @@ def picture(panels: Sequence[Panel], frame: PictureFrame | str) -> Figure:
     )
     figure.suptitle(wrap_title(frame.title, PICTURE_WIDTH_INCH))
     return figure
+
+
+def _panel_height(chart: Chart) -> float:
+    """Height of a panel [inch]."""
+    bands = BAND_HEIGHT_INCH * len(chart.lines) if chart.modes else 0.0
+    return max(PANEL_HEIGHT_INCH, bands)
 
 
 def _style_axis(axis: Axes, frame: PictureFrame) -> None:

@@ -175,10 +175,14 @@ def _channel_charts(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
         channel = comparison.isel(channel=k)
         unit = str(channel.units.values)
         name, folded = str(channel.channel.values), rank >= MAIN_CHART_COUNT
-        both = {"ours": channel.ours.values, "recorded": channel.recorded.values}
-        yield document_nodes.Chart(f"{name}: {channel.verdict.values}", unit, both, folded=folded)
-        apart = {"ours less recorded": channel.residual.values}
-        yield document_nodes.Chart(f"{name}: difference", unit, apart, folded=True)
+        both = {
+            source: document_nodes.ChartLine(channel[source].values)
+            for source in ("ours", "recorded")
+        }
+        title = f"{name}: {channel.verdict.values}"
+        yield document_nodes.Chart(title, "", unit, both, folded=folded)
+        apart = {"ours less recorded": document_nodes.ChartLine(channel.residual.values)}
+        yield document_nodes.Chart(f"{name}: difference", "difference", unit, apart, folded=True)
 
 
 def _describe_bands(
@@ -363,14 +367,23 @@ def _channel_pictures(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
         yield _channel_curves(channel, paired)
 
 
-def _channel_curves(channel: xr.Dataset, paired: bool) -> document_nodes.Curves:
+def _channel_curves(channel: xr.Dataset, paired: bool) -> document_nodes.Chart:
     unit = str(channel.units.values)
     ours, theirs = (channel[name].values for name in ("ours", "theirs"))
     order = np.argsort(theirs)
     sets = {"ours": ours[order] if paired else np.sort(ours), "theirs": theirs[order]}
-    curves = {name: _plotted_curve(values) for name, values in sets.items()}
-    label = "share of the runs, in this order"
-    return document_nodes.Curves(str(channel.channel.values), label, "share", "value", unit, curves)
+    lines = {
+        name: document_nodes.ChartLine(values, (np.arange(values.size) + 0.5) / values.size)
+        for name, values in sets.items()
+    }
+    return document_nodes.Chart(
+        str(channel.channel.values),
+        "value",
+        unit,
+        lines,
+        x_label="share of the runs, in this order",
+        x_unit="share",
+    )
 
 
 def _other_channels(
@@ -441,12 +454,6 @@ def _study_row(channel: xr.Dataset) -> list[document_nodes.Cell]:
     theirs = abs(float(channel.theirs_mean)) or np.nan
     share = document_nodes.Value(float(channel.difference) / theirs, "share", 2)
     return [str(channel.channel.values), *mean, apart, share, interval, chance]
-
-
-def _plotted_curve(values: np.ndarray) -> document_nodes.PlottedCurve:
-    none = np.full(values.size, np.nan)
-    share = (np.arange(values.size) + 0.5) / max(values.size, 1)
-    return document_nodes.PlottedCurve(share, values, none, none)
 
 
 STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {

@@ -89,7 +89,9 @@ def _describe_outcome(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
         at = limits.sel(stage=stage)
         title = f"Limits of {stage}" if limits.sizes["stage"] > 1 else "Limits"
         curves = {name: _plotted_curve(line, limits) for name, line in distinct_lines(at)}
-        yield document_nodes.Curves(title, "peak period", "s", "significant height", "m", curves)
+        yield document_nodes.Chart(
+            title, "significant height", "m", curves, x_label="peak period", x_unit="s"
+        )
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
     yield document_nodes.Table(head, list(_limit_rows(limits)))
     yield from weather_nodes(limits)
@@ -258,15 +260,15 @@ def _degrees_text(heading: float) -> str:
     return f"{round(np.degrees(heading), 6):g}"
 
 
-def _plotted_curve(at: xr.Dataset, limits: xr.Dataset) -> document_nodes.PlottedCurve:
+def _plotted_curve(at: xr.Dataset, limits: xr.Dataset) -> document_nodes.ChartLine:
     """A curve of the limits that lie within the heights; a sea without one has no point."""
     top = float(limits.attrs.get("highest", np.inf))
     points = zip(at.peak_period.values, at.governing.values, strict=True)
     remarks = [f"m at {period:g} s {_governing_words(by)}" for period, by in points]
     within = np.array([not side_of(float(limit), limits) for limit in at.limit.values])
     limit, low, high = (np.where(within, at[name].values, np.nan) for name in LIMIT_VARIABLES[:3])
-    return document_nodes.PlottedCurve(
-        at.peak_period.values, limit, low, np.minimum(high, top), remarks
+    return document_nodes.ChartLine(
+        limit, at.peak_period.values, low, np.minimum(high, top), remarks
     )
 
 

@@ -405,8 +405,13 @@ def _plan_pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[document_n
             }
             unit = figure_rows[0].unit if figure_rows else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
-            yield document_nodes.Curves(
-                title, series.short_key(axis), plan.unit(axis), figure, unit, curves
+            yield document_nodes.Chart(
+                title,
+                figure,
+                unit,
+                curves,
+                x_label=series.short_key(axis),
+                x_unit=plan.unit(axis),
             )
 
 
@@ -418,11 +423,11 @@ def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, .
     return tuple(text_of(value, units) for value in values)
 
 
-def _plotted_curve(rows: list[EffectRow], axis: str) -> document_nodes.PlottedCurve:
+def _plotted_curve(rows: list[EffectRow], axis: str) -> document_nodes.ChartLine:
     rows = sorted(rows, key=lambda row: float(row.values[axis]))
     x = np.array([float(row.values[axis]) for row in rows])
     y, low, high = np.array([row.spread[1:4] for row in rows], float).T
-    return document_nodes.PlottedCurve(x, y, low, high)
+    return document_nodes.ChartLine(y, x, low, high)
 
 
 def _describe_samples(plan: PlanRuns) -> Iterator[document_nodes.Node]:

@@ -11,13 +11,12 @@ from matplotlib.figure import Figure
 
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.files.display_units import DisplayUnit, as_attribute
+from hydrosim.files.display_units import as_attribute
+from hydrosim.files.document_nodes import Chart, ChartLine
 from hydrosim.report.charts import pictures
 from hydrosim.report.charts.panels import (
     PictureFrame,
     TimeWindow,
-    lines,
-    mode_strips,
     picture,
     thin_records,
 )
@@ -27,7 +26,6 @@ from hydrosim.results.channels import group_by_size
 from hydrosim.simulation import open_run
 
 TIME = np.linspace(0.0, 60.0, 121)
-KILO = DisplayUnit("kN", 1e-3)
 UNITS = tuple(f"[{unit}]" for unit in ("m", "deg", "kN", "MJ"))
 DETAILS = ("overview", "motions", "fender_forces", "contact", "energies")
 
@@ -76,8 +74,12 @@ def contact_of(time: np.ndarray, fenders: int) -> dict[str, tuple[tuple[str, ...
 
 def figures(run: xr.Dataset) -> dict[str, Figure]:
     """The figure of each picture of a run that has panels."""
-    panels = {name: getattr(pictures, name)(run) for name in DETAILS}
-    return {name: picture(found, "A run") for name, found in panels.items() if found}
+    return {name: figure_of(run, name) for name in DETAILS if getattr(pictures, name)(run)}
+
+
+def chart_of(lines: dict[str, np.ndarray], unit: str = "N", modes: bool = False) -> Chart:
+    """A chart of a force or of modes."""
+    return Chart("Force", "force", unit, {n: ChartLine(y) for n, y in lines.items()}, modes=modes)
 
 
 def labels(figure: Figure) -> list[str]:
@@ -165,7 +167,8 @@ def test_the_crawl_starts_with_the_first_contact_and_keeps_still_while_open() ->
 
 def test_bands_share_their_height_as_the_modes_share_the_time() -> None:
     modes = np.repeat([0, 1, 2, 1], 40)
-    figure = picture([mode_strips(np.arange(160.0), {"deck 1": modes})], "")
+    chart = chart_of({"deck 1": modes}, modes=True)
+    figure = picture([chart], PictureFrame(np.arange(160.0)))
     assert legend(figure, 0) == ["slip", "stick", "open"]
     steps = (patch.get_data() for patch in figure.axes[0].patches)
     area = {
@@ -209,14 +212,14 @@ def test_the_unit_is_the_one_that_the_case_writes(
 
 def test_the_same_unit_is_drawn_whatever_the_size() -> None:
     for size in (0.0, 40.0, 4e7):
-        figure = picture([lines(TIME, "force", KILO, {"": size * np.sin(TIME)})], "")
+        figure = picture([chart_of({"": size * np.sin(TIME)})], PictureFrame(TIME))
         assert labels(figure) == ["force [kN]"]
 
 
 @pytest.mark.parametrize("differ", [0.0, 1.0], ids=["alike", "different"])
 def test_thirty_lines_leave_the_panel_its_room(differ: float) -> None:
     many = {f"contact point {i}": TIME + differ * i for i in range(30)}
-    figure = picture([lines(TIME, "force", KILO, many)], "")
+    figure = picture([chart_of(many)], PictureFrame(TIME))
     figure.canvas.draw()
     place = figure.axes[0].get_position()
     assert place.width > 0.3
@@ -231,7 +234,7 @@ def test_the_title_says_when_a_run_is_not_complete() -> None:
 def test_long_runs_are_bands_with_their_mean_and_say_so() -> None:
     """A sine of 12.566 s and amplitude 1: the band is from -1 to 1, the mean about 0."""
     time = np.linspace(0.0, 40_000.0, 160_001)
-    figure = picture([lines(time, "heave", DisplayUnit("m", 1.0), {"": np.sin(0.5 * time)})], "")
+    figure = picture([chart_of({"": np.sin(0.5 * time)}, "m")], PictureFrame(time))
     (band,) = figure.axes[0].collections
     ends = band.get_paths()[0].get_extents()
     assert (ends.y0, ends.y1) == pytest.approx((-1.0, 1.0), abs=1e-3)
@@ -328,7 +331,7 @@ def test_channels_by_name_in_a_format(form: str, start: bytes, tmp_path: Path) -
     (path,) = draw(run, tmp_path, "case", view=view)
     assert path.name == f"case_channels.{form}"
     assert path.read_bytes().startswith(start)
-    axes = picture(pictures.channels(run, names), PictureFrame()).axes
+    axes = picture(pictures.channels(run, names), PictureFrame(TIME)).axes
     assert [axis.get_ylabel() for axis in axes] == ["position [m]", "position [deg]"]
     assert draw(run, tmp_path, "case", view=view) == [path]  # it is known as an earlier one
 
