@@ -214,7 +214,7 @@ def motion_charts(run: xr.Dataset) -> Iterator[Chart]:
         )
         for chart in charts:
             names = [*chart.lines]
-            if len(names) == 1:
+            if len(names) == 1 and not subject:
                 (line,) = chart.lines.values()
                 yield replace(chart, quantity=names[0], lines={"": line})
             else:
@@ -390,7 +390,7 @@ def chart_each_line(chart: Chart) -> Iterator[Chart]:
 
 def chart_by_line(charts: Sequence[Chart], quantity: str = "") -> Iterator[Chart]:
     """A chart for each name of lines, with the line of that name of every chart, by the subjects
-    of these. Its quantity is the name, or the ``quantity``, and then the name is its subject."""
+    of these. Its quantity is the name, if no other ``quantity`` is given."""
     units = {name or c.quantity: c.unit for c in charts for name in c.lines}
     order = list(dict.fromkeys(chart.subject for chart in charts))
     for name, unit in units.items():
@@ -400,7 +400,7 @@ def chart_by_line(charts: Sequence[Chart], quantity: str = "") -> Iterator[Chart
             for label, line in chart.lines.items()
             if (label or chart.quantity) == name
         }
-        yield Chart(name, quantity or name, unit, lines, name if quantity else "", order)
+        yield Chart(name, quantity or name, unit, lines, order=order)
 
 
 def channel_charts(run: xr.Dataset, names: Sequence[str]) -> list[Chart]:

@@ -155,8 +155,8 @@ def _size(count: int) -> int:
 
 
 def _draw_chart(axis: Axes, chart: Chart, frame: PictureFrame) -> None:
-    """Draw a chart in a panel. Equal lines are drawn once, with all their names. The subject stands
-    in the panel."""
+    """Draw a chart in a panel. Equal lines are drawn once, with all their names. The subject of a
+    line without a name stands in the panel."""
     inside = frame.window.record_slice(frame.time)
     if chart.modes:
         _plot_bands(axis, frame.time[inside], {n: x.y[inside] for n, x in chart.lines.items()})
@@ -169,12 +169,14 @@ def _draw_chart(axis: Axes, chart: Chart, frame: PictureFrame) -> None:
         style = style_of.get(names[0], STYLES[k % len(STYLES)])
         values = shown.factor * line.y[..., inside]
         _plot_line(axis, frame.time[inside], values, _joined_names(names), style)
-    label = axis_label(chart.quantity, shown.unit)
+    is_named = any(chart.lines)
+    subject = f"{chart.subject}\n" if is_named and chart.subject else ""
+    label = subject + axis_label(chart.quantity, shown.unit)
     axis.set_ylabel(label if len(label) < MAX_LABEL_LETTERS else fill(label, MAX_LABEL_LETTERS))
     axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)
-    if any(chart.lines):
+    if is_named:
         _add_legend(axis)
-    if chart.subject:
+    elif chart.subject:
         axis.margins(y=0.25)  # room for the subject
         paper = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0}
         look: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": "small", "bbox": paper}

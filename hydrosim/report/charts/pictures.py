@@ -73,7 +73,10 @@ def fender_forces(run: xr.Dataset) -> list[Chart]:
     )
     least = LITTLE * max(chart.peak for chart in friction)
     acting = [chart for chart in friction if chart.peak > least] or friction[:1]
-    quantity = "friction" if len(acting) > 1 else f"friction {acting[0].subject}"
+    quantity = "friction"
+    if len(acting) == 1:
+        quantity = f"friction {acting[0].subject}"
+        acting = [replace(acting[0], subject="")]
     left = run_charts.chart_each_line(normal)
     right = run_charts.chart_by_line(acting, quantity)
     return [chart for row in zip(left, right, strict=True) for chart in row]
