@@ -125,7 +125,6 @@ def compare(
     from hydrosim.compare import read_mapping
     from hydrosim.compare.comparison import exceeded_tolerances, tolerances_by_channel
     from hydrosim.compare.dataset import to_dataset
-    from hydrosim.files.display_units import units_of
     from hydrosim.files.recordings import read_recording
     from hydrosim.report.charts.explain import draw_comparison
     from hydrosim.report.sentences.comparison import comparison_tables
@@ -156,7 +155,7 @@ def compare(
     dataset = to_dataset(comparison, attributes, tolerances_by_channel(comparison, given))
     write_run(dataset, result)
     title = f"{run_file.name} and {recorded.name}"
-    draw_comparison(comparison, title, page, units_of(dataset.attrs))
+    draw_comparison(dataset, title, page)
     terminal.show_document(comparison_tables(dataset), verbose)
     terminal.print_lines(f"result    {result.path}, {page.path}")
     if out_of:

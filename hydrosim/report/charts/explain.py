@@ -14,8 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from hydrosim.compare.comparison import ChannelResult, Comparison
-from hydrosim.files.display_units import DEFAULT, DisplayUnit, Units, units_of
+from hydrosim.files.display_units import Units, units_of
 from hydrosim.files.document_nodes import Chart, ChartLine
 from hydrosim.files.outputs import Output, save_picture
 from hydrosim.report import run_charts
@@ -30,6 +29,7 @@ from hydrosim.report.charts.panels import (
     thin_records,
     wrap_title,
 )
+from hydrosim.report.sentences.comparison import channel_charts, channel_errors
 from hydrosim.statistics import explain
 from hydrosim.statistics.effects import seed_spread
 
@@ -167,6 +167,7 @@ def _draw_bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
 # Comparison: run and recording together, their difference, a close-up at the largest one.
 
 CHANNELS = 8  # in a picture
+MAX_LABEL_LETTERS = 11  # letters of a line beside an axis
 COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH = (
     11.0,
     2.3,
@@ -177,18 +178,14 @@ MIN_CLOSE_UP_TIMES, CLOSE_UP_FRACTION = (
 )  # times in a close-up, at least, and its fraction of all times
 
 
-def draw_comparison(
-    comparison: Comparison, title: str, output: Path | Output, units: Units = DEFAULT
-) -> None:
+def draw_comparison(comparison: xr.Dataset, title: str, output: Path | Output) -> None:
     """Write the picture of the channels. If there are more than `CHANNELS`, it shows those with the
     largest difference."""
-    furthest = sorted(comparison.results, key=lambda name: -comparison.results[name].error)[
-        :CHANNELS
-    ]
-    shown = [result for name, result in comparison.results.items() if name in furthest]
-    more = len(comparison.results) - len(shown)
+    furthest = sorted(np.argsort(-channel_errors(comparison), kind="stable")[:CHANNELS])
+    drawn = [comparison.isel(channel=k) for k in furthest]
+    more = comparison.sizes["channel"] - len(drawn)
     figure = Figure(
-        (COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH * len(shown) + 0.8),
+        (COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH * len(drawn) + 0.8),
         dpi=DPI,
         layout="constrained",
     )
@@ -199,13 +196,20 @@ def draw_comparison(
             figure.get_figwidth(),
         )
     )
-    ratios = {"width_ratios": [3, 1], "height_ratios": [2, 1] * len(shown)}
-    axes = figure.subplots(2 * len(shown), 2, gridspec_kw=ratios)
-    for row, result in enumerate(shown):
-        over, under = axes[2 * row], axes[2 * row + 1]
-        read = units.display_unit(result.pair.unit)
-        _draw_channel(over[0], under[0], comparison.overlap.time, result, read)
-        _close(over[1], under[1], comparison.overlap.time, result, read.factor)
+    ratios = {"width_ratios": [3, 1], "height_ratios": [2, 1] * len(drawn)}
+    axes = figure.subplots(2 * len(drawn), 2, gridspec_kw=ratios)
+    for row, channel in enumerate(drawn):
+        charts, close_up = channel_charts(channel), _close_up(channel)
+        for axis_row, chart in zip(axes[2 * row : 2 * row + 2], charts, strict=True):
+            shown = units_of(comparison.attrs).display_unit(chart.unit)
+            for axis, part in zip(axis_row, (slice(None), close_up), strict=True):
+                _draw_part(axis, channel.time.values[part], chart, part, shown.factor)
+            axis_row[0].set_ylabel(fill(axis_label(chart.quantity, shown.unit), MAX_LABEL_LETTERS))
+        over, close = axes[2 * row]
+        over.set_title(shorten(charts[0].title, 110), loc="left", fontsize="medium")
+        close.set_title("where it is largest", loc="left", fontsize="small")
+        for axis in (over, close):
+            axis.tick_params(labelbottom=False)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     figure.align_ylabels(axes[:, 0])
@@ -214,42 +218,22 @@ def draw_comparison(
     save_picture(figure, output)
 
 
-def _draw_channel(
-    over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, shown: DisplayUnit
-) -> None:
-    name = result.pair.channel.replace("_", " ").replace(".", ", ")
-    _draw_part(over, under, time, result, shown.factor)
-    over.set_title(shorten(f"{name}: {result.verdict}", 110), loc="left", fontsize="medium")
-    over.set_ylabel(f"[{shown.unit}]" if shown.unit else "")
-    under.set_ylabel(axis_label("difference\n", shown.unit))
-
-
-def _close(over: Axes, under: Axes, time: np.ndarray, result: ChannelResult, factor: float) -> None:
+def _close_up(channel: xr.Dataset) -> slice:
+    """The records about the largest difference."""
+    time = channel.time.values
     count = max(MIN_CLOSE_UP_TIMES, int(CLOSE_UP_FRACTION * time.size))
-    first = int(np.searchsorted(time, result.figures.peak_time)) - count // 2
+    first = int(np.searchsorted(time, float(channel.peak_time))) - count // 2
     first = max(min(first, time.size - count), 0)
-    _draw_part(over, under, time, result, factor, slice(first, first + count))
-    over.set_title("where it is largest", loc="left", fontsize="small")
+    return slice(first, first + count)
 
 
-def _draw_part(
-    over: Axes,
-    under: Axes,
-    time: np.ndarray,
-    result: ChannelResult,
-    factor: float,
-    part: slice = slice(None),
-) -> None:
-    """Draw both series above, and their difference below."""
-    ours = factor * result.pair.ours[part]
-    recorded = factor * result.pair.recorded[part]
-    for name, values, dash in (("ours", ours, "-"), ("recorded", recorded, "--")):
-        colour = COLOURS[name == "recorded"]
-        over.plot(*thin_records(time[part], values), dash, color=colour, linewidth=0.9, label=name)
-    under.plot(*thin_records(time[part], ours - recorded), color="0.3", linewidth=0.8)
-    over.tick_params(labelbottom=False)
-    for axis in (over, under):
-        axis.margins(x=0.0)
-        axis.grid(alpha=0.3)
-        axis.spines[["top", "right"]].set_visible(False)
-        axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS, useOffset=False)
+def _draw_part(axis: Axes, time: np.ndarray, chart: Chart, part: slice, factor: float) -> None:
+    """Draw a part of the lines of a chart; a single line is grey."""
+    looks = zip(COLOURS, ("-", "--"), strict=False) if len(chart.lines) > 1 else [("0.3", "-")]
+    for (name, line), (colour, dash) in zip(chart.lines.items(), looks, strict=True):
+        places = thin_records(time, factor * line.y[part])
+        axis.plot(*places, dash, color=colour, linewidth=0.9, label=name)
+    axis.margins(x=0.0)
+    axis.grid(alpha=0.3)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS, useOffset=False)

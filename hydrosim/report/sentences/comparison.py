@@ -145,7 +145,7 @@ def _describe_tolerances(comparison: xr.Dataset) -> Iterator[document_nodes.Node
             "No tolerance was given, so differences are not judged.", detail=True
         )
         return
-    size = np.where(np.isnan(comparison.relative), comparison.rms, comparison.relative)
+    size = channel_errors(comparison)
     out = np.flatnonzero(~(size <= limit) & ~np.isnan(limit))
     held = [str(out.size), str(np.count_nonzero(~np.isnan(limit)))]
     outcome = document_nodes.Outcome.BAD if out.size else document_nodes.Outcome.GOOD
@@ -169,20 +169,31 @@ def _channel_cells(channel: xr.Dataset) -> list[document_nodes.Cell]:
     return [str(channel.channel.values), rms, share, peak, at, correlation]
 
 
-def _channel_charts(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+def _describe_series(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     yield document_nodes.Sentence(CHARTS_NOTE)
     for rank, k in enumerate(_order_by_difference(comparison)):
-        channel = comparison.isel(channel=k)
-        unit = str(channel.units.values)
-        name, folded = str(channel.channel.values), rank >= MAIN_CHART_COUNT
-        both = {
-            source: document_nodes.ChartLine(channel[source].values)
-            for source in ("ours", "recorded")
-        }
-        title = f"{name}: {channel.verdict.values}"
-        yield document_nodes.Chart(title, "", unit, both, folded=folded)
-        apart = {"ours less recorded": document_nodes.ChartLine(channel.residual.values)}
-        yield document_nodes.Chart(f"{name}: difference", "difference", unit, apart, folded=True)
+        both, difference = channel_charts(comparison.isel(channel=k))
+        yield replace(both, folded=rank >= MAIN_CHART_COUNT)
+        yield replace(difference, folded=True)
+
+
+def channel_charts(channel: xr.Dataset) -> tuple[document_nodes.Chart, document_nodes.Chart]:
+    """Both series of a channel of a comparison, and their difference."""
+    name, unit = str(channel.channel.values), str(channel.units.values)
+    both, difference = (
+        {label: document_nodes.ChartLine(channel[series].values) for label, series in lines.items()}
+        for lines in ({"ours": "ours", "recorded": "recorded"}, {"ours less recorded": "residual"})
+    )
+    return (
+        document_nodes.Chart(f"{name}: {channel.verdict.values}", "", unit, both),
+        document_nodes.Chart(f"{name}: difference", "difference", unit, difference),
+    )
+
+
+def channel_errors(comparison: xr.Dataset) -> np.ndarray:
+    """The rms of each difference (n,), over the std of what is recorded; of a constant as it is."""
+    rms, relative = comparison.rms.values, comparison.relative.values
+    return np.where(np.isnan(relative), rms, relative)
 
 
 def _describe_bands(
@@ -281,7 +292,7 @@ def _shift_text(seconds: float) -> str:
 
 COMPARISON_SECTIONS: Sections[xr.Dataset] = {
     "outcome": ("What differs", _describe_outcome),
-    "series": ("Both over time", _channel_charts),
+    "series": ("Both over time", _describe_series),
     "contacts": ("Contacts", _describe_contacts),
     "bands": ("Slow, waves, fast", _describe_bands),
     "assumptions": ("How it was compared", _comparison_assumptions),
