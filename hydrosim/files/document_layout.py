@@ -114,7 +114,7 @@ def render_table(table: Table, units: Units) -> RenderedTable:
             shown[k] = cell
     for row, shown in zip(cells, rows, strict=True):
         _lay_row(row, shown, others, units)
-    head = [_name_with_unit(table.head[k], _unit_of(columns[k], units)) for k in range(width)]
+    head = [name_with_unit(table.head[k], _unit_of(columns[k], units)) for k in range(width)]
     return RenderedTable(head, rows)
 
 
@@ -150,7 +150,7 @@ def _lay_row(
         return
     for k, cell in zip(others, _align_cells(cells, units), strict=True):
         shown[k] = cell
-    shown[0] = RenderedCell(_name_with_unit(shown[0].text, _unit_of(cells, units)))
+    shown[0] = RenderedCell(name_with_unit(shown[0].text, _unit_of(cells, units)))
 
 
 def _values_of_cell(cell: Cell) -> Sequence[Value | Between]:
@@ -181,7 +181,8 @@ def _unit_of(cells: Sequence[Cell], units: Units) -> str:
     return ", ".join(filter(None, (units.display_unit(unit).unit for unit in common_units)))
 
 
-def _name_with_unit(name: str, unit: str) -> str:
+def name_with_unit(name: str, unit: str) -> str:
+    """A name, and the unit in brackets where there is one."""
     return f"{name} [{unit}]".strip() if unit else name
 
 

@@ -28,16 +28,22 @@ class Code:
     shown: bool = False
 
 
+def _no_values() -> np.ndarray:
+    return np.zeros(0)
+
+
 @dataclass(frozen=True)
 class ChartLine:
     """A line through ``y`` (n,), or a band over several lines ``y`` (m, n), over ``x`` (n,) in SI;
     default: the time of the document. It may have intervals from ``low`` to ``high`` (n,), and
-    ``remarks`` (n,) that points say when they are pointed at."""
+    ``remarks`` (n,) that points say when they are pointed at. Where ``y`` is unknown and beyond a
+    bound, ``bounds`` (n,) have it: a point there is open and not joined."""
 
     y: np.ndarray
-    x: np.ndarray | None = None
-    low: np.ndarray | None = None
-    high: np.ndarray | None = None
+    x: np.ndarray = field(default_factory=_no_values)
+    low: np.ndarray = field(default_factory=_no_values)
+    high: np.ndarray = field(default_factory=_no_values)
+    bounds: np.ndarray = field(default_factory=_no_values)
     remarks: Sequence[str] = ()
 
     @property
@@ -77,7 +83,7 @@ class Chart:
     @property
     def is_over_time(self) -> bool:
         """Whether the lines are over the time of the document."""
-        return all(line.x is None for line in self.lines.values())
+        return all(line.x.size == 0 for line in self.lines.values())
 
     @property
     def peak(self) -> float:

@@ -22,7 +22,7 @@ import numpy as np
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import Units
 from hydrosim.files.document import Document
-from hydrosim.files.document_layout import digits_of, render_table, text_of
+from hydrosim.files.document_layout import digits_of, name_with_unit, render_table, text_of
 from hydrosim.files.document_nodes import Chart, ChartLine, Replay
 from hydrosim.files.outputs import Output
 from hydrosim.results.channels import interval_envelope
@@ -42,6 +42,7 @@ class PlottedPoint(NamedTuple):
     low: float
     high: float
     text: str
+    is_open: bool = False
 
 
 class PlottedCurves(NamedTuple):
@@ -63,24 +64,27 @@ class PlottedCurves(NamedTuple):
 def plot_curves(of: Chart, units: Units) -> PlottedCurves:
     """Picture of a chart that is not over time, in display units, without points that are not
     finite."""
-    x_unit, x_scale = units.display_unit(of.x_unit)
-    y_unit, y_scale = units.display_unit(of.unit)
-    points = {name: list(_curve_points(line, x_scale, y_scale)) for name, line in of.lines.items()}
+    points = {name: list(_curve_points(of, line, units)) for name, line in of.lines.items()}
     every = [point for line_points in points.values() for point in line_points]
     x = _axis_range([point.x for point in every])
     y = _axis_range([value for point in every for value in (point.y, point.low, point.high)])
     across, up = _axis_scale(x, LEFT_EDGE, RIGHT_EDGE), _axis_scale(y, BOTTOM_EDGE, TOP_EDGE)
     lines = [
         [
-            PlottedPoint(across(p.x), up(p.y), up(p.low), up(p.high), f"{name}: {p.text}")
+            PlottedPoint(
+                across(p.x), up(p.y), up(p.low), up(p.high), f"{name}: {p.text}", p.is_open
+            )
             for p in line_points
         ]
         for name, line_points in points.items()
     ]
     x_ticks = [(across(t), digits_of(t)) for t in ticks(*x)]
     y_ticks = [(up(t), digits_of(t)) for t in ticks(*y)]
-    labels = _axis_label(of.x_label, x_unit), _axis_label(of.quantity, y_unit)
-    return PlottedCurves(*labels, lines, x_ticks, y_ticks)
+    x_label, y_label = (
+        name_with_unit(label, units.display_unit(unit).unit)
+        for label, unit in ((of.x_label, of.x_unit), (of.quantity, of.unit))
+    )
+    return PlottedCurves(x_label, y_label, lines, x_ticks, y_ticks)
 
 
 def ticks(low: float, high: float, count: int = 6) -> list[float]:
@@ -90,22 +94,24 @@ def ticks(low: float, high: float, count: int = 6) -> list[float]:
     return [k * step for k in range(ceil(low / step), floor(high / step) + 1)]
 
 
-def _axis_label(label: str, unit: str) -> str:
-    return f"{label} [{unit}]" if unit else label
-
-
-def _curve_points(line: ChartLine, x_scale: float, y_scale: float) -> Iterator[PlottedPoint]:
-    """The points of a line that are finite, in display units, with their intervals in words."""
+def _curve_points(of: Chart, line: ChartLine, units: Units) -> Iterator[PlottedPoint]:
+    """The points of a line that are finite, and those at its bounds, in display units."""
+    x_unit, x_scale = units.display_unit(of.x_unit)
+    y_unit, y_scale = units.display_unit(of.unit)
     none = np.full(line.y.size, np.nan)
-    ends = (none if end is None else y_scale * end for end in (line.low, line.high))
-    x = none if line.x is None else x_scale * line.x
+    columns = (line.y, line.low, line.high, line.bounds)
+    scaled = (y_scale * column if column.size else none for column in columns)
     remarks = line.remarks or [""] * line.y.size
-    for x_, y, low, high, remark in zip(x, y_scale * line.y, *ends, remarks, strict=True):
-        if np.isfinite([x_, y]).all():
+    for x, y, low, high, bound, remark in zip(x_scale * line.x, *scaled, remarks, strict=True):
+        place = f"at {digits_of(x)} {x_unit}".strip()
+        if np.isfinite([x, y]).all():
             has_range = np.isfinite([low, high]).any()
             low, high = (end if np.isfinite(end) else y for end in (low, high))
             between = f" ({digits_of(low)} to {digits_of(high)})" if has_range else ""
-            yield PlottedPoint(x_, y, low, high, f"{digits_of(y)}{between} {remark}".strip())
+            words = (f"{digits_of(y)}{between}", y_unit, place, remark)
+            yield PlottedPoint(x, y, low, high, " ".join(filter(None, words)))
+        elif np.isfinite([x, bound]).all():
+            yield PlottedPoint(x, bound, bound, bound, f"{remark} {place}", True)
 
 
 def _axis_range(values: Sequence[float]) -> tuple[float, float]:

@@ -14,8 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scenes import CASES
 
-from hydrosim.report.charts.studies import _draw_limits
-from hydrosim.report.sentences.limits import distinct_lines, limits_tables
+from hydrosim.report.charts.studies import draw_limit_chart
+from hydrosim.report.sentences.limits import distinct_lines, limit_chart, limits_tables
 from hydrosim.scene import Scene
 from hydrosim.statistics.figures import ScalarResult
 from hydrosim.statistics.results import MotionCauseResult, StageResult
@@ -215,7 +215,7 @@ def test_the_picture_has_no_limit_where_there_is_none() -> None:
     figure = Figure()
     FigureCanvasAgg(figure)
     axis = figure.subplots()
-    _draw_limits(axis, found, ["a"])
+    draw_limit_chart(axis, limit_chart(found), ["a"])
     drawn = [np.asarray(line.get_ydata(), float) for line in axis.lines]
     assert min(np.nanmin(y) for y in drawn if y.size and np.isfinite(y).any()) == 0.5
     below, above = ([line for line in axis.lines if line.get_marker() == mark] for mark in "v^")

@@ -19,9 +19,9 @@ from hydrosim.analysis.line import LineResponse, StillLine
 from hydrosim.database.hull import immersed_triangles
 from hydrosim.elements.roll_decay import DecayFit
 from hydrosim.files.display_units import DEFAULT, DisplayUnit, Units, unit_of_dof, units_of
-from hydrosim.files.document_layout import digits_of
+from hydrosim.files.document_layout import digits_of, name_with_unit
 from hydrosim.files.outputs import Output, save_picture
-from hydrosim.report.charts.panels import COLOURS, STYLES, axis_label, wrap_title
+from hydrosim.report.charts.panels import COLOURS, STYLES, wrap_title
 from hydrosim.scene import TankMesh, TankTable
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def draw_response(response: xr.Dataset, output: Path | Output) -> None:
         amplitude = units.display_unit(f"{unit_of_dof(dof)}/m")
         for body in response.body.values:
             _draw_motion(response.sel(body=body, dof=dof), amplitude, units, size, phase)
-        size.set_ylabel(axis_label(dof, amplitude.unit))
+        size.set_ylabel(name_with_unit(dof, amplitude.unit))
         _label_rao(units, size, phase)
     for axis in axes[-1]:
         axis.set_xlabel("frequency [rad/s]")
@@ -70,7 +70,7 @@ def _draw_motion(
 
 def _label_rao(units: Units, size: Axes, phase: Axes) -> None:
     angle = units.display_unit("rad")
-    phase.set_ylabel(axis_label("phase", angle.unit))
+    phase.set_ylabel(name_with_unit("phase", angle.unit))
     phase.set_yticks(angle.factor * np.pi * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
     for axis in (size, phase):
         axis.grid(alpha=0.3)
@@ -125,8 +125,8 @@ def _draw_profiles_at_offsets(
     if np.isfinite(line.bed):
         axis.axhline(length.factor * line.bed, color=BED, linewidth=1.0, zorder=0.5)
     axis.plot(0.0, 0.0, "k^", markersize=5)
-    axis.set_xlabel(axis_label("distance from the anchor", length.unit))
-    axis.set_ylabel(axis_label("height above the anchor", length.unit))
+    axis.set_xlabel(name_with_unit("distance from the anchor", length.unit))
+    axis.set_ylabel(name_with_unit("height above the anchor", length.unit))
     axis.legend(frameon=False, fontsize="small", title=f"offset {_offset_text(response)}")
     axis.grid(alpha=0.3)
 
@@ -142,7 +142,7 @@ def _draw_pull(axis: Axes, response: LineResponse, units: Units) -> None:
     for k, (name, values) in enumerate(series.items()):
         _plot_response(axis, response, force.factor * values, units, COLOURS[k], name)
     axis.get_lines()[-1].set_linestyle("--")  # on the bed it is the horizontal pull
-    axis.set_ylabel(axis_label("force", force.unit))
+    axis.set_ylabel(name_with_unit("force", force.unit))
     axis.legend(frameon=False, fontsize="small")
 
 
@@ -151,12 +151,12 @@ def _draw_stiffness(axis: Axes, response: LineResponse, units: Units) -> None:
     _plot_response(
         axis, response, stiffness.factor * response.stiffness, units, COLOURS[0], "stiffness"
     )
-    axis.set_ylabel(axis_label("stiffness", stiffness.unit))
+    axis.set_ylabel(name_with_unit("stiffness", stiffness.unit))
     beside = axis.twinx()
     _plot_response(
         beside, response, length.factor * response.grounded, units, COLOURS[1], "grounded length"
     )
-    beside.set_ylabel(axis_label("grounded length", length.unit))
+    beside.set_ylabel(name_with_unit("grounded length", length.unit))
     beside.grid(visible=False)
     lines = [*axis.get_lines(), *beside.get_lines()]
     names = [str(plotted.get_label()) for plotted in lines]
@@ -168,7 +168,7 @@ def _plot_response(
 ) -> None:
     length = units.display_unit("m")
     axis.plot(length.factor * response.offsets, values, color=colour, linewidth=1.3, label=name)
-    axis.set_xlabel(axis_label(f"offset {_offset_text(response)}", length.unit))
+    axis.set_xlabel(name_with_unit(f"offset {_offset_text(response)}", length.unit))
     axis.grid(alpha=0.3)
 
 
@@ -206,8 +206,8 @@ def _draw_condition(condition: Condition, i: int, j: int, axis: Axes) -> None:
 
 def _label_section(axis: Axes, i: int, j: int, length: DisplayUnit) -> None:
     """Names of the axes, and their numbers in the unit of ``length``; drawn is in m."""
-    axis.set_xlabel(axis_label(AXES[i], length.unit))
-    axis.set_ylabel(axis_label(AXES[j], length.unit))
+    axis.set_xlabel(name_with_unit(AXES[i], length.unit))
+    axis.set_ylabel(name_with_unit(AXES[j], length.unit))
     for axis_ in (axis.xaxis, axis.yaxis):
         axis_.set_major_formatter(lambda x, _: digits_of(length.factor * x))
     axis.set_aspect("equal", adjustable="datalim")
@@ -320,7 +320,7 @@ def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
         axes.axhline(least, color="0.5", linestyle=":", label="reference")
         axes.set_xlabel(label)
         axes.grid(alpha=0.3)
-    figure.axes[0].set_ylabel(axis_label("largest error of a place", length.unit))
+    figure.axes[0].set_ylabel(name_with_unit("largest error of a place", length.unit))
     figure.axes[1].legend()
     figure.suptitle(wrap_title(study.attrs["title"], figure.get_figwidth()))
     save_picture(figure, output)

@@ -21,8 +21,9 @@ from hydrosim.database.database import Real
 from hydrosim.database.kernels import Kernel
 from hydrosim.dofs import DOFS
 from hydrosim.files.display_units import DEFAULT, Units
+from hydrosim.files.document_layout import name_with_unit
 from hydrosim.files.outputs import Output, save_picture
-from hydrosim.report.charts.panels import COLOURS, DPI, PLAIN_NUMBER_POWERS, axis_label, wrap_title
+from hydrosim.report.charts.panels import COLOURS, DPI, PLAIN_NUMBER_POWERS, wrap_title
 
 TABLE_PANEL_WIDTH_INCH, TABLE_PANEL_HEIGHT_INCH = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest headings of the database are drawn
@@ -117,7 +118,7 @@ def _draw_phase(column: _Column, axis: Axes) -> None:
             column.db.frequency, np.where(seen, np.angle(load), np.nan)
         )
         axis.plot(frequency, factor * phase, dash, color=colour, linewidth=1.2, label=name)
-    axis.set_ylabel(axis_label("phase of excitation\nlead to crest", unit))
+    axis.set_ylabel(name_with_unit("phase of excitation\nlead to crest", unit))
     axis.set_ylim(-1.03 * factor * np.pi, 1.03 * factor * np.pi)
     axis.yaxis.set_major_locator(MultipleLocator(0.5 * factor * np.pi))
 
@@ -225,7 +226,7 @@ def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Ou
         axis.axhline(0.0, color="grey", linewidth=0.5)
         first, second = function.name.split(" ")
         axis.set_title(first if first == second else f"{first} by {second}", fontsize="medium")
-        axis.set_ylabel(axis_label("K", unit))
+        axis.set_ylabel(name_with_unit("K", unit))
         axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)
     for axis in axes[len(functions) :]:
         axis.set_axis_off()

@@ -15,6 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.files.display_units import Units, units_of
+from hydrosim.files.document_layout import name_with_unit
 from hydrosim.files.document_nodes import Chart, ChartLine
 from hydrosim.files.outputs import Output, save_picture
 from hydrosim.report import run_charts
@@ -24,7 +25,6 @@ from hydrosim.report.charts.panels import (
     PLAIN_NUMBER_POWERS,
     STYLES,
     PictureFrame,
-    axis_label,
     picture,
     thin_records,
     wrap_title,
@@ -120,14 +120,14 @@ def _draw_runs(explanations: xr.Dataset, body: str, direction: str, units: Units
     displacements."""
     force, length = units.display_unit("N"), units.display_unit("m")
     mean = explanations.mean_force.sel(body=body, dof=direction)
-    kinds = [(force.factor * mean, "force", axis_label("mean force", force.unit))]
+    kinds = [(force.factor * mean, "force", name_with_unit("mean force", force.unit))]
     if "friction_part" in explanations:
         along = explanations.sel(direction=explain.DIRECTION_AXES[direction])
         part = along.friction_part.sum("fender").sel(part=list(explain.FRICTION_PARTS))
         moved = along.mode_moved.mean("fender")
         kinds += [
-            (force.factor * part, "part", axis_label("mean friction", force.unit)),
-            (length.factor * moved, "contact_mode", axis_label("moved in a mode", length.unit)),
+            (force.factor * part, "part", name_with_unit("mean friction", force.unit)),
+            (length.factor * moved, "contact_mode", name_with_unit("moved in a mode", length.unit)),
         ]
     figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
     axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
@@ -204,7 +204,9 @@ def draw_comparison(comparison: xr.Dataset, title: str, output: Path | Output) -
             shown = units_of(comparison.attrs).display_unit(chart.unit)
             for axis, part in zip(axis_row, (slice(None), close_up), strict=True):
                 _draw_part(axis, channel.time.values[part], chart, part, shown.factor)
-            axis_row[0].set_ylabel(fill(axis_label(chart.quantity, shown.unit), MAX_LABEL_LETTERS))
+            axis_row[0].set_ylabel(
+                fill(name_with_unit(chart.quantity, shown.unit), MAX_LABEL_LETTERS)
+            )
         over, close = axes[2 * row]
         over.set_title(shorten(charts[0].title, 110), loc="left", fontsize="medium")
         close.set_title("where it is largest", loc="left", fontsize="small")

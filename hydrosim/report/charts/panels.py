@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from hydrosim.files.display_units import DEFAULT, Units
+from hydrosim.files.document_layout import name_with_unit
 from hydrosim.files.document_nodes import Chart, ChartLine
 from hydrosim.results.channels import MIN_SHARE_OF_AXIS, interval_envelope, interval_means
 
@@ -79,11 +80,6 @@ class TimeWindow(NamedTuple):
         return slice(
             int(np.searchsorted(time, self.start)), int(np.searchsorted(time, self.end, "right"))
         )
-
-
-def axis_label(text: str, unit: str) -> str:
-    """What stands beside an axis: a text, and the unit in brackets where there is one."""
-    return f"{text} [{unit}]" if unit else text
 
 
 def wrap_title(title: str, width: float) -> str:
@@ -171,7 +167,7 @@ def _draw_chart(axis: Axes, chart: Chart, frame: PictureFrame) -> None:
         _plot_line(axis, frame.time[inside], values, _joined_names(names), style)
     is_named = any(chart.lines)
     subject = f"{chart.subject}\n" if is_named and chart.subject else ""
-    label = subject + axis_label(chart.quantity, shown.unit)
+    label = subject + name_with_unit(chart.quantity, shown.unit)
     axis.set_ylabel(label if len(label) < MAX_LABEL_LETTERS else fill(label, MAX_LABEL_LETTERS))
     axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS)
     if is_named:

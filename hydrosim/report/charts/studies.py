@@ -21,10 +21,11 @@ from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from hydrosim.errors import InputError
 from hydrosim.files.display_units import DisplayUnit, units_of
-from hydrosim.files.document_layout import digits_of, letter_of, value_text
+from hydrosim.files.document_layout import digits_of, letter_of, name_with_unit, value_text
+from hydrosim.files.document_nodes import Chart
 from hydrosim.files.outputs import Output, save_picture
-from hydrosim.report.charts.panels import COLOURS, axis_label, wrap_title
-from hydrosim.report.sentences.limits import distinct_lines, side_of
+from hydrosim.report.charts.panels import COLOURS, wrap_title
+from hydrosim.report.sentences.limits import NO_LIMIT, limit_chart
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
 
@@ -176,12 +177,12 @@ def _chart_of_plan(plan: PlanRuns) -> Callable[[Sequence[Axes], PlanRuns, str, V
 
 
 def _quantity_label(plan: PlanRuns, figure: str) -> str:
-    return axis_label(_words_of_name(figure), _display_unit(plan, figure).unit)
+    return name_with_unit(_words_of_name(figure), _display_unit(plan, figure).unit)
 
 
 def _parameter_label(plan: PlanRuns, parameter: str) -> str:
     """The last two words of a key, and its unit."""
-    return axis_label(plan.short(parameter), _display_unit(plan, plan.axis(parameter)).unit)
+    return name_with_unit(plan.short(parameter), _display_unit(plan, plan.axis(parameter)).unit)
 
 
 def _display_unit(plan: PlanRuns, name: str) -> DisplayUnit:
@@ -370,10 +371,8 @@ def _draw_bars(axes: Sequence[Axes], plan: PlanRuns, figure: str, names: ValueNa
 MARKS = "osD^vP*X"
 STYLES = ("-", (0, (6, 2)), (0, (2, 2)), (0, (6, 2, 1, 2)))
 """Of lines after each other, so that one under another is seen."""
-NO_LIMIT = {"below": "v", "above": "^"}
+OPEN_MARKS = dict(zip(NO_LIMIT.values(), "v^", strict=True))
 """Marks of seas whose limit is on a side of the heights."""
-ATTRIBUTES = {"below": "lowest", "above": "highest"}
-LIMIT_ENDS = ("limit", "low", "high")
 OPERABILITY_PANEL_INCH = (7.5, 3.6)  # inches of a panel
 
 
@@ -387,10 +386,10 @@ def draw_limits(limits: xr.Dataset, output: Path | Output) -> None:
         layout="constrained",
     )
     FigureCanvasAgg(figure)
-    names = sorted({str(name) for name in limits.governing.values.ravel() if name})
     axes = figure.subplots(len(stages), 1, squeeze=False, sharex=True)[:, 0]
+    names = sorted({str(name) for name in limits.governing.values.ravel() if name})
     for axis, stage in zip(axes, stages, strict=True):
-        _draw_limits(axis, limits.sel(stage=stage), names)
+        draw_limit_chart(axis, limit_chart(limits.sel(stage=stage)), names)
         axis.set_title(stage if len(stages) > 1 else "", loc="left", fontsize="medium")
     axes[-1].set_xlabel("peak period [s]")
     share = f"{limits.attrs['probability']:.3g} of the seas meet all criteria"
@@ -400,37 +399,31 @@ def draw_limits(limits: xr.Dataset, output: Path | Output) -> None:
     save_picture(figure, output)
 
 
-def _draw_limits(axis: Axes, limits: xr.Dataset, names: list[str]) -> None:
-    """Limits over the peak period. A sea without a limit within the heights has no point on a line
-    but a mark at the first or the last height; lines that are the same are drawn once."""
-    sides: set[str] = set()
-    lines = distinct_lines(limits)
-    for k, (label, at) in enumerate(lines):
-        colour = COLOURS[k % len(COLOURS)]
-        period = at.peak_period.values
-        side = np.array([side_of(float(limit), limits) for limit in at.limit.values])
-        limit, low, high = (np.where(side == "", at[name].values, np.nan) for name in LIMIT_ENDS)
-        top = np.minimum(high, limits.attrs["highest"]) if limits.attrs["runs"] else limit
-        axis.fill_between(period, low, top, color=colour, alpha=0.15)
-        style = STYLES[k % len(STYLES)]
-        axis.plot(period, limit, color=colour, linestyle=style, label=f"waves {label}")
-        for name in names:
-            of = at.governing.values == name
-            axis.plot(period[of], limit[of], MARKS[names.index(name) % len(MARKS)], color=colour)
-        size = 6.0 + 3.0 * (len(lines) - k)
-        for which, mark in NO_LIMIT.items():
-            of = side == which
-            sides |= {which} if of.any() else set()
-            place = np.full(of.sum(), limits.attrs[ATTRIBUTES[which]])
-            axis.plot(period[of], place, mark, color=colour, fillstyle="none", markersize=size)
-    for name in names:
-        mark = MARKS[names.index(name) % len(MARKS)]
-        axis.plot([], [], mark, color="0.3", label=f"governed by {name}")
-    for which in sorted(sides):
-        label = f"no limit: {which} the heights"
-        axis.plot([], [], NO_LIMIT[which], color="0.3", fillstyle="none", label=label)
-    axis.set_ylabel("significant height [m]")
+def draw_limit_chart(axis: Axes, chart: Chart, names: Sequence[str]) -> None:
+    """Draw limits, marked by which of the criteria of these ``names`` governs. A sea without a
+    limit within the heights has no point on a line but an open mark at the first or the last
+    height."""
+    marks = {f"governed by {n}": MARKS[k % len(MARKS)] for k, n in enumerate(names)} | OPEN_MARKS
+    for k, (label, line) in enumerate(chart.lines.items()):
+        colour, dash = COLOURS[k % len(COLOURS)], STYLES[k % len(STYLES)]
+        if line.low.size:
+            axis.fill_between(line.x, line.low, line.high, color=colour, alpha=0.15)
+        axis.plot(line.x, line.y, color=colour, linestyle=dash, label=label)
+        size = 6.0 + 3.0 * (len(chart.lines) - k)
+        for remark, mark in marks.items():
+            of = np.array(line.remarks) == remark
+            look: dict[str, Any] = {"color": colour}
+            values = line.y
+            if remark in OPEN_MARKS:
+                look |= {"fillstyle": "none", "markersize": size}
+                values = line.bounds
+            axis.plot(line.x[of], values[of], mark, **look)
+    remarks = {remark for line in chart.lines.values() for remark in line.remarks}
+    for remark, mark in marks.items():
+        if remark in remarks or remark not in OPEN_MARKS:
+            style = "none" if remark in OPEN_MARKS else "full"
+            axis.plot([], [], mark, color="0.3", fillstyle=style, label=remark)
+    axis.set_ylabel(name_with_unit(chart.quantity, chart.unit))
     axis.set_ylim(bottom=0.0)
-    axis.grid(alpha=0.3)
-    axis.spines[["top", "right"]].set_visible(False)
+    _style_axis(axis)
     axis.legend(frameon=False, fontsize="small")

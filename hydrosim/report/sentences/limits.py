@@ -43,6 +43,8 @@ RUN_ATTRIBUTES = ("confidence", "seeds", "runs", "runs_of_all")
 """What means nothing where spectra give the limits."""
 MAX_SHARE_OUTSIDE = 0.5
 """Share of the time without a limit from which headings or periods are lacking."""
+NO_LIMIT = {side: f"no limit: {side} the heights" for side in ("below", "above")}
+"""What is said of a sea whose limit is on a side of the heights."""
 HOUR_S = 3600.0
 LIMIT_DIMS = ("stage", "swell", "heading", "peak_period")
 
@@ -88,10 +90,7 @@ def _describe_outcome(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
     for stage in limits.stage.values:
         at = limits.sel(stage=stage)
         title = f"Limits of {stage}" if limits.sizes["stage"] > 1 else "Limits"
-        curves = {name: _plotted_curve(line, limits) for name, line in distinct_lines(at)}
-        yield document_nodes.Chart(
-            title, "significant height", "m", curves, x_label="peak period", x_unit="s"
-        )
+        yield limit_chart(at, title)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
     yield document_nodes.Table(head, list(_limit_rows(limits)))
     yield from weather_nodes(limits)
@@ -260,20 +259,30 @@ def _degrees_text(heading: float) -> str:
     return f"{round(np.degrees(heading), 6):g}"
 
 
-def _plotted_curve(at: xr.Dataset, limits: xr.Dataset) -> document_nodes.ChartLine:
-    """A curve of the limits that lie within the heights; a sea without one has no point."""
-    top = float(limits.attrs.get("highest", np.inf))
-    points = zip(at.peak_period.values, at.governing.values, strict=True)
-    remarks = [f"m at {period:g} s {_governing_words(by)}" for period, by in points]
-    within = np.array([not side_of(float(limit), limits) for limit in at.limit.values])
-    limit, low, high = (np.where(within, at[name].values, np.nan) for name in LIMIT_VARIABLES[:3])
-    return document_nodes.ChartLine(
-        limit, at.peak_period.values, low, np.minimum(high, top), remarks
+def limit_chart(at: xr.Dataset, title: str = "Limits") -> document_nodes.Chart:
+    """Limits of a stage over the peak period; a line for each heading and swell."""
+    lines = {f"waves {name}": _limit_line(line) for name, line in distinct_lines(at)}
+    return document_nodes.Chart(
+        title, "significant height", "m", lines, x_label="peak period", x_unit="s"
     )
 
 
-def _governing_words(by: object) -> str:
-    return f"governed by {by}" if str(by) else ""
+def _limit_line(at: xr.Dataset) -> document_nodes.ChartLine:
+    """Limits that lie within the heights, with what governs them. Where a sea has none, it is
+    beyond the lowest or the highest."""
+    sides = np.array([side_of(float(limit), at) for limit in at.limit.values])
+    limit, low, high = (np.where(sides == "", at[name], np.nan) for name in LIMIT_VARIABLES[:3])
+    remarks = [
+        NO_LIMIT[side] if side else f"governed by {by}" if str(by) else ""
+        for side, by in zip(sides, at.governing.values, strict=True)
+    ]
+    bounds = np.select(
+        [sides == "below", sides == "above"], [at.attrs["lowest"], at.attrs["highest"]], np.nan
+    )
+    if _are_from_spectra(at):
+        low, high = np.zeros((2, 0))
+    high = np.minimum(high, at.attrs["highest"])
+    return document_nodes.ChartLine(limit, at.peak_period.values, low, high, bounds, remarks)
 
 
 def side_of(limit: float, limits: xr.Dataset) -> str:
