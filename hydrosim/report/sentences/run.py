@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import isfinite, isinf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -141,8 +141,6 @@ def meanings(criteria: Sequence[Criterion]) -> List:
 
 
 MODE_NUMBERS = (OPEN, STICK, SLIP)
-TENSION_COLUMNS = ("tension at the start", "mean", "largest")
-"""Columns of tables of lines."""
 RADIATION_GOOD = 0.01
 """Change of motions by the fits of radiation up to which they are good."""
 SOLVER = {
@@ -181,9 +179,7 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
     head = ("motion", "mean", "std", "smallest", "largest", "at the end")
     measured = "position_error" in run and not is_part(run)
     yield Table((*head, "error") if measured else head, list(_motion_rows(run, measured)))
-    if "joint_motion" in run.dims:
-        moved = ("joint", "mean", "std", "smallest", "largest", "at the end")
-        yield Table(moved, list(_joint_motions(run)))
+    yield from _result_table(run, "joint_motion")
     if "joint" in run.dims:
         yield Table(("joint", "largest force", "largest moment"), list(_joint_loads(run)))
     if "drive" in run.dims and run.time.size:
@@ -198,24 +194,18 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
         yield Table(head, list(_contact_rows(run)), title)
         if not is_part(run):
             yield from stage_nodes(run)
-    if "spring" in run.dims:
-        yield Table(("line", *TENSION_COLUMNS, "slack"), list(_line_rows(run)))
-    if "line" in run.dims:
-        columns = ("catenary", *TENSION_COLUMNS, "smallest on the seabed")
-        yield Table(columns, list(_catenary_rows(run)))
-    if "winch" in run.dims:
-        lengths = ("winch", *TENSION_COLUMNS, "slack", "shortest", "longest")
-        yield Table(lengths, list(_winch_rows(run)))
-    if "compensator" in run.dims:
-        loads = list(_compensator_rows(run))
-        yield Table(("compensator", *TENSION_COLUMNS, "smallest"), loads)
-    yield from _describe_links(run)
+    for dim in ("spring", "line", "winch", "compensator", "strut", "torsion_spring"):
+        yield from _result_table(run, dim)
+    for dim in COORDINATE_LINKS:
+        yield from _result_table(run, dim)
+    if "pto" in run.dims:
+        head = ("power take-off", "mean power", "largest", "absorbed")
+        yield Table(head, list(_pto_rows(run)))
     if rows := list(_capacity_rows(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
         yield Table(shares, rows, "Loads beside capacities, at output times")
     yield from _describe_externals(run)
-    if "gap" in run.dims:
-        yield Table(("clearance", "smallest", "at the end"), list(_clearance_rows(run)))
+    yield from _result_table(run, "gap")
 
 
 def solver_tables(run: xr.Dataset) -> Iterator[Node]:
@@ -332,6 +322,119 @@ def _capacity_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [load.unit, largest, Value(load.time, "s"), Value(load.capacity, "N"), used]
 
 
+class ResultColumn(NamedTuple):
+    """A column of a table: its heading, and the ``figure`` of a variable over time (nt,) that it
+    has, in an SI unit; default: that of the variable."""
+
+    heading: str
+    variable: str
+    figure: Callable[[np.ndarray], float]
+    unit: str = ""
+    digits: int = 4
+
+
+def _start_value(values: np.ndarray) -> float:
+    return float(values[0])
+
+
+def _end_value(values: np.ndarray) -> float:
+    return float(values[-1])
+
+
+def _zero_share(values: np.ndarray) -> float:
+    return float(np.mean(values == 0))
+
+
+FIGURES_OF_RANGE = {
+    "mean": np.mean,
+    "std": np.std,
+    "smallest": np.min,
+    "largest": np.max,
+    "at the end": _end_value,
+}
+
+
+def _range_columns(variable: str, *headings: str, quantity: str = "") -> list[ResultColumn]:
+    """Columns of `FIGURES_OF_RANGE`, the first with the ``quantity``."""
+    texts = [f"{headings[0]} {quantity}".strip(), *headings[1:]]
+    figures = [FIGURES_OF_RANGE[heading] for heading in headings]
+    return [ResultColumn(t, variable, x) for t, x in zip(texts, figures, strict=True)]
+
+
+def _tension_columns(dim: str) -> list[ResultColumn]:
+    tension = f"{dim}_tension"
+    start = ResultColumn("tension at the start", tension, _start_value, "N")
+    columns = [start, *_range_columns(tension, "mean", "largest")]
+    return [column._replace(unit="N") for column in columns]
+
+
+LINK_RANGE = ("mean", "smallest", "largest")
+RESULT_TABLES: dict[str, tuple[str, list[ResultColumn]]] = {
+    "joint_motion": ("joint", _range_columns("joint_position", *FIGURES_OF_RANGE)),
+    "spring": (
+        "line",
+        [
+            *_tension_columns("spring"),
+            ResultColumn("slack", "spring_mode", _zero_share, "share", 2),
+        ],
+    ),
+    "line": (
+        "catenary",
+        [
+            *_tension_columns("line"),
+            ResultColumn("smallest on the seabed", "line_grounded", np.min, "m"),
+        ],
+    ),
+    "winch": (
+        "winch",
+        [
+            *_tension_columns("winch")[:2],
+            ResultColumn("largest", "winch_largest_tension", _end_value, "N"),
+            ResultColumn("slack", "winch_tension", _zero_share, "share", 2),
+            ResultColumn("shortest", "winch_length", np.min, "m"),
+            ResultColumn("longest", "winch_length", np.max, "m"),
+        ],
+    ),
+    "compensator": (
+        "compensator",
+        [
+            *_tension_columns("compensator"),
+            ResultColumn("smallest", "compensator_tension", np.min, "N"),
+        ],
+    ),
+    "strut": ("strut", _range_columns("strut_force", *LINK_RANGE, quantity="force")),
+    "torsion_spring": (
+        "torsion spring",
+        _range_columns("torsion_moment", *LINK_RANGE, quantity="moment"),
+    ),
+    **{
+        dim: (dim.replace("_", " "), _range_columns(f"{dim}_load", *LINK_RANGE, quantity="load"))
+        for dim in COORDINATE_LINKS
+    },
+    "gap": ("clearance", _range_columns("clearance", "smallest", "at the end")),
+}
+"""Tables of a row for each unit of a dimension: what the units are, and the columns."""
+
+
+def _result_table(run: xr.Dataset, dim: str) -> Iterator[Table]:
+    """The table of a dimension, if the run has it. A part of a run has no start."""
+    if dim in run.dims:
+        name, columns = RESULT_TABLES[dim]
+        rows: list[list[Cell]] = [
+            [label, *(_result_cell(run, column, dim, label) for column in columns)]
+            for label in map(str, run[dim].values)
+        ]
+        yield Table((name, *(column.heading for column in columns)), rows)
+
+
+def _result_cell(run: xr.Dataset, column: ResultColumn, dim: str, label: str) -> Cell:
+    if column.figure is _start_value and is_part(run):
+        return ""
+    values = run[column.variable].sel({dim: label}).values
+    unit = column.unit or units_along(run, column.variable)[label]
+    return Value(float(column.figure(values)), unit, column.digits)
+
+
 def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
     """How bodies move about their place at rest, where they do; with their ``measured`` errors."""
     for body in map(str, run.body.values):
@@ -345,14 +448,6 @@ def _motion_rows(run: xr.Dataset, measured: bool) -> Iterator[list[Cell]]:
                     error = float(run.position_error.sel(body=body, dof=dof))
                     cells.append(Value(error, unit, digits=1))
                 yield [f"{body} {dof}", *cells]
-
-
-def _joint_motions(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.joint_motion.values):
-        x = run.joint_position.sel(joint_motion=name).values
-        unit = unit_of(run.joint_position.attrs, [name])
-        figures = (x.mean(), x.std(), x.min(), x.max(), x[-1])
-        yield [name, *(Value(float(figure), unit) for figure in figures)]
 
 
 def _joint_loads(run: xr.Dataset) -> Iterator[list[Cell]]:
@@ -405,61 +500,6 @@ def _contact_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         yield [name, first, *shares, Value(float(slip[-1] - before), "m")]
 
 
-def _line_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.spring.values):
-        line = run.sel(spring=name)
-        slack = Value(float(np.mean(line.spring_mode.values == 0)), "share", 2)
-        yield [name, *_tension_cells(run, line.spring_tension), slack]
-
-
-def _catenary_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.line.values):
-        line = run.sel(line=name)
-        least = Value(float(line.line_grounded.min()), "m")
-        yield [name, *_tension_cells(run, line.line_tension), least]
-
-
-def _compensator_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.compensator.values):
-        tension = run.compensator_tension.sel(compensator=name)
-        yield [name, *_tension_cells(run, tension), Value(float(tension.min()), "N")]
-
-
-def _tension_cells(run: xr.Dataset, tension: xr.DataArray) -> list[Cell]:
-    """Tension (nt,) at the start of a run, its mean, its largest value."""
-    start: Cell = "" if is_part(run) else Value(float(tension[0]), "N")
-    return [start, Value(float(tension.values.mean()), "N"), Value(float(tension.max()), "N")]
-
-
-def _winch_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.winch.values):
-        winch = run.sel(winch=name)
-        tension = winch.winch_tension.values
-        largest = Value(float(winch.winch_largest_tension[-1]), "N")
-        slack = Value(float(np.mean(tension == 0.0)), "share", 2)
-        off = winch.winch_length.values
-        ends = (Value(float(off.min()), "m"), Value(float(off.max()), "m"))
-        start, mean, _ = _tension_cells(run, winch.winch_tension)
-        yield [name, start, mean, largest, slack, *ends]
-
-
-def _describe_links(run: xr.Dataset) -> Iterator[Node]:
-    """Tables of struts, torsion springs, other links and power take-offs."""
-    if "strut" in run.dims:
-        rows = _range_rows(run, "strut_force")
-        yield Table(("strut", "mean force", "smallest", "largest"), list(rows))
-    if "torsion_spring" in run.dims:
-        rows = _range_rows(run, "torsion_moment")
-        yield Table(("torsion spring", "mean moment", "smallest", "largest"), list(rows))
-    for dim in COORDINATE_LINKS:
-        if dim in run.dims:
-            head = (dim.replace("_", " "), "mean load", "smallest", "largest")
-            yield Table(head, list(_range_rows(run, f"{dim}_load")))
-    if "pto" in run.dims:
-        head = ("power take-off", "mean power", "largest", "absorbed")
-        yield Table(head, list(_pto_rows(run)))
-
-
 def _describe_externals(run: xr.Dataset) -> Iterator[Node]:
     """Functions of Python that gave forces, and the energy that a delay of theirs made."""
     if acted := lines_of(run, "external_forces"):
@@ -477,14 +517,6 @@ def _describe_externals(run: xr.Dataset) -> Iterator[Node]:
         yield Table(("external force", "calls", "energy of its delay"), rows)
 
 
-def _range_rows(run: xr.Dataset, variable: str) -> Iterator[list[Cell]]:
-    """Mean, smallest and largest load of each unit."""
-    dim = str(run[variable].dims[-1])
-    for name, unit in units_along(run, variable).items():
-        load = run[variable].sel({dim: name}).values
-        yield [name, *(Value(float(x), unit) for x in (load.mean(), load.min(), load.max()))]
-
-
 def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
     """Power and energy of each power take-off; the energy is the integral of the power over the
     steps of the run."""
@@ -495,12 +527,6 @@ def _pto_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
         largest = float(run.pto_power.sel(pto=name).max())
         mean = energy / lasts if lasts > 0.0 else largest
         yield [name, Value(mean, "W"), Value(largest, "W"), Value(energy, "J")]
-
-
-def _clearance_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
-    for name in map(str, run.gap.values):
-        gap = run.clearance.sel(gap=name).values
-        yield [name, Value(float(gap.min()), "m"), Value(float(gap[-1]), "m")]
 
 
 def _solver_rows(run: xr.Dataset) -> Iterator[list[Cell]]:
