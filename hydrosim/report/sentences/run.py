@@ -199,8 +199,8 @@ def result_tables(run: xr.Dataset) -> Iterator[Node]:
     for dim in COORDINATE_LINKS:
         yield from _result_table(run, dim)
     if "pto" in run.dims:
-        head = ("power take-off", "mean power", "largest", "absorbed")
-        yield Table(head, list(_pto_rows(run)))
+        powers = ("power take-off", "mean power", "largest", "absorbed")
+        yield Table(powers, list(_pto_rows(run)))
     if rows := list(_capacity_rows(run)):
         shares = ("of a capacity", "largest load", "at", "capacity", "used")
         yield Table(shares, rows, "Loads beside capacities, at output times")
@@ -345,7 +345,7 @@ def _zero_share(values: np.ndarray) -> float:
     return float(np.mean(values == 0))
 
 
-FIGURES_OF_RANGE = {
+FIGURES_OF_RANGE: dict[str, Callable[[np.ndarray], float]] = {
     "mean": np.mean,
     "std": np.std,
     "smallest": np.min,
