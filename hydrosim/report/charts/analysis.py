@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
@@ -21,7 +20,7 @@ from hydrosim.elements.roll_decay import DecayFit
 from hydrosim.files.display_units import DEFAULT, DisplayUnit, Units, unit_of_dof, units_of
 from hydrosim.files.document_layout import digits_of, name_with_unit
 from hydrosim.files.outputs import Output, save_picture
-from hydrosim.report.charts.panels import COLOURS, STYLES, wrap_title
+from hydrosim.report.charts.panels import COLOURS, DPI, STYLES, new_figure, style_axis, wrap_title
 from hydrosim.scene import TankMesh, TankTable
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def draw_response(response: xr.Dataset, output: Path | Output) -> None:
     dofs = [str(d) for d in response.dof.values if np.any(response.rao_amplitude.sel(dof=d) > 0.0)]
     rows = max(len(dofs), 1)
     height = 2.2 * rows + 0.8
-    figure = Figure(figsize=(11.0, height))
+    figure = Figure((11.0, height), dpi=DPI)
     figure.subplots_adjust(0.07, 0.45 / height, 0.99, 1.0 - 0.7 / height, 0.15, 0.25)
     axes = figure.subplots(rows, 2, squeeze=False, sharex=True)
     for dof, (size, phase) in zip(dofs, axes, strict=False):
@@ -52,7 +51,7 @@ def draw_response(response: xr.Dataset, output: Path | Output) -> None:
     figure.suptitle(
         wrap_title(f"{response.title}: response to waves of unit amplitude", figure.get_figwidth())
     )
-    save_picture(figure, output, dpi=100)
+    save_picture(figure, output)
 
 
 def _draw_motion(
@@ -73,8 +72,7 @@ def _label_rao(units: Units, size: Axes, phase: Axes) -> None:
     phase.set_ylabel(name_with_unit("phase", angle.unit))
     phase.set_yticks(angle.factor * np.pi * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
     for axis in (size, phase):
-        axis.grid(alpha=0.3)
-        axis.spines[["top", "right"]].set_visible(False)
+        style_axis(axis)
 
 
 # Mooring line: its profile at several offsets, and its pull over the offset.
@@ -91,13 +89,12 @@ def draw_line(
     units: Units = DEFAULT,
 ) -> None:
     """Draw a row for each direction of the offset: profiles, tension and pull, stiffness."""
-    figure = Figure(figsize=(14.0, 7.6), layout="constrained")
+    figure = new_figure(14.0, 7.6, title)
     for row, response in zip(figure.subplots(2, 3, squeeze=False), responses, strict=True):
         _draw_profiles_at_offsets(row[0], line, response, units)
         _draw_pull(row[1], response, units)
         _draw_stiffness(row[2], response, units)
-    figure.suptitle(wrap_title(title, figure.get_figwidth()))
-    save_picture(figure, output, dpi=100)
+    save_picture(figure, output)
 
 
 def _offset_text(response: LineResponse) -> str:
@@ -183,7 +180,7 @@ def draw_loading(
     conditions: Sequence[Condition], time: float, output: Path | Output, units: Units = DEFAULT
 ) -> None:
     """Draw a row for each body: x and z, x and y, y and z."""
-    figure = Figure(figsize=(14.0, 3.6 * len(conditions)), layout="constrained")
+    figure = new_figure(14.0, 3.6 * len(conditions))
     rows = figure.subplots(len(conditions), 3, squeeze=False)
     for condition, row in zip(conditions, rows, strict=True):
         for axis, (i, j) in zip(row, ((0, 2), (0, 1), (1, 2)), strict=True):
@@ -191,7 +188,7 @@ def draw_loading(
             _label_section(axis, i, j, units.display_unit("m"))
         row[0].set_title(f"{condition.body.name} at {time:g} s")
     rows[0, 0].legend(frameon=False, fontsize="small")
-    save_picture(figure, output, dpi=100)
+    save_picture(figure, output)
 
 
 def _draw_condition(condition: Condition, i: int, j: int, axis: Axes) -> None:
@@ -262,7 +259,7 @@ DEGREES = 180.0 / np.pi
 def draw_decay(fit: DecayFit, output: Path | Output) -> None:
     """Draw a column for each record, with residuals below, and the damping ratio over amplitude."""
     count = len(fit.decays)
-    figure = Figure(figsize=(max(10.0, 5.0 * count), 8.0), layout="constrained")
+    figure = new_figure(max(10.0, 5.0 * count), 8.0)
     grid = figure.add_gridspec(3, count, height_ratios=(2.0, 1.0, 1.6))
     for k, decay in enumerate(fit.decays):
         above = figure.add_subplot(grid[0, k])
@@ -276,10 +273,10 @@ def draw_decay(fit: DecayFit, output: Path | Output) -> None:
         above.set_ylabel("roll [deg]")
         below.set_ylabel("residual [deg]")
         above.legend(frameon=False, fontsize="small")
-        _clear_spines(above)
-        _clear_spines(below)
+        style_axis(above)
+        style_axis(below)
     _draw_damping(fit, figure.add_subplot(grid[2, :]))
-    save_picture(figure, output, dpi=100)
+    save_picture(figure, output)
 
 
 def _draw_damping(fit: DecayFit, axis: Axes) -> None:
@@ -292,12 +289,7 @@ def _draw_damping(fit: DecayFit, axis: Axes) -> None:
     axis.set_ylabel("damping ratio [%]")
     axis.set_ylim(bottom=min(0.0, float(low.min())))
     axis.legend(frameon=False, fontsize="small")
-    _clear_spines(axis)
-
-
-def _clear_spines(axis: Axes) -> None:
-    axis.grid(alpha=0.3)
-    axis.spines[["top", "right"]].set_visible(False)
+    style_axis(axis)
 
 
 # Convergence study: work and precision.
@@ -306,8 +298,7 @@ def _clear_spines(axis: Axes) -> None:
 def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
     """Draw the error of the motion against run time and against evaluations, a line per method."""
     length = units_of(study.attrs).display_unit("m")
-    figure = Figure(figsize=(10, 4.5), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.0, 4.5, study.attrs["title"])
     costs = {"wall_time": "run time [s]", "evaluations": "evaluations of the equation of motion"}
     for axes, (cost, label) in zip(figure.subplots(1, 2, sharey=True), costs.items(), strict=True):
         names = dict.fromkeys(study.method.values)
@@ -322,5 +313,4 @@ def draw_work_precision(study: xr.Dataset, output: Path | Output) -> None:
         axes.grid(alpha=0.3)
     figure.axes[0].set_ylabel(name_with_unit("largest error of a place", length.unit))
     figure.axes[1].legend()
-    figure.suptitle(wrap_title(study.attrs["title"], figure.get_figwidth()))
     save_picture(figure, output)

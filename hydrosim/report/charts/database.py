@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from hydrosim.database import HydroDatabase
@@ -23,7 +21,7 @@ from hydrosim.dofs import DOFS
 from hydrosim.files.display_units import DEFAULT, Units
 from hydrosim.files.document_layout import name_with_unit
 from hydrosim.files.outputs import Output, save_picture
-from hydrosim.report.charts.panels import COLOURS, DPI, PLAIN_NUMBER_POWERS, wrap_title
+from hydrosim.report.charts.panels import COLOURS, PLAIN_NUMBER_POWERS, new_figure, style_axis
 
 TABLE_PANEL_WIDTH_INCH, TABLE_PANEL_HEIGHT_INCH = 7.0, 2.6  # inches of a panel
 HEADINGS = (0.0, 90.0, 180.0)  # deg: the nearest headings of the database are drawn
@@ -70,12 +68,9 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
     rows = [_added_mass, _draw_damping]
     rows += [_draw_amplitude, _draw_phase] if db.heading.size else []
     rows += [_draw_drift] if db.mean_drift is not None else []
-    figure = Figure(
-        (TABLE_PANEL_WIDTH_INCH * len(columns), TABLE_PANEL_HEIGHT_INCH * len(rows) + 0.6),
-        DPI,
-        layout="constrained",
-    )
-    FigureCanvasAgg(figure)
+    width, height = TABLE_PANEL_WIDTH_INCH * len(columns), TABLE_PANEL_HEIGHT_INCH * len(rows)
+    title = db.attributes.get("title", Path(db.source).name)
+    figure = new_figure(width, height + 0.6, title)
     axes = figure.subplots(len(rows), len(columns), squeeze=False, sharex=True)
     for column, of_column in zip(columns, axes.T, strict=True):
         for draw, axis in zip(rows, of_column, strict=True):
@@ -84,9 +79,6 @@ def draw_database(db: HydroDatabase, output: Path | Output) -> None:
         of_column[0].set_title(column.title)
         of_column[-1].set_xlabel("wave frequency [rad/s]")
     axes[0, 0].set_xlim(0.0, db.frequency[-1])
-    figure.suptitle(
-        wrap_title(db.attributes.get("title", Path(db.source).name), figure.get_figwidth())
-    )
     save_picture(figure, output)
 
 
@@ -196,8 +188,7 @@ def _power_of_ten_text(power: int) -> str:
 
 
 def _finish_axis(axis: Axes) -> None:
-    axis.grid(alpha=0.3)
-    axis.spines[["top", "right"]].set_visible(False)
+    style_axis(axis)
     if axis.get_legend_handles_labels()[1]:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), frameon=False, fontsize="small")
 
@@ -214,11 +205,8 @@ PANELS_PER_ROW, KERNEL_PANEL_WIDTH_INCH, KERNEL_PANEL_HEIGHT_INCH = (
 def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Output) -> None:
     """A panel for each function."""
     rows = max(-(-len(functions) // PANELS_PER_ROW), 1)
-    figure = Figure(
-        (KERNEL_PANEL_WIDTH_INCH * PANELS_PER_ROW, KERNEL_PANEL_HEIGHT_INCH * rows + 0.6),
-        layout="constrained",
-    )
-    FigureCanvasAgg(figure)
+    width, height = KERNEL_PANEL_WIDTH_INCH * PANELS_PER_ROW, KERNEL_PANEL_HEIGHT_INCH * rows
+    figure = new_figure(width, height + 0.6, f"{title}: retardation functions")
     axes = figure.subplots(rows, PANELS_PER_ROW, squeeze=False, sharex=True).ravel()
     for function, axis in zip(functions, axes, strict=False):
         unit, factor = COEFFICIENT_UNITS.display_unit(function.unit)
@@ -233,5 +221,4 @@ def draw_kernels(title: str, time: Real, functions: Sequence[Kernel], output: Ou
     for axis in axes[max(len(functions) - PANELS_PER_ROW, 0) : len(functions)]:
         axis.set_xlabel("time [s]")
         axis.tick_params(labelbottom=True)
-    figure.suptitle(wrap_title(f"{title}: retardation functions", figure.get_figwidth()))
-    save_picture(figure, output, dpi=100)
+    save_picture(figure, output)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from hydrosim.files.display_units import Units, units_of
@@ -21,13 +20,13 @@ from hydrosim.files.outputs import Output, save_picture
 from hydrosim.report import run_charts
 from hydrosim.report.charts.panels import (
     COLOURS,
-    DPI,
     PLAIN_NUMBER_POWERS,
     STYLES,
     PictureFrame,
+    new_figure,
     picture,
+    style_axis,
     thin_records,
-    wrap_title,
 )
 from hydrosim.report.sentences.comparison import channel_charts, channel_errors
 from hydrosim.statistics import explain
@@ -60,7 +59,7 @@ def draw_explained(
                 fill(t, MAX_TITLE_LETTERS) for t in (title, f"{body} in {direction}: {means}")
             )
         )
-        return save_picture(figure, output, dpi=100)
+        return save_picture(figure, output)
     charts = [
         *_push_charts(run, body, direction),
         *_contact_charts(run, explain.DIRECTION_AXES[direction]),
@@ -129,7 +128,7 @@ def _draw_runs(explanations: xr.Dataset, body: str, direction: str, units: Units
             (force.factor * part, "part", name_with_unit("mean friction", force.unit)),
             (length.factor * moved, "contact_mode", name_with_unit("moved in a mode", length.unit)),
         ]
-    figure = Figure(figsize=(11.0, 1.5 + 2.2 * len(kinds)), layout="constrained")
+    figure = new_figure(11.0, 1.5 + 2.2 * len(kinds))
     axes = figure.subplots(len(kinds), 1, squeeze=False)[:, 0]
     for axis, (values, dim, label) in zip(axes, kinds, strict=True):
         _draw_bars(axis, values, dim, label)
@@ -157,9 +156,8 @@ def _draw_bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
     axis.set_xticks(np.arange(len(stages)), labels=stages)
     axis.set_ylabel(label)
     axis.axhline(0.0, color="0.3", linewidth=0.8)
-    axis.grid(axis="y", alpha=0.3)
-    axis.set_axisbelow(True)
-    axis.spines[["top", "right"]].set_visible(False)
+    style_axis(axis)
+    axis.grid(False, axis="x")
     if shown:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05), frameon=False, fontsize="small")
 
@@ -184,18 +182,8 @@ def draw_comparison(comparison: xr.Dataset, title: str, output: Path | Output) -
     furthest = sorted(np.argsort(-channel_errors(comparison), kind="stable")[:CHANNELS])
     drawn = [comparison.isel(channel=k) for k in furthest]
     more = comparison.sizes["channel"] - len(drawn)
-    figure = Figure(
-        (COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH * len(drawn) + 0.8),
-        dpi=DPI,
-        layout="constrained",
-    )
-    FigureCanvasAgg(figure)
-    figure.suptitle(
-        wrap_title(
-            f"{title}; {more} channels with smaller differences are not drawn" if more else title,
-            figure.get_figwidth(),
-        )
-    )
+    title += f"; {more} channels with smaller differences are not drawn" if more else ""
+    figure = new_figure(COMPARISON_WIDTH_INCH, CHANNEL_HEIGHT_INCH * len(drawn) + 0.8, title)
     ratios = {"width_ratios": [3, 1], "height_ratios": [2, 1] * len(drawn)}
     axes = figure.subplots(2 * len(drawn), 2, gridspec_kw=ratios)
     for row, channel in enumerate(drawn):
@@ -236,6 +224,5 @@ def _draw_part(axis: Axes, time: np.ndarray, chart: Chart, part: slice, factor: 
         places = thin_records(time, factor * line.y[part])
         axis.plot(*places, dash, color=colour, linewidth=0.9, label=name)
     axis.margins(x=0.0)
-    axis.grid(alpha=0.3)
-    axis.spines[["top", "right"]].set_visible(False)
+    style_axis(axis)
     axis.ticklabel_format(axis="y", scilimits=PLAIN_NUMBER_POWERS, useOffset=False)

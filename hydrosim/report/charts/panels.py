@@ -241,6 +241,22 @@ LABEL = 0.65  # inches from an axis to its label
 LETTER = 0.008  # of the picture: approximate width of a letter in the name of a phase
 
 
+def new_figure(width: float, height: float, title: str = "") -> Figure:
+    """An empty picture of a size [inch], with its title in lines that fit."""
+    figure = Figure((width, height), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(wrap_title(title, width))
+    return figure
+
+
+def style_axis(axis: Axes) -> None:
+    """Give an axis its grid, and no frame above and on the right."""
+    axis.grid(alpha=0.3)
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+
+
 class ShadedPhase(NamedTuple):
     """An interval of time [s] with a name."""
 
@@ -266,8 +282,7 @@ def picture(charts: Sequence[Chart], frame: PictureFrame) -> Figure:
     """Draw charts below each other, or row by row, over one time axis."""
     rows = -(-len(charts) // frame.columns)
     heights = [_panel_height(chart) for chart in charts[:: frame.columns]]
-    figure = Figure((PICTURE_WIDTH_INCH, sum(heights) + 0.8), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(PICTURE_WIDTH_INCH, sum(heights) + 0.8, frame.title)
     ratios = {"height_ratios": heights}
     grid = figure.subplots(rows, frame.columns, sharex=True, squeeze=False, gridspec_kw=ratios)
     axes = list(grid.ravel()[: len(charts)])
@@ -275,7 +290,7 @@ def picture(charts: Sequence[Chart], frame: PictureFrame) -> Figure:
         spare.remove()
     for axis, chart in zip(axes, charts, strict=True):
         _draw_chart(axis, chart, frame)
-        _style_axis(axis, frame)
+        _lay_out_axis(axis, frame)
     _share_value_ranges(axes)
     _name_phases(grid[0], frame.phases)
     above = 15.0 if frame.phases else 6.0  # points, for the names of phases
@@ -288,7 +303,6 @@ def picture(charts: Sequence[Chart], frame: PictureFrame) -> Figure:
         color="0.3",
         pad=above,
     )
-    figure.suptitle(wrap_title(frame.title, PICTURE_WIDTH_INCH))
     return figure
 
 
@@ -298,11 +312,9 @@ def _panel_height(chart: Chart) -> float:
     return max(PANEL_HEIGHT_INCH, bands)
 
 
-def _style_axis(axis: Axes, frame: PictureFrame) -> None:
+def _lay_out_axis(axis: Axes, frame: PictureFrame) -> None:
     axis.margins(x=0.0)
-    axis.grid(alpha=0.3)
-    axis.set_axisbelow(True)
-    axis.spines[["top", "right"]].set_visible(False)
+    style_axis(axis)
     aside = ScaledTranslation(-LABEL, 0.0, axis.figure.dpi_scale_trans)
     axis.yaxis.set_label_coords(0.0, 0.5, axis.transAxes + aside)
     first, last = axis.get_xlim()

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
@@ -24,7 +23,7 @@ from hydrosim.files.display_units import DisplayUnit, units_of
 from hydrosim.files.document_layout import digits_of, letter_of, name_with_unit, value_text
 from hydrosim.files.document_nodes import Chart
 from hydrosim.files.outputs import Output, save_picture
-from hydrosim.report.charts.panels import COLOURS, wrap_title
+from hydrosim.report.charts.panels import COLOURS, new_figure, style_axis
 from hydrosim.report.sentences.limits import NO_LIMIT, limit_chart
 from hydrosim.statistics import effects
 from hydrosim.statistics.effects import EffectRow, PlanRuns, SeedSpread
@@ -101,12 +100,10 @@ def page(plan: PlanRuns) -> Figure:
     columns = len(plan.parameters) if draw is _draw_points else 1
     across = columns if draw is _draw_points else _column_count(len(plan.figures))
     down = -(-columns * len(plan.figures) // across)
-    figure = Figure(
-        (EFFECT_PANEL_INCH[0] * max(across, 1.3), EFFECT_PANEL_INCH[1] * down),
-        dpi=100,
-        layout="constrained",
-    )
-    FigureCanvasAgg(figure)
+    title = str(runs_title(plan.runs))
+    title = f"{title}: {_words_of_name(plan.name)}" if plan.name else title
+    width, height = EFFECT_PANEL_INCH
+    figure = new_figure(width * max(across, 1.3), height * down, title)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     drawn = panels[: columns * len(plan.figures)]
     for spare in panels[drawn.size :]:
@@ -115,24 +112,15 @@ def page(plan: PlanRuns) -> Figure:
     for name, axes in zip(plan.figures, drawn.reshape(-1, columns).tolist(), strict=True):
         draw(axes, plan, name, names)
         for axis in axes:
-            _style_axis(axis)
+            style_axis(axis)
     _add_shared_legend(figure, drawn[0])
     _add_letter_key(figure, names.key())
-    title = str(runs_title(plan.runs))
-    title = f"{title}: {_words_of_name(plan.name)}" if plan.name else title
-    figure.suptitle(wrap_title(title, figure.get_figwidth()))
     return figure
 
 
 def _column_count(figures: int) -> int:
     """How many panels stand beside each other, so that a picture of many fits a page."""
     return min(-(-figures // TALLEST), WIDEST)
-
-
-def _style_axis(axis: Axes) -> None:
-    axis.grid(alpha=0.3)
-    axis.set_axisbelow(True)
-    axis.spines[["top", "right"]].set_visible(False)
 
 
 def _add_shared_legend(figure: Figure, axis: Axes) -> None:
@@ -380,22 +368,16 @@ def draw_limits(limits: xr.Dataset, output: Path | Output) -> None:
     """Draw a panel for each stage, with a line and its interval for each heading and swell. The
     marker at each point shows the criterion that governs there."""
     stages = [str(stage) for stage in limits.stage.values]
-    figure = Figure(
-        (OPERABILITY_PANEL_INCH[0], OPERABILITY_PANEL_INCH[1] * len(stages) + 0.4),
-        dpi=100,
-        layout="constrained",
-    )
-    FigureCanvasAgg(figure)
+    share = f"{limits.attrs['probability']:.3g} of the seas meet all criteria"
+    title = f"{limits.attrs['title']}: limits up to which {share}"
+    width, height = OPERABILITY_PANEL_INCH
+    figure = new_figure(width, height * len(stages) + 0.4, title)
     axes = figure.subplots(len(stages), 1, squeeze=False, sharex=True)[:, 0]
     names = sorted({str(name) for name in limits.governing.values.ravel() if name})
     for axis, stage in zip(axes, stages, strict=True):
         draw_limit_chart(axis, limit_chart(limits.sel(stage=stage)), names)
         axis.set_title(stage if len(stages) > 1 else "", loc="left", fontsize="medium")
     axes[-1].set_xlabel("peak period [s]")
-    share = f"{limits.attrs['probability']:.3g} of the seas meet all criteria"
-    figure.suptitle(
-        wrap_title(f"{limits.attrs['title']}: limits up to which {share}", figure.get_figwidth())
-    )
     save_picture(figure, output)
 
 
@@ -425,5 +407,5 @@ def draw_limit_chart(axis: Axes, chart: Chart, names: Sequence[str]) -> None:
             axis.plot([], [], mark, color="0.3", fillstyle=style, label=remark)
     axis.set_ylabel(name_with_unit(chart.quantity, chart.unit))
     axis.set_ylim(bottom=0.0)
-    _style_axis(axis)
+    style_axis(axis)
     axis.legend(frameon=False, fontsize="small")
