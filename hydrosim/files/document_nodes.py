@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -89,6 +89,14 @@ class Chart:
     def peak(self) -> float:
         """Largest magnitude in the lines."""
         return max((line.peak for line in self.lines.values()), default=0.0)
+
+
+class ShadedPhase(NamedTuple):
+    """An interval of time [s] with a name. Charts over time have every other one shaded."""
+
+    name: str
+    start: float
+    end: float
 
 
 @dataclass(frozen=True)
@@ -221,13 +229,15 @@ class Section:
 
 @dataclass(frozen=True)
 class DocumentContents:
-    """A ``title``, what it is of in short, and the nodes. ``time`` (nt,) [s] is that of charts."""
+    """A ``title``, what it is of in short, and the nodes. ``time`` (nt,) [s] is that of charts,
+    which have the ``phases`` shaded."""
 
     title: str
     nodes: Sequence[Node]
     subtitle: str = ""
     units: Units = DEFAULT
-    time: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    time: np.ndarray = field(default_factory=_no_values)
+    phases: Sequence[ShadedPhase] = ()
 
     @property
     def sections(self) -> list[Section]:

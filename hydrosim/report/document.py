@@ -80,7 +80,9 @@ def run_document(run: xr.Dataset) -> Document:
         raise InputError(f"the result has no coordinate {', '.join(missing)}; {RUN_FILE_HINT}.")
     time = run.time.values.astype(float)
     nodes = [*sections.title_block(run), *sections.build_sections(RUN_SECTIONS, ReportData(run))]
-    return Document(sections.title_of(run), nodes, _subtitle_text(run), units_of(run.attrs), time)
+    subtitle, units = _subtitle_text(run), units_of(run.attrs)
+    phases, _ = run_charts.shaded_phases(run)
+    return Document(sections.title_of(run), nodes, subtitle, units, time, phases)
 
 
 class ReportData:
@@ -134,6 +136,8 @@ def _describe_series(run: xr.Dataset) -> Iterator[Node]:
     else:
         yield Sentence(f"Lines show every record, {step:g} s apart.")
     yield Sentence(series.CHARTS_NOTE)
+    if phases_text := run_charts.shaded_phases(run)[1]:
+        yield Sentence("Grey and white: {}.", [phases_text])
     yield from charts
 
 

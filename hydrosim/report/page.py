@@ -262,6 +262,7 @@ def _data_of_charts(document: Document) -> dict[str, Any]:
         "time": base64_of_floats(time[::size]),
         "end": float(time[-1]) if time.size else 0.0,
         "stretch": size,
+        "phases": [(phase.name, float(phase.start), float(phase.end)) for phase in document.phases],
         "charts": [chart_data(chart, size, document.units) for chart in charts],
         "replay": replays[0] if replays else None,
     }

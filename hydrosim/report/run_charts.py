@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.files.document_nodes import Chart, ChartLine
+from hydrosim.files.document_nodes import Chart, ChartLine, ShadedPhase
 from hydrosim.files.series import units_along
 from hydrosim.results import phases
 from hydrosim.results.channels import (
@@ -336,6 +336,24 @@ def _utilisation_charts(run: xr.Dataset) -> Iterator[Chart]:
     }
     if lines:
         yield Chart("Utilisation of capacities", "utilisation", "1", lines)
+
+
+def shaded_phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
+    """Phases of the first group of contacts that goes through an operation, and what they are in
+    words; none if there is no such group."""
+    if "contact_phase" not in run:
+        return [], ""
+    time = run.time.values
+    codes = run.contact_phase.transpose("contact_group", "time").values
+    for group, of in zip(run.contact_group.values, codes, strict=True):
+        if phases.is_operation(of):
+            starts = np.flatnonzero(np.diff(of, prepend=-1))
+            names = [phases.Phase(of[k]).name.lower().replace("_", " ") for k in starts]
+            ends = [*time[starts[1:]], time[-1]]
+            shaded = [*map(ShadedPhase, names, time[starts], ends)]
+            words = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
+            return shaded, f"phases of {group}: {words}, then {shaded[-1].name}"
+    return [], ""
 
 
 # The ledger.

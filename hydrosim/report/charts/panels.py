@@ -22,7 +22,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from hydrosim.files.display_units import DEFAULT, Units
 from hydrosim.files.document_layout import name_with_unit
-from hydrosim.files.document_nodes import Chart, ChartLine
+from hydrosim.files.document_nodes import Chart, ChartLine, ShadedPhase
 from hydrosim.results.channels import MIN_SHARE_OF_AXIS, interval_envelope, interval_means
 
 # Styles of lines: the same in all pictures, and distinct without colours.
@@ -255,14 +255,6 @@ def style_axis(axis: Axes) -> None:
     axis.grid(alpha=0.3)
     axis.set_axisbelow(True)
     axis.spines[["top", "right"]].set_visible(False)
-
-
-class ShadedPhase(NamedTuple):
-    """An interval of time [s] with a name."""
-
-    name: str
-    start: float
-    end: float
 
 
 class PictureFrame(NamedTuple):

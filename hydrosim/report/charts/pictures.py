@@ -25,15 +25,13 @@ from hydrosim.report import run_charts
 from hydrosim.report.charts.panels import (
     MAX_LINES_PER_PANEL,
     PictureFrame,
-    ShadedPhase,
     TimeWindow,
     coarse,
     group_lines,
     merge_equal_lines,
     picture,
 )
-from hydrosim.results.phases import CONTACT_WEIGHT, is_operation
-from hydrosim.results.phases import Phase as Named
+from hydrosim.results.phases import CONTACT_WEIGHT
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -237,26 +235,6 @@ def figure(run: xr.Dataset, name: str = "overview", window: TimeWindow = ALWAYS)
     return picture(charts, _picture_frame(run, suffixes[name], window))
 
 
-def phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
-    """Phases of the first group of contacts that goes through an operation, and its name; None if
-    there is no such group."""
-    if "contact_phase" not in run:
-        return [], ""
-    time = run.time.values
-    codes = run.contact_phase.transpose("contact_group", "time").values
-    for group, of in zip(run.contact_group.values, codes, strict=True):
-        starts = np.flatnonzero(np.diff(of, prepend=-1))
-        if is_operation(of):
-            ends = [*time[starts[1:]], time[-1]]
-            kinds = [Named(of[k]).name.lower().replace("_", " ") for k in starts]
-            shaded = [
-                ShadedPhase(*ends_of_phase)
-                for ends_of_phase in zip(kinds, time[starts], ends, strict=True)
-            ]
-            return shaded, str(group)
-    return [], ""
-
-
 def _charts_of_picture(run: xr.Dataset, suffix: str, view: View) -> list[Chart]:
     return channels(run, view.channels) if view.channels else PICTURES[suffix](run)
 
@@ -268,14 +246,12 @@ def _picture_frame(run: xr.Dataset, suffix: str, window: TimeWindow) -> PictureF
     remarks = seas(plain(str(run.attrs.get("case_resolved", ""))))
     if length := coarse(run.time.values, window):
         remarks.append(f"bands: smallest to largest of each {length:g} s; lines: mean")
-    shaded, group = phases(run)
-    phases_text = ", ".join(f"{phase.name} to {phase.end:.0f} s" for phase in shaded[:-1])
-    under = [f"phases of {group}: {phases_text}, then {shaded[-1].name}"] if shaded else []
+    shaded, phases_text = run_charts.shaded_phases(run)
     return PictureFrame(
         run.time.values,
         units_of(run.attrs),
         title,
-        [*filter(None, ["; ".join(remarks)]), *under],
+        list(filter(None, ["; ".join(remarks), phases_text])),
         window,
         shaded,
         LEGEND_COLUMNS.get(suffix, 1),

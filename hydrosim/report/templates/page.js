@@ -75,6 +75,7 @@
       g.font = "12px system-ui, sans-serif";
       this.box = { width: width - LEFT - RIGHT, height: height - TOP - BOTTOM };
       const x = (t) => LEFT + (t - span[0]) / (span[1] - span[0]) * this.box.width;
+      this.shade(g, x);
       this.axes(g, x, this.given.modes ? null : this.range());
       g.save();
       g.beginPath(); g.rect(LEFT, TOP, this.box.width, this.box.height); g.clip();
@@ -82,6 +83,14 @@
       if (cursor !== null) { g.fillStyle = css("--soft"); g.fillRect(x(cursor), TOP, 1, this.box.height); }
       g.restore();
       this.read();
+    }
+
+    shade(g, x) {
+      g.fillStyle = css("--shade");
+      data.phases.filter((_, k) => k % 2).forEach(([, from, to]) => {
+        const left = x(Math.max(from, span[0])), right = x(Math.min(to, span[1]));
+        if (left < right) g.fillRect(left, TOP, right - left, this.box.height);
+      });
     }
 
     axes(g, x, range) {
@@ -159,7 +168,8 @@
     }
 
     read() {
-      this.when.textContent = cursor === null ? "" : `at ${digits(cursor)} s`;
+      const phase = data.phases.find(([, from, to]) => from <= cursor && cursor <= to);
+      this.when.textContent = cursor === null ? "" : `at ${digits(cursor)} s${phase ? `, ${phase[0]}` : ""}`;
       if (this.given.modes) return;
       this.buttons.forEach((button, row) => {
         const found = cursor === null ? [] : this.values(row, this.at(cursor)).map(digits);

@@ -20,8 +20,9 @@ from hydrosim.report.charts.panels import (
     picture,
     thin_records,
 )
-from hydrosim.report.charts.pictures import Format, View, draw, phases
+from hydrosim.report.charts.pictures import Format, View, draw
 from hydrosim.report.charts.pictures import figure as figure_of
+from hydrosim.report.run_charts import shaded_phases
 from hydrosim.results.channels import group_by_size
 from hydrosim.simulation import open_run
 
@@ -289,8 +290,8 @@ def test_phases_are_those_of_the_group_that_begins_free() -> None:
     names = ["legs", "deck"]
     run = run_of().assign_coords(contact_group=names)
     run["contact_phase"] = (("time", "contact_group"), phase)
-    found, group = phases(run)
-    assert group == "deck"
+    found, words = shaded_phases(run)
+    assert words == "phases of deck: moored to 10 s, initial contact to 50 s, then stuck"
     assert found == [("moored", 0.0, 10.0), ("initial contact", 10.0, 50.0), ("stuck", 50.0, 60.0)]
     assert figure_of(run).axes[0].get_title("left") == (
         "phases of deck: moored to 10 s, initial contact to 50 s, then stuck"
@@ -304,7 +305,7 @@ def test_contacts_that_do_not_end_stuck_have_no_phases() -> None:
     phase[20:, 1] = 2
     run = run_of().assign_coords(contact_group=["keel", "quay"])
     run["contact_phase"] = (("time", "contact_group"), phase)
-    assert phases(run) == ([], "")
+    assert shaded_phases(run) == ([], "")
 
 
 def test_lines_have_tensions_one_each_and_capacities() -> None:
