@@ -81,6 +81,12 @@ class Chart:
         return [name or self.quantity for name in self.lines]
 
     @property
+    def styles(self) -> list[int]:
+        """The place of each line in the order, which its colour follows."""
+        order = list(self.order)
+        return [order.index(n) if n in order else k for k, n in enumerate(self.lines)]
+
+    @property
     def is_over_time(self) -> bool:
         """Whether the lines are over the time of the document."""
         return all(line.x.size == 0 for line in self.lines.values())

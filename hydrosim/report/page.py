@@ -156,6 +156,7 @@ def chart_data(chart: Chart, size: int, units: Units) -> dict[str, Any]:
         "scale": scale,
         "modes": chart.modes,
         "names": chart.names,
+        "styles": chart.styles,
         "values": [base64_of_floats(row) for row in rows],
     }
 

@@ -141,10 +141,11 @@ def _charts_of_variable(run: xr.Dataset, name: str) -> Iterator[Chart]:
     title, quantity, unit = VARIABLES[name]
     lines = _lines_along(run[name])
     units = dict.fromkeys(lines, unit) if unit else units_along(run, name)
+    order = [] if name.startswith("fender_") else [*lines]
     for unit in dict.fromkeys(units.values()):
         alike = {label: line for label, line in lines.items() if units[label] == unit}
         yield from _split_by_size(
-            Chart(title, quantity, unit, alike, "", [*lines], _groups_of(run, name))
+            Chart(title, quantity, unit, alike, "", order, _groups_of(run, name))
         )
 
 

@@ -8,7 +8,7 @@
   };
   window.hydrosim = { data, floats, time: null, charts: [] };
   const time = floats(data.time);
-  const COLOURS = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "ink"];
+  const COLOURS = ["#0072B2", "#E69F00", "ink", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"];
   const DASHES = [[], [6, 3], [2, 2]];
   const MODES = [["stick", "#0072B2"], ["slip", "#E69F00"], ["open", "#BBBBBB"]];
   const LEFT = 64, RIGHT = 10, TOP = 8, BOTTOM = 24;
@@ -111,8 +111,9 @@
 
     line(g, x, row) {
       if (this.hidden.has(row)) return;
-      g.strokeStyle = g.fillStyle = colour(row);
-      g.setLineDash(DASHES[Math.floor(row / 7) % 3]); g.lineWidth = 1.2;
+      const style = this.given.styles[row];
+      g.strokeStyle = g.fillStyle = colour(style);
+      g.setLineDash(DASHES[Math.floor(style / 7) % 3]); g.lineWidth = 1.2;
       g.beginPath();
       let down = false;
       const first = Math.max(this.at(span[0]) - 1, 0), last = Math.min(this.at(span[1]) + 1, this.stretches - 1);
@@ -149,7 +150,7 @@
         const button = document.createElement("button");
         const swatch = button.appendChild(document.createElement("span"));
         swatch.className = "swatch";
-        swatch.style.background = this.given.modes ? MODES[row][1] : colour(row) || "currentColor";
+        swatch.style.background = this.given.modes ? MODES[row][1] : colour(this.given.styles[row]) || "currentColor";
         button.label = button.appendChild(document.createElement("span"));
         button.label.textContent = name;
         button.name_ = name;
