@@ -10,6 +10,7 @@ from report_pages import chart, data_of
 
 from hydrosim.dofs import DOFS
 from hydrosim.files.display_units import as_attribute, units_of
+from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import Chart, ChartLine
 from hydrosim.report import run_charts
 from hydrosim.report.charts.panels import STYLES, PictureFrame, picture
@@ -80,12 +81,13 @@ def test_small_loads_have_a_chart_of_their_own_in_the_same_colours(run: xr.Datas
 def test_the_page_has_the_phases_of_pictures(run: xr.Dataset) -> None:
     phase = np.zeros((run.time.size, 1), int)
     phase[200:] = 3
-    run = run.drop_dims("fender").assign_coords(contact_group=["deck"])
+    run = run.assign_coords(contact_group=["deck"])
     run["contact_phase"] = (("time", "contact_group"), phase)
-    page = html(run_document(run), "mark")
     shaded, words = run_charts.shaded_phases(run)
-    assert data_of(page)["phases"] == [list(each) for each in shaded]
-    assert words in page
+    charts = [*run_charts.motion_charts(run)]
+    document = Document("Phases", charts, time=run.time.values, phases=shaded)
+    assert data_of(html(document, "mark"))["phases"] == [list(each) for each in shaded]
+    assert words == "phases of deck: moored to 40 s, then stuck"
     assert [each.name for each in shaded] == ["moored", "stuck"]
 
 
