@@ -93,8 +93,7 @@ def ends(compiled: Compiled) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    "radiation",
-    [*map(RadiationModel, ("automatic", "state_space", "convolution", "none"))],
+    "radiation", [*map(RadiationModel, ("automatic", "state_space", "convolution", "none"))]
 )
 def test_without_a_length_memories_end_where_frequencies_resolve_no_more(
     one: Scene, radiation: RadiationModel

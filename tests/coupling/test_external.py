@@ -362,10 +362,7 @@ def test_a_body_on_a_ball_joint() -> None:
         seen.append((t, state["block"].position))
         return np.zeros(6)
 
-    forces = {
-        "it": hs.External("block", resist),
-        "watch": hs.External("block", watch, "held"),
-    }
+    forces = {"it": hs.External("block", resist), "watch": hs.External("block", watch, "held")}
     expected, found = hs.simulate(whole), hs.simulate(replace(whole, forces=forces))
     assert np.abs(expected.position[:, 0, 3:]).max() > 0.5
     np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-12)

@@ -102,10 +102,7 @@ def test_linear_damping_relative_to_the_current_or_to_the_earth() -> None:
 def test_terminal_velocity_under_a_steady_force() -> None:
     """m v' = F - D v^2: v = sqrt(F/D) tanh(sqrt(F D) t / m)."""
     force, drag = 5e3, 800.0
-    forces = {
-        "push": steady(surge=force),
-        "drag": QuadraticDamping("block", diagonal(surge=drag)),
-    }
+    forces = {"push": steady(surge=force), "drag": QuadraticDamping("block", diagonal(surge=drag))}
     run = hs.simulate(scene(block(MASS, dofs=["surge"]), forces, 20.0, 0.5, step=0.02))
     expected = np.sqrt(force / drag) * np.tanh(np.sqrt(force * drag) * run.time.values / MASS)
     assert run.velocity.values[:, 0, 0] == pytest.approx(expected, abs=1e-8)

@@ -13,13 +13,7 @@ from scenes import block, in_contact, on_floor, scene
 
 import hydrosim
 import hydrosim as hs
-from hydrosim.elements import (
-    ELEMENT_KINDS,
-    Elements,
-    Frictionless,
-    coupled_states,
-    modes_of_kind,
-)
+from hydrosim.elements import ELEMENT_KINDS, Elements, Frictionless, coupled_states, modes_of_kind
 from hydrosim.elements.events import count_reaction_rows
 from hydrosim.elements.kind import (
     ElementKind,

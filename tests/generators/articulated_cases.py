@@ -447,10 +447,7 @@ def _face(tree: Tree, limb: Limb) -> None:
     gap = limb.size * d.between(0.02, 0.4)
     if d.chance(0.5):
         point = [0.0, 0.0, -limb.size]
-        plane: Case = {
-            "point": [0.0, 0.0, rounded(z - limb.size - gap)],
-            "normal": [0.0, 0.0, 1.0],
-        }
+        plane: Case = {"point": [0.0, 0.0, rounded(z - limb.size - gap)], "normal": [0.0, 0.0, 1.0]}
     else:
         away = d.between(-pi, pi)
         side = (cos(away), sin(away))

@@ -51,12 +51,7 @@ def _push(d: Draw, dof: str, size: float, period: float) -> Case:
 def _spring(mass: float, slow: float, dof: str = "surge") -> Case:
     """What brings the body back."""
     stiffness, damping = {dof: rounded(mass * slow**2)}, {dof: rounded(0.2 * mass * slow)}
-    return {
-        "type": "linear_mooring",
-        "body": "body",
-        "stiffness": stiffness,
-        "damping": damping,
-    }
+    return {"type": "linear_mooring", "body": "body", "stiffness": stiffness, "damping": damping}
 
 
 def _rigid(d: Draw, normal: Case) -> Case:

@@ -31,14 +31,7 @@ from hydrosim.elements import (
 )
 from hydrosim.integrate.dynamics import dynamic_states
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import (
-    ConvolutionRadiation,
-    LinearScenes,
-    Question,
-    Scene,
-    Solver,
-    Unstable,
-)
+from hydrosim.scene import ConvolutionRadiation, LinearScenes, Question, Scene, Solver, Unstable
 from hydrosim.scene.contacts import Law
 
 CASE = Path(__file__).parents[2] / "cases" / "reverse_float_over" / "base.yaml"

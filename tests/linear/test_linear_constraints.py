@@ -169,10 +169,7 @@ def joined(kinematics: Kinematics = Kinematics.LINEAR) -> tuple[Scene, np.ndarra
     random = np.random.default_rng(3).standard_normal
     K = [x @ x.T + 5.0 * np.eye(6) for x in random((2, 6, 6))]
     inertias = [2.0 * INERTIA, 5.0 * INERTIA]
-    bodies = (
-        Body("one", 2.0, inertias[0]),
-        Body("other", 5.0, inertias[1], location=(3.0, 1.0)),
-    )
+    bodies = (Body("one", 2.0, inertias[0]), Body("other", 5.0, inertias[1], location=(3.0, 1.0)))
     forces = {
         "a": LinearMooring("one", K[0]),
         "b": LinearMooring("other", K[1]),

@@ -23,11 +23,7 @@ def rate_map(angles: np.ndarray) -> np.ndarray:
     """E: its columns are the axes about which roll, pitch and yaw turn, in the earth frame."""
     roll, pitch, yaw = np.eye(3)
     return np.column_stack(
-        [
-            rotation([0.0, angles[1], angles[2]]) @ roll,
-            rotation([0.0, 0.0, angles[2]]) @ pitch,
-            yaw,
-        ]
+        [rotation([0.0, angles[1], angles[2]]) @ roll, rotation([0.0, 0.0, angles[2]]) @ pitch, yaw]
     )
 
 

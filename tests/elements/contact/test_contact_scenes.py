@@ -63,10 +63,7 @@ def shared(curve: NormalCurve, count: int) -> NormalCurve:
 def falling(points: np.ndarray, law: Law, damping: float = 0.0) -> Scene:
     """A block that falls on its fenders, all at once."""
     curve = shared(replace(KNEES, damping=damping), len(points))
-    forces = {
-        "weight": steady(heave=-9.81e4),
-        "fender": Fender("block", points, FLOOR, curve, law),
-    }
+    forces = {"weight": steady(heave=-9.81e4), "fender": Fender("block", points, FLOOR, curve, law)}
     return scene(block(1e4, position=moving(heave=0.5)), forces, 5.0, 0.1, step=0.005)
 
 
@@ -303,9 +300,7 @@ def collision(law: Law) -> Scene:
         )
     }
     above = block(
-        1e4,
-        centre_of_gravity=(0.1, -0.2, 2.4),
-        velocity=(1.5, 0.6, -1.5, 0.1, -0.2, 0.3),
+        1e4, centre_of_gravity=(0.1, -0.2, 2.4), velocity=(1.5, 0.6, -1.5, 0.1, -0.2, 0.3)
     )
     below = block(3e4, name="carrier", velocity=(-0.2, 0.1, 0.3, -0.1, 0.1, -0.15))
     return scene([above, below], forces, 2.0, 0.1, step=0.005)

@@ -316,9 +316,7 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
 def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) -> None:
     """All six DOFs, three dimensions: the point stays, the energy stays."""
     body = block(
-        1.0,
-        position=moving(heave=0.0, pitch=0.3, roll=-0.2),
-        velocity=moving(heave=-0.5, yaw=0.2),
+        1.0, position=moving(heave=0.0, pitch=0.3, roll=-0.2), velocity=moving(heave=-0.5, yaw=0.2)
     )
     arm = [0.05, -0.03, 0.2]
     forces = {

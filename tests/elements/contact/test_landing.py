@@ -93,17 +93,11 @@ class Exact:
             return ends[self.mode]
         above, below = (
             [(2e6 * self.start + f - k * at) / (2e6 - k) for at, f, k in pieces]
-            for pieces in (
-                [(0.0, 0.0, 2e5), (0.1, 2e4, 4e5)],
-                [(0.0, 0.0, 5e4), (0.1, 5e3, 5.5e5)],
-            )
+            for pieces in ([(0.0, 0.0, 2e5), (0.1, 2e4, 4e5)], [(0.0, 0.0, 5e4), (0.1, 5e3, 5.5e5)])
         )
         up = (above[0], "load 1") if above[0] < 0.1 else (above[1], "load 2")
         down = (below[0], "back 1") if below[0] < 0.1 else (below[1], "back 2")
-        return [
-            (lambda t, z: up[0] + z[0], up[1]),
-            (lambda t, z: -z[0] - down[0], down[1]),
-        ]
+        return [(lambda t, z: up[0] + z[0], up[1]), (lambda t, z: -z[0] - down[0], down[1])]
 
     def at(self, times: np.ndarray, z: list[float]) -> np.ndarray:
         """Heave at the ``times``, from the place and the velocity ``z``."""

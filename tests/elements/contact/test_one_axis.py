@@ -32,10 +32,7 @@ from hydrosim.report.evidence import Feature, Kind
 Figure = Callable[[str, float], None]
 TIME = np.arange(0.0, 20.25, 0.25)
 STEPS = (0.005, 0.0025, 0.00125)
-LAWS = {
-    StickSlip: Feature.STICK_SLIP,
-    FrictionSlope: Feature.SLOPE,
-}
+LAWS = {StickSlip: Feature.STICK_SLIP, FrictionSlope: Feature.SLOPE}
 EXACT = 1e-7  # of the range of the motion, at the smallest step
 STEEL = StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip_damping=1e5)
 

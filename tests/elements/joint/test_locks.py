@@ -436,9 +436,7 @@ def test_a_clearance_closes_a_pin() -> None:
 
     bodies = [replace(body, points={"eye": (0.0, 0.0, 0.0)}) for body in base.bodies]
     pin = replace(
-        base.joints["pin"],
-        window=None,
-        active=Active(When(channel="clearance.pin", below=0.3)),
+        base.joints["pin"], window=None, active=Active(When(channel="clearance.pin", below=0.3))
     )
     watched = {"pin": Clearance("eye of a", "eye of b")}
     run = hs.simulate(replace(base, bodies=bodies, joints={"pin": pin}, clearances=watched))

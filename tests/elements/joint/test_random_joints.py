@@ -43,8 +43,7 @@ def test_a_case_is_turned_as_a_whole() -> None:
 
 
 @pytest.mark.parametrize(
-    "number",
-    [*few(range(FIRST, FIRST + 40), 12), *few(range(LINKED_FROM, LINKED_FROM + 40), 6)],
+    "number", [*few(range(FIRST, FIRST + 40), 12), *few(range(LINKED_FROM, LINKED_FROM + 40), 6)]
 )
 def test_a_random_articulated_scene(number: int) -> None:
     """It runs or says why not; its ledger is closed; turned, it turns; it goes on to the bit from a

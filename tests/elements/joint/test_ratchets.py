@@ -12,17 +12,7 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.elements import AppliedForce, LinearMooring
-from hydrosim.scene import (
-    Active,
-    Body,
-    Joint,
-    JointType,
-    Kinematics,
-    Method,
-    Ratchet,
-    Scene,
-    When,
-)
+from hydrosim.scene import Active, Body, Joint, JointType, Kinematics, Method, Ratchet, Scene, When
 
 MASS, STIFFNESS = 2.0, 8.0
 CORNERS = np.array([0.0, 2.0, 4.0, 6.0, 8.0])

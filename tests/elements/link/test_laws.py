@@ -22,13 +22,7 @@ from hydrosim.errors import InputError
 from hydrosim.files.series import select, units_along
 from hydrosim.files.text import Source
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import (
-    ForceElement,
-    Joint,
-    JointType,
-    Scene,
-    Start,
-)
+from hydrosim.scene import ForceElement, Joint, JointType, Scene, Start
 from hydrosim.scene import JointResistance as Resistance
 
 Figure = Callable[[str, float], None]

@@ -11,16 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import (
-    block,
-    moving,
-    observed_orders,
-    on_floor,
-    scene,
-    steady,
-    surge,
-    with_step,
-)
+from scenes import block, moving, observed_orders, on_floor, scene, steady, surge, with_step
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -56,9 +47,7 @@ def test_force_and_moment_at_a_known_place() -> None:
     the end going at 0.1 m/s away from the anchor, 15 kN and 0.1 of 2 kN s/m."""
     away = -np.array([3.0, -4.0, 12.0]) / 13.0
     body = block(
-        1e3,
-        position=(1.0, 2.0, 3.0, 0.0, 0.0, pi / 2),
-        velocity=(*(0.1 * away), 0.0, 0.0, 0.0),
+        1e3, position=(1.0, 2.0, 3.0, 0.0, 0.0, pi / 2), velocity=(*(0.1 * away), 0.0, 0.0, 0.0)
     )
     spring = line((4.0, 0.0, 16.0), 10.0, 5e3, point=(2.0, 0.0, 1.0), damping=2e3)
     run = first_instant(body, spring)
@@ -338,10 +327,7 @@ def two_bodies(step: float, **changes: Any) -> Scene:
         *(np.array([0.0, 0.3, 0.8]), np.array([0.0, 2e3, 2e4])),
         anchor_body="other",
     )
-    return replace(
-        scene((left, right), {"line": spring}, 10.0, 0.1, step=step),
-        **changes,
-    )
+    return replace(scene((left, right), {"line": spring}, 10.0, 0.1, step=step), **changes)
 
 
 def momenta(run: xr.Dataset, bodies: tuple[Body, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -458,9 +444,7 @@ def test_lines_may_be_other_ones_after_a_restart() -> None:
 def on_a_floor(law: StickSlip | Coulomb, height: float, **lines: Spring) -> Scene:
     """A block on two points that is thrown on a floor from a ``height``."""
     body = block(
-        *(1e4, ("surge", "heave")),
-        position=moving(heave=height),
-        velocity=moving(surge=2.0),
+        *(1e4, ("surge", "heave")), position=moving(heave=height), velocity=moving(surge=2.0)
     )
     floor = on_floor(2e7, law, points=((0.5, 0.0, 0.0), (-0.5, 0.2, 0.0)))
     forces = {"weight": steady(heave=-1e5), **lines, "floor": floor}
