@@ -9,26 +9,14 @@ import pytest
 from scenes import block, moving, scene, steady
 
 import hydrosim as hs
-from hydrosim.elements import (
-    Fender,
-    Frictionless,
-    Landing,
-    LinearMooring,
-    NormalCurve,
-    NormalLoop,
-    Plane,
-    Seats,
-    Spring,
-    StickSlip,
-)
 from hydrosim.errors import InputError
 from hydrosim.scene import ForceElement, Scene, Weight
 
 WEIGHT = 9.81 * 2e7
 CORNERS = np.array([[x, y, -5.0] for x in (-20.0, 18.0) for y in (-15.0, 15.0)])
 X = np.array([0.0, 0.1, 0.2])
-LOOP = NormalLoop(X, np.array([0.0, 2e7, 8e7]), X, np.array([0.0, 1e7, 8e7]), 2e9)
-LAW = StickSlip(0.3, 0.2, 1e8, 1e6)
+LOOP = hs.NormalLoop(X, np.array([0.0, 2e7, 8e7]), X, np.array([0.0, 1e7, 8e7]), 2e9)
+LAW = hs.StickSlip(0.3, 0.2, 1e8, 1e6)
 
 
 def topside(height: float = 0.0, **forces: ForceElement) -> Scene:
@@ -40,7 +28,7 @@ def topside(height: float = 0.0, **forces: ForceElement) -> Scene:
         weight=Weight.CARRIED,
         position=moving(heave=height),
     )
-    legs = Landing("topside", CORNERS, Seats(CORNERS), LOOP, LAW)
+    legs = hs.Landing("topside", CORNERS, hs.Seats(CORNERS), LOOP, LAW)
     resting = scene(body, {"legs": legs, **forces}, 20.0, 0.5, step=0.05)
     return replace(resting, at_rest=True)
 
@@ -61,10 +49,12 @@ def test_the_legs_of_a_topside_carry_its_weight_and_nothing_moves():
 
 def test_legs_lines_and_pads_share_a_load_as_their_stiffness_says():
     """A level body: k (x0 - x) of each, by hand."""
-    hanger = Spring("topside", (0.0, 0.0, 5.0), (0.0, 0.0, 15.0), 9.0, X[:2], np.array([0.0, 2e6]))
-    pads = Fender(
-        *("topside", CORNERS[[0, 3]], Plane((0.0, 0.0, -4.9), (0.0, 0.0, 1.0))),
-        *(NormalCurve(X[:2], np.array([0.0, 1e7])), Frictionless()),
+    hanger = hs.Spring(
+        "topside", (0.0, 0.0, 5.0), (0.0, 0.0, 15.0), 9.0, X[:2], np.array([0.0, 2e6])
+    )
+    pads = hs.Fender(
+        *("topside", CORNERS[[0, 3]], hs.Plane((0.0, 0.0, -4.9), (0.0, 0.0, 1.0))),
+        *(hs.NormalCurve(X[:2], np.array([0.0, 1e7])), hs.Frictionless()),
     )
     only = topside(hanger=hanger, pads=pads)
     body = replace(only.bodies[0], dofs=("heave",))
@@ -87,7 +77,7 @@ def test_what_nothing_carries_is_said():
 
 def test_legs_that_cannot_hold_it_level_are_said():
     """Its centre of gravity is outside what carries it: it topples."""
-    legs = Landing("topside", CORNERS[:2], Seats(CORNERS[:2]), LOOP, LAW)
+    legs = hs.Landing("topside", CORNERS[:2], hs.Seats(CORNERS[:2]), LOOP, LAW)
     with pytest.raises(InputError, match="initial: found at_rest"):
         hs.compile_scene(topside(legs=legs))
 
@@ -95,7 +85,7 @@ def test_legs_that_cannot_hold_it_level_are_said():
 def test_a_mooring_that_is_pulled_begins_where_it_holds():
     """No weight needed: a steady force and a spring."""
     body = block(1e3, ("surge",))
-    forces = {"spring": LinearMooring("block", 50.0 * np.eye(6)), "pull": steady(surge=20.0)}
+    forces = {"spring": hs.LinearMooring("block", 50.0 * np.eye(6)), "pull": steady(surge=20.0)}
     run = hs.simulate(replace(scene(body, forces, 5.0, 0.1), at_rest=True))
     assert run.position.values[:, 0, 0] == pytest.approx(0.4, abs=1e-12)
 

@@ -14,52 +14,43 @@ from scenes import in_contact, in_waves, scene_of
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import Fender, StickSlip
 from hydrosim.errors import InputError
-from hydrosim.scene import (
-    Jonswap,
-    Kinematics,
-    LinearScenes,
-    Method,
-    Scene,
-    Solver,
-    Start,
-    Tolerance,
-    WaveTrain,
-)
+from hydrosim.scene import Kinematics, LinearScenes, Method
 
 CASES = Path(hs.__file__).parents[1] / "cases"
 Figure = Callable[[str, float], None]
-SEA = WaveTrain(Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3), heading=0.6)
+SEA = hs.WaveTrain(
+    hs.Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3), heading=0.6
+)
 
 
-def automatic(scene: Scene, accuracy: float) -> Scene:
+def automatic(scene: hs.Scene, accuracy: float) -> hs.Scene:
     solver = replace(scene.solver, method=Method.AUTOMATIC, accuracy=accuracy)
     return replace(scene, solver=solver)
 
 
-def stiff(scene: Scene, times: float) -> Scene:
+def stiff(scene: hs.Scene, times: float) -> hs.Scene:
     """The scene with nodes of its interface so many times as stiff."""
     fender = scene.forces["interface"]
-    assert isinstance(fender, Fender)
-    assert isinstance(fender.friction, StickSlip)
+    assert isinstance(fender, hs.Fender)
+    assert isinstance(fender.friction, hs.StickSlip)
     law = replace(fender.friction, stiffness=times * fender.friction.stiffness)
     return replace(scene, forces={**scene.forces, "interface": replace(fender, friction=law)})
 
 
-def by_dopri5(scene: Scene, relative: float) -> Scene:
-    tolerance = Tolerance(relative, relative, relative / 100)
+def by_dopri5(scene: hs.Scene, relative: float) -> hs.Scene:
+    tolerance = hs.Tolerance(relative, relative, relative / 100)
     return replace(scene, solver=replace(scene.solver, method=Method.DOPRI5, tolerance=tolerance))
 
 
-def shipped(case: str, duration: float) -> Scene:
+def shipped(case: str, duration: float) -> hs.Scene:
     """The beginning of a shipped case, stepped."""
     scene = hs.load_case(CASES / case).scene()
     solver = replace(scene.solver, linear=LinearScenes.STEP)
     return replace(scene, duration=duration, output_step=0.5, solver=solver)
 
 
-def chosen(scene: Scene) -> tuple[Method, float]:
+def chosen(scene: hs.Scene) -> tuple[Method, float]:
     solver = compile_scene(scene, in_plane=True).scene.solver
     return solver.method, solver.tolerance.relative
 
@@ -80,7 +71,7 @@ def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None
     free = scene_of("base")
     forces = {"mooring": free.forces["mooring"]}
     barge = in_waves(replace(free, forces=forces, duration=300.0), SEA)
-    barge = replace(barge, output_step=0.5, solver=Solver(kinematics=Kinematics.LINEAR))
+    barge = replace(barge, output_step=0.5, solver=hs.Solver(kinematics=Kinematics.LINEAR))
     exact = hs.simulate(barge)
     assert exact.attrs["solver_linear"].startswith("propagated")
     solver = replace(barge.solver, linear=LinearScenes.STEP)
@@ -94,7 +85,7 @@ def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None
 def test_contacts_within_the_accuracy(figure: Figure) -> None:
     """The barge that knocks and sticks, against rk4 at a hundredth of its step."""
     scene = in_contact(30.0)
-    fine = hs.simulate(replace(scene, solver=Solver(step=1e-3)))
+    fine = hs.simulate(replace(scene, solver=hs.Solver(step=1e-3)))
     run = hs.simulate(automatic(scene, 1e-5))
     assert run.attrs["solver_events"] > 20
     error = apart(run, fine)
@@ -167,7 +158,7 @@ def test_a_restart_keeps_the_method() -> None:
     """Its contacts may be others by then; with another accuracy it is chosen anew."""
     first = hs.simulate(automatic(stiff(in_contact(5.0), 100.0), 1e-4))
     assert first.attrs["solver_method"] == "esdirk4"
-    later = replace(automatic(in_contact(5.0), 1e-4), initial=Start(first, None))
+    later = replace(automatic(in_contact(5.0), 1e-4), initial=hs.Start(first, None))
     kept = hs.simulate(later)
     assert kept.attrs["solver_method"] == "esdirk4"
     assert "as in the run that it starts from" in kept.attrs["solver_chosen"]

@@ -16,22 +16,10 @@ from hydrosim.database import HydroDatabase, Use, body_of, check, doubt_warnings
 from hydrosim.database.changes import apply_changes
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
-from hydrosim.scene import (
-    Body,
-    ChangedDatabase,
-    Changes,
-    Coefficients,
-    Jonswap,
-    RadiationModel,
-    Scene,
-    SecondOrder,
-    WaveForces,
-    WaveTrain,
-    Without,
-)
+from hydrosim.scene import ChangedDatabase, Changes, RadiationModel, SecondOrder, Without
 
 ROLL, SWAY, HEAVE = 3, 1, 2
-SWELL = Jonswap(significant_height=2.0, peak_period=12.0)
+SWELL = hs.Jonswap(significant_height=2.0, peak_period=12.0)
 MATRICES = ("added_mass", "radiation_damping")
 
 
@@ -49,17 +37,17 @@ def noisy(db: HydroDatabase, share: float, *dofs: int) -> HydroDatabase:
     return replace(db, **changed)
 
 
-def barge(db: HydroDatabase, dofs: tuple[str, ...] = DOFS, **loads: object) -> Scene:
+def barge(db: HydroDatabase, dofs: tuple[str, ...] = DOFS, **loads: object) -> hs.Scene:
     """The free barge in oblique waves that hardly have energy above 2 rad/s."""
-    scene = in_waves(scene_of("free_floating"), WaveTrain(SWELL, heading=0.6))
-    wanted = WaveForces(**loads)
+    scene = in_waves(scene_of("free_floating"), hs.WaveTrain(SWELL, heading=0.6))
+    wanted = hs.WaveForces(**loads)
     scene = with_body(scene, hydrodynamics=db, dofs=dofs, wave_forces=wanted)
     return replace(scene, duration=10.0)
 
 
-def pair(db: HydroDatabase, dofs: tuple[str, ...]) -> Scene:
+def pair(db: HydroDatabase, dofs: tuple[str, ...]) -> hs.Scene:
     """Two bodies of one database in a beam sea."""
-    base = in_waves(scene_of("free_floating"), WaveTrain(SWELL, heading=np.pi / 2))
+    base = in_waves(scene_of("free_floating"), hs.WaveTrain(SWELL, heading=np.pi / 2))
     bodies = tuple(
         replace(
             base.bodies[0],
@@ -70,7 +58,7 @@ def pair(db: HydroDatabase, dofs: tuple[str, ...]) -> Scene:
             database_body=k + 1,
             dofs=dofs,
             radiation=RadiationModel.CONVOLUTION,
-            wave_forces=WaveForces(),
+            wave_forces=hs.WaveForces(),
         )
         for k in range(db.bodies)
     )
@@ -135,7 +123,7 @@ def test_wave_loads_refuse_nothing_in_calm_water() -> None:
         compile_scene(barge(off))
 
 
-def judged_of(scene: Scene, db: HydroDatabase) -> tuple[str, ...]:
+def judged_of(scene: hs.Scene, db: HydroDatabase) -> tuple[str, ...]:
     """The warnings of a scene with another database."""
     return compile_scene(with_body(scene, hydrodynamics=db)).notes.warnings
 
@@ -273,15 +261,15 @@ def test_coefficients_alone_are_a_damped_oscillator(figure) -> None:
     mass, a, b, c = 1e6, 5e5, 3e4, 8e5
     given = {"added_mass": a, "damping": b, "stiffness": c}
     numbers = {name: value * np.diag(np.eye(6)[HEAVE]) for name, value in given.items()}
-    body = Body(
+    body = hs.Body(
         "buoy",
         mass,
         mass * np.eye(3),
-        hydrodynamics=Coefficients(**numbers),
+        hydrodynamics=hs.Coefficients(**numbers),
         dofs=("heave",),
         position=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
     )
-    run = hs.simulate(Scene("decay", 40.0, (body,), output_step=0.5))
+    run = hs.simulate(hs.Scene("decay", 40.0, (body,), output_step=0.5))
     decay, omega = b / (2 * (mass + a)), np.sqrt(c / (mass + a))
     turn = np.sqrt(omega**2 - decay**2)
     t = run.time.values
@@ -291,16 +279,16 @@ def test_coefficients_alone_are_a_damped_oscillator(figure) -> None:
     assert error < 1e-9
     driving = replace(
         body,
-        hydrodynamics=Coefficients(
+        hydrodynamics=hs.Coefficients(
             numbers["added_mass"], -numbers["damping"], numbers["stiffness"]
         ),
     )
     with pytest.raises(InputError, match="damping: found a matrix with a negative eigenvalue"):
-        compile_scene(Scene("driven", 1.0, (driving,)))
+        compile_scene(hs.Scene("driven", 1.0, (driving,)))
 
 
 def test_coefficients_of_another_shape_are_named() -> None:
-    given = Coefficients(np.zeros((3, 3)), np.zeros((6, 6)), np.zeros((6, 6)))
-    body = Body("buoy", 1.0, np.eye(3), hydrodynamics=given)
+    given = hs.Coefficients(np.zeros((3, 3)), np.zeros((6, 6)), np.zeros((6, 6)))
+    body = hs.Body("buoy", 1.0, np.eye(3), hydrodynamics=given)
     with pytest.raises(InputError, match=r"buoy\.hydrodynamics\.added_mass: found an array"):
-        compile_scene(Scene("wrong", 1.0, (body,)))
+        compile_scene(hs.Scene("wrong", 1.0, (body,)))

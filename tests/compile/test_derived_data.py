@@ -15,7 +15,6 @@ import hydrosim
 import hydrosim as hs
 from hydrosim.compile import compiled
 from hydrosim.compile.compiled import DerivedData, derive_data
-from hydrosim.scene import WaveTrain
 
 PACKAGE = Path(hydrosim.__file__).parent
 MAKERS = (
@@ -52,7 +51,7 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
 
     for name in MAKERS:
         monkeypatch.setattr(compiled, name, counted(name))
-    run = hs.simulate(in_waves(in_contact(20.0), WaveTrain(SEA, seed=1)))
+    run = hs.simulate(in_waves(in_contact(20.0), hs.WaveTrain(SEA, seed=1)))
     assert run.attrs["status"] == "complete"
     assert {*asked.values()} == {MODELS}, asked
 

@@ -14,19 +14,7 @@ from scipy.interpolate import CubicSpline
 import hydrosim as hs
 from hydrosim.compile.clock import MAX_PHASE_RAD, held_step, signal_step
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import (
-    AppliedForce,
-    External,
-    Fender,
-    Frictionless,
-    Harmonic,
-    Plane,
-    PrescribedNormal,
-    Recorded,
-    Signal,
-    Table,
-    constant,
-)
+from hydrosim.elements import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.elements.signal import signal_rate
 from hydrosim.scene import ForceElement, Joint, JointType, Method, Scene
 from hydrosim.water.wind import gust_components, mean_wind
@@ -37,14 +25,14 @@ TIME = np.linspace(0.0, 30.0, 301)
 
 
 def pushed(signal: Signal, **solver: object) -> Scene:
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": signal})
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": signal})
     return scene(block(1e3), {"push": push}, 10.0, 1.0, **solver)
 
 
 def pressed(signal: Signal) -> Scene:
-    plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    normal = PrescribedNormal(signal)
-    foot: ForceElement = Fender("block", np.zeros((1, 3)), plane, normal, Frictionless())
+    plane = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    normal = hs.PrescribedNormal(signal)
+    foot: ForceElement = hs.Fender("block", np.zeros((1, 3)), plane, normal, hs.Frictionless())
     return scene(block(1e3), {"foot": foot}, 10.0, 1.0)
 
 
@@ -79,7 +67,7 @@ def test_equal_steps_without_events_are_those_of_the_scene() -> None:
 
 
 def test_a_function_of_the_user_is_asked_at_the_step_of_the_solver() -> None:
-    push = External("block", lambda t, state: np.zeros(6))
+    push = hs.External("block", lambda t, state: np.zeros(6))
     called = scene(block(1e3), {"push": push, "more": steady(surge=1.0)}, 10.0, 1.0, step=0.05)
     assert held_step(compile_scene(called)) == 0.05
 

@@ -17,26 +17,16 @@ from scenes import SEA, in_contact, in_waves, motion, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements import LinearMooring
 from hydrosim.elements.contact.law import SLIP, STICK
 from hydrosim.errors import InputError
-from hydrosim.scene import (
-    Body,
-    ConvolutionRadiation,
-    Environment,
-    Kinematics,
-    RegularWave,
-    Scene,
-    Solver,
-    WaveTrain,
-)
+from hydrosim.scene import ConvolutionRadiation, Kinematics
 from hydrosim.water.radiation import Retardation, StateSpace, fits, kept
 
 Figure = Callable[[str, float], None]
 FAR = (300.0, 120.0)  # m
 
 
-def side_by_side(scene: Scene, **locations: tuple[float, float]) -> Scene:
+def side_by_side(scene: hs.Scene, **locations: tuple[float, float]) -> hs.Scene:
     """The scene's barge, with all that acts on it, once for each name."""
     (barge,) = scene.bodies
     bodies = [replace(barge, name=name, location=place) for name, place in locations.items()]
@@ -55,7 +45,7 @@ def assert_same_motion(found: np.ndarray, expected: np.ndarray, tolerance: float
 
 def test_two_barges_move_as_each_alone() -> None:
     """No interaction, one irregular sea with all loads, at two places: the same to rounding."""
-    sea = WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
+    sea = hs.WaveTrain(SEA, heading=np.radians(30.0), ramp=20.0)
     scene = replace(in_waves(scene_of("free_floating"), sea), duration=200.0)
     both = hs.simulate(side_by_side(scene, near=(0.0, 0.0), far=FAR))
     near = hs.simulate(side_by_side(scene, near=(0.0, 0.0)))
@@ -89,13 +79,13 @@ def test_a_barge_elsewhere_meets_the_wave_later() -> None:
     scene = replace(scene_of("free_floating"), duration=100.0)
 
     def run(location: tuple[float, float], phase: float) -> np.ndarray:
-        wave = WaveTrain(RegularWave(1.0, period, phase), heading=heading, ramp=20.0)
+        wave = hs.WaveTrain(hs.RegularWave(1.0, period, phase), heading=heading, ramp=20.0)
         return motion(hs.simulate(with_body(in_waves(scene, wave), location=location)))
 
     assert_same_motion(run(FAR, 0.0), run((0.0, 0.0), -lag), 1e-9)
 
 
-BLOCK = Body("block", mass=4.0, inertia=np.diag([2.0, 6.0, 5.0]))
+BLOCK = hs.Body("block", mass=4.0, inertia=np.diag([2.0, 6.0, 5.0]))
 SPRING = np.array([9.0, 4.0, 16.0, 5.0, 8.0, 3.0])
 RATIO = np.array([0.0, 0.05, 0.02, 0.1, 0.0, 0.03])
 OFFSET = np.array([1.0, -0.5, 0.3, 0.2, -0.1, 0.15])
@@ -115,10 +105,10 @@ def on_springs(dofs: tuple[str, ...], kinematics: Kinematics) -> xr.Dataset:
     """A dry block on a spring and damper in each of its free degrees of freedom."""
     free = np.array([dof in dofs for dof in DOFS])
     block = replace(BLOCK, dofs=dofs, position=tuple(OFFSET * free), velocity=tuple(SPEED * free))
-    spring = LinearMooring("block", stiffness=np.diag(SPRING), damping_ratio=RATIO)
-    solver = Solver(step=0.02, kinematics=kinematics)
+    spring = hs.LinearMooring("block", stiffness=np.diag(SPRING), damping_ratio=RATIO)
+    solver = hs.Solver(step=0.02, kinematics=kinematics)
     return hs.simulate(
-        Scene("block", 20.0, (block,), forces={"spring": spring}, solver=solver, output_step=0.1)
+        hs.Scene("block", 20.0, (block,), forces={"spring": spring}, solver=solver, output_step=0.1)
     )
 
 
@@ -198,7 +188,7 @@ def test_what_cannot_move_is_not_fitted(monkeypatch: pytest.MonkeyPatch, tmp_pat
 
     def groups(**changes: Any) -> list[list[int]]:
         still = with_body(replace(scene_of("free_floating"), forces={}, duration=1.0), **changes)
-        states = hs.compile_scene(replace(still, environment=Environment())).model.states
+        states = hs.compile_scene(replace(still, environment=hs.Environment())).model.states
         return [sorted({*states.dof[a:b].tolist()}) for a, b in pairwise(states.member)]
 
     assert groups(dofs=("heave",)) == [[2]]

@@ -8,24 +8,17 @@ from types import SimpleNamespace
 import numpy as np
 from scenes import block, hull, scene_of
 
+import hydrosim as hs
 from hydrosim import check, simulate
 from hydrosim.compile.compile import compile_scene
 from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, ask_about_ranges
 from hydrosim.compile.scene_notes import OUTSIDE_WARNED, range_warnings
 from hydrosim.report.document import run_document as report_document
 from hydrosim.report.sentences.run import run_document
-from hydrosim.scene import (
-    Environment,
-    Question,
-    RegularWave,
-    SpectrumTable,
-    WaveForces,
-    WaveTrain,
-    WhiteNoise,
-)
+from hydrosim.scene import Question, SpectrumTable, WhiteNoise
 from hydrosim.water.components import sea
 
-NOISE = WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies
+NOISE = hs.WaveTrain(WhiteNoise(1.0, 0.5, 1.5))  # a band of 1 rad/s: shares of it are frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +32,11 @@ class Loads:
 def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], list[str]]:
     """Warnings of a sea with a share of its energy above a database's frequencies, whose loads go
     as this power of the frequency; and what is refused."""
-    body = replace(block(1.0), wave_forces=WaveForces(**forces))
+    body = replace(block(1.0), wave_forces=hs.WaveForces(**forces))
     frequency = np.linspace(0.1, 1.5 - share, 50)
     loads = np.tile(frequency[:, None, None] ** power + 0j, (1, 8, 6))
     database = Loads(frequency, loads)
-    seas = sea(Environment(waves=(NOISE,)))
+    seas = sea(hs.Environment(waves=(NOISE,)))
     about = SimpleNamespace(floating_bodies=lambda: [(0, body, database)], sea=seas)
     return list(range_warnings(seas, body, database)), [
         doubt.found for doubt in ask_about_ranges(about)
@@ -81,8 +74,8 @@ def test_each_sea_is_in_one_line_of_check_run_and_report() -> None:
     base = scene_of("base")
     low = float(hull().frequency[0])
     triangle = SpectrumTable(low * np.array([0.5, 1.5, 2.5]), np.array([0.0, 1e-2, 0.0]) / low)
-    swell = WaveTrain(triangle, np.pi / 2.0, spreading=4.0, repeat_period=36000.0)
-    waves = (swell, WaveTrain(RegularWave(0.5, 9.0), 0.25))
+    swell = hs.WaveTrain(triangle, np.pi / 2.0, spreading=4.0, repeat_period=36000.0)
+    waves = (swell, hs.WaveTrain(hs.RegularWave(0.5, 9.0), 0.25))
     scene = replace(
         base,
         environment=replace(base.environment, waves=waves),

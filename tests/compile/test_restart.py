@@ -28,30 +28,21 @@ from scenes import scene as dry
 
 import hydrosim as hs
 from hydrosim.compile.restart import open_start
-from hydrosim.elements import Fender, FrictionSlope, LinearMooring, NormalCurve, StickSlip
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
 from hydrosim.results.ledger import worst_energy_gap
-from hydrosim.scene import (
-    ConvolutionRadiation,
-    Method,
-    RadiationModel,
-    Scene,
-    Solver,
-    Start,
-    WaveTrain,
-)
+from hydrosim.scene import ConvolutionRadiation, Method, RadiationModel
 
 Figure = Callable[[str, float], None]
 BREAK, END = 60.0, 100.0  # s
 HULL = "barge"
 
 
-def continued(whole: Scene, **changes: Any) -> xr.Dataset:
+def continued(whole: hs.Scene, **changes: Any) -> xr.Dataset:
     """The scene with ``changes`` from the break on, after a run up to there."""
     before = hs.simulate(replace(whole, duration=BREAK))
     return hs.simulate(
-        replace(whole, initial=Start(before), **{"duration": END - BREAK, **changes})
+        replace(whole, initial=hs.Start(before), **{"duration": END - BREAK, **changes})
     )
 
 
@@ -76,7 +67,7 @@ def whole() -> xr.Dataset:
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
 def test_a_restart_goes_on_to_the_bit(method: Method, validated: Callable[..., None]) -> None:
     """Steps, stages, waves and events are the same ones; energies and slip distances go on."""
-    scene = replace(in_contact(END), solver=Solver(method=method, step=0.1))
+    scene = replace(in_contact(END), solver=hs.Solver(method=method, step=0.1))
     whole, after = hs.simulate(scene), continued(scene)
     assert after.time[0] == BREAK
     assert after.solver_events >= 20
@@ -92,7 +83,7 @@ def test_a_restart_of_a_restart_through_files(whole: xr.Dataset, tmp_path: Path)
     for end, length in ((30.0, 30.0), (60.0, 30.0), (100.0, 40.0)):
         run = hs.simulate(replace(in_contact(length), initial=start))
         write_run(run, tmp_path / f"{end:g}.nc")
-        start = Start(tmp_path / f"{end:g}.nc")
+        start = hs.Start(tmp_path / f"{end:g}.nc")
     assert_same_bytes(run, rest_of(whole))
     assert run.attrs["initial_run"] == str(tmp_path / "60.nc")
     assert run.attrs["initial_time"] == 60.0
@@ -104,7 +95,7 @@ def test_a_start_from_any_output_time(whole: xr.Dataset) -> None:
     every = hs.simulate(scene)
     assert_same_bytes(every, whole)
     for time in (0.0, 12.5, 99.5):
-        start = replace(scene, duration=END - time, initial=Start(every, time))
+        start = replace(scene, duration=END - time, initial=hs.Start(every, time))
         assert_same_bytes(hs.simulate(start), rest_of(every, time))
 
 
@@ -113,7 +104,7 @@ def test_tables_and_ramps_keep_their_phase() -> None:
     whole = replace(scene_of("base"), duration=520.0, output_states=True)
     every = hs.simulate(whole)
     for time in (100.0, 499.5):
-        start = replace(whole, duration=520.0 - time, initial=Start(every, time))
+        start = replace(whole, duration=520.0 - time, initial=hs.Start(every, time))
         assert_same_bytes(hs.simulate(start), rest_of(every, time))
 
 
@@ -135,16 +126,16 @@ def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
     before and after its integrals are counted anew, and beyond it."""
     memory = ConvolutionRadiation(length=40.0)
     scene = with_body(in_contact(END), radiation=memory)
-    scene = replace(scene, solver=Solver(method=method, step=0.1))
+    scene = replace(scene, solver=hs.Solver(method=method, step=0.1))
     whole = hs.simulate(replace(scene, output_states=True))
     assert whole.solver_events >= 20
     for time in (20.0, 30.0, BREAK):
         start = replace(scene, duration=time, initial=None)
         before = hs.simulate(start)
-        after = replace(scene, duration=END - time, initial=Start(before))
+        after = replace(scene, duration=END - time, initial=hs.Start(before))
         assert_same_bytes(hs.simulate(after), rest_of(whole, time))
     lost = before.assign(memory_past=0.0 * before.memory_past)
-    start = replace(scene, duration=END - BREAK, initial=Start(lost, BREAK))
+    start = replace(scene, duration=END - BREAK, initial=hs.Start(lost, BREAK))
     assert np.abs(hs.simulate(start).position - rest_of(whole).position).max() > 1e-4
 
 
@@ -153,7 +144,7 @@ def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
     2e-10 m of 0.1 m were seen."""
     scene = with_body(in_contact(30.0), radiation=ConvolutionRadiation(length=40.0))
     whole = hs.simulate(replace(scene, output_states=True))
-    after = hs.simulate(replace(scene, duration=10.0, initial=Start(whole, 20.0)))
+    after = hs.simulate(replace(scene, duration=10.0, initial=hs.Start(whole, 20.0)))
     difference = np.abs(after.position - rest_of(whole, 20.0).position)
     figure("difference [m]", float(difference.max()))
     assert difference.max() < 1e-8
@@ -162,7 +153,7 @@ def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
 def test_an_adaptive_method_goes_on_within_its_tolerance(figure: Figure) -> None:
     """The controller forgets its pace: other steps, each with an error of 1e-6 m or 1e-6 of the
     motion at most."""
-    scene = replace(in_contact(END), solver=Solver(method=Method.DOPRI5, step=0.1))
+    scene = replace(in_contact(END), solver=hs.Solver(method=Method.DOPRI5, step=0.1))
     difference = np.abs(continued(scene).position - rest_of(hs.simulate(scene)).position)
     figure("difference", float(difference.max()))
     assert 0.0 < difference.max() <= 1e-6
@@ -173,13 +164,13 @@ def test_what_may_be_another(whole: xr.Dataset) -> None:
     the sums of elements of the same names; what is new has done nothing yet."""
     scene = in_contact(END)
     fender = scene.forces["interface"]
-    assert isinstance(fender, Fender)
+    assert isinstance(fender, hs.Fender)
     forces = {
-        "spring": LinearMooring(HULL, np.diag([1e6, 0.0, 0.0, 0.0, 0.0, 0.0])),
+        "spring": hs.LinearMooring(HULL, np.diag([1e6, 0.0, 0.0, 0.0, 0.0, 0.0])),
         "lift": scene.forces["lift"],
-        "interface": replace(fender, friction=FrictionSlope(0.15, 1e7)),
+        "interface": replace(fender, friction=hs.FrictionSlope(0.15, 1e7)),
     }
-    solver = Solver(method=Method.HEUN, step=0.07)
+    solver = hs.Solver(method=Method.HEUN, step=0.07)
     after = continued(scene, forces=forces, solver=solver, output_step=0.35, duration=35.0)
     there = whole.sel(time=BREAK)
     np.testing.assert_allclose(after.time, BREAK + 0.35 * np.arange(101), rtol=1e-12)
@@ -191,11 +182,11 @@ def test_what_may_be_another(whole: xr.Dataset) -> None:
     assert after.energy_residual_relative < 1e-3
 
 
-STEEL = StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
+STEEL = hs.StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
 WEIGHT = 1e5  # N
 
 
-def sliding(stiffness: float = 1e7, **changes: Any) -> Scene:
+def sliding(stiffness: float = 1e7, **changes: Any) -> hs.Scene:
     """A block that slides over a floor for a second."""
     body = block(
         *(1e4, ("surge", "heave")),
@@ -206,13 +197,13 @@ def sliding(stiffness: float = 1e7, **changes: Any) -> Scene:
     return replace(dry(body, forces, 0.4, 0.1, step=0.01), **changes)
 
 
-def fender_of(scene: Scene) -> Fender:
+def fender_of(scene: hs.Scene) -> hs.Fender:
     fender = scene.forces["floor"]
-    assert isinstance(fender, Fender)
+    assert isinstance(fender, hs.Fender)
     return fender
 
 
-def with_floor(scene: Scene, **changes: Any) -> Scene:
+def with_floor(scene: hs.Scene, **changes: Any) -> hs.Scene:
     return replace(scene, forces={**scene.forces, "floor": replace(fender_of(scene), **changes)})
 
 
@@ -221,7 +212,7 @@ def test_a_point_that_slips_goes_on_slipping_below_its_static_limit() -> None:
     before = hs.simulate(sliding())
     pull = np.abs(before.fender_friction[-1, 0, 0])
     assert 0.2 * WEIGHT < pull < 0.3 * WEIGHT
-    scene = sliding(initial=Start(before))
+    scene = sliding(initial=hs.Start(before))
     assert hs.simulate(scene).fender_mode[0, 0] == before.fender_mode[-1, 0] == 2
     floor = {"other_floor": fender_of(scene), "weight": scene.forces["weight"]}
     new = hs.simulate(replace(scene, forces=floor))
@@ -232,10 +223,10 @@ def test_a_point_that_slips_goes_on_slipping_below_its_static_limit() -> None:
 
 def test_contact_that_cannot_be_any_more_is_found_anew() -> None:
     """A curve with fewer pieces, a floor that is lower than it was, one that is higher."""
-    steep = NormalCurve(np.array([0.0, 0.002, 0.1]), np.array([0.0, 2e4, 1e6]))
+    steep = hs.NormalCurve(np.array([0.0, 0.002, 0.1]), np.array([0.0, 2e4, 1e6]))
     before = hs.simulate(with_floor(sliding(), normal=steep))
     assert before.fender_segment[-1, 0] == 1
-    scene = sliding(initial=Start(before))
+    scene = sliding(initial=hs.Start(before))
     straight = hs.simulate(scene)
     assert (straight.fender_segment[-1, 0], straight.fender_mode[0, 0]) == (0, 2)
     for height, mode in ((-5.0, 0), (0.01, 2)):
@@ -247,20 +238,20 @@ def test_contact_that_cannot_be_any_more_is_found_anew() -> None:
     lower = with_floor(sliding(), plane=replace(plane, point=(0.0, 0.0, -5.0)))
     falling = hs.simulate(lower)
     assert falling.fender_mode[-1, 0] == 0
-    caught = with_floor(sliding(initial=Start(falling)), plane=plane)
+    caught = with_floor(sliding(initial=hs.Start(falling)), plane=plane)
     assert hs.simulate(caught).fender_mode[0, 0] == 1
 
 
 def test_other_laws_have_no_node_to_take_over() -> None:
     before = hs.simulate(sliding())
     assert before.state_value.sel(state="stretch 1 of floor 1")[-1] > 0.0
-    other = with_floor(sliding(initial=Start(before)), friction=FrictionSlope(0.2, 1e5))
+    other = with_floor(sliding(initial=hs.Start(before)), friction=hs.FrictionSlope(0.2, 1e5))
     after = hs.simulate(other)
     assert_array_equal(after.fender_node[:, 0, 0], after.position[:, 0, 0])
     assert after.energy_residual_relative < 1e-6
 
 
-def refusal(scene: Scene) -> str:
+def refusal(scene: hs.Scene) -> str:
     with pytest.raises(hs.InputError) as caught:
         hs.simulate(scene)
     assert caught.value.exit_code == 2
@@ -285,7 +276,7 @@ def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
         tmp_path / "unnamed.nc": "does not name its states",
     }
     for place, words in places.items():
-        message = refusal(replace(scene_of("base"), initial=Start(place)))
+        message = refusal(replace(scene_of("base"), initial=hs.Start(place)))
         assert message.startswith("initial.run: ")
         for word in (str(place), words, "expected the result of"):
             assert word in message
@@ -293,7 +284,7 @@ def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
 
 def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
     scene = replace(scene_of("base"), duration=10.0)
-    message = refusal(replace(scene, initial=Start(short, 5.0)))
+    message = refusal(replace(scene, initial=hs.Start(short, 5.0)))
     for word in (
         "initial.time: found 5 s",
         "only its last whole state, at 10 s",
@@ -301,15 +292,15 @@ def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
     ):
         assert word in message
     every = hs.simulate(replace(scene, output_states=True))
-    message = refusal(replace(scene, initial=Start(every, 5.2)))
+    message = refusal(replace(scene, initial=hs.Start(every, 5.2)))
     assert "found 5.2 s" in message
     assert "nearest is at 5 s" in message
-    assert open_start(replace(scene, initial=Start(every, 5.0 + 1e-12))).initial.time == 5.0
+    assert open_start(replace(scene, initial=hs.Start(every, 5.0 + 1e-12))).initial.time == 5.0
 
 
 def test_states_that_are_not_finite_are_refused(short: xr.Dataset) -> None:
     bad = short.assign(state_value=short.state_value.where(short.state != "heave of barge"))
-    message = refusal(replace(scene_of("base"), initial=Start(bad)))
+    message = refusal(replace(scene_of("base"), initial=hs.Start(bad)))
     assert "at 10 s is not finite; start from an earlier time" in message
 
 
@@ -334,7 +325,7 @@ OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
 def test_another_system_is_refused(short: xr.Dataset, what: str) -> None:
     changes, words = OTHERS[what]
     scene = with_body(replace(scene_of("base"), forces={}), **changes)
-    message = refusal(replace(scene, initial=Start(short)))
+    message = refusal(replace(scene, initial=hs.Start(short)))
     for word in (
         "initial.run: ",
         *words,
@@ -346,7 +337,7 @@ def test_another_system_is_refused(short: xr.Dataset, what: str) -> None:
 def test_radiation_states_of_another_fit_are_refused(short: xr.Dataset) -> None:
     """A pole's two states may be turned in their plane: the same memory by other states."""
     turned = short.assign(state_input=-short.state_input)
-    assert "another fit" in refusal(replace(scene_of("base"), initial=Start(turned)))
+    assert "another fit" in refusal(replace(scene_of("base"), initial=hs.Start(turned)))
 
 
 def test_memory_that_has_been_overwritten_is_refused() -> None:
@@ -355,15 +346,15 @@ def test_memory_that_has_been_overwritten_is_refused() -> None:
     names = ("time", "state_time", "memory_time", "memory_node_time", "memory_begin")
     times = {name: run[name] + 500.0 for name in names}
     late = run.assign_coords(times)
-    message = refusal(replace(scene, initial=Start(late)))
+    message = refusal(replace(scene, initial=hs.Start(late)))
     for word in ("initial.time: found 505 s", "from 500 s on", "100 s of them", "600 s or later"):
         assert word in message
 
 
 def test_a_sea_must_not_repeat_itself_in_a_restart(short: xr.Dataset) -> None:
-    sea = WaveTrain(SEA, repeat_period=200.0)
+    sea = hs.WaveTrain(SEA, repeat_period=200.0)
     scene = in_waves(replace(scene_of("base"), duration=195.0), sea)
     hs.compile_scene(scene)
-    message = refusal(replace(scene, initial=Start(short)))
+    message = refusal(replace(scene, initial=hs.Start(short)))
     for word in ("repeat_period: 200 s is shorter", "Raise it to 205 s, the end of the run"):
         assert word in message

@@ -12,7 +12,6 @@ from scenes import scene_of
 import hydrosim as hs
 from hydrosim.compile import sizes
 from hydrosim.compile.validate_scene import check_scene
-from hydrosim.elements import Plane
 from hydrosim.errors import InputError
 from hydrosim.scene import ConvolutionRadiation, Question, Scene, StateSpaceRadiation
 
@@ -111,7 +110,7 @@ def test_a_container_has_the_memory_that_it_was_given(
 def test_a_plane_of_a_body_that_is_not_there() -> None:
     scene = scene_of("base")
     lost = replace(
-        scene.forces["interface"], plane=Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
+        scene.forces["interface"], plane=hs.Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
     )
     with pytest.raises(
         InputError,

@@ -38,44 +38,22 @@ import hydrosim as hs
 from hydrosim.compile.symmetry import joints_without_image
 from hydrosim.database import HydroDatabase
 from hydrosim.dofs import DOFS, LATERAL, SYMMETRY_RTOL
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    CurrentLoad,
-    Fender,
-    Harmonic,
-    LinearDamping,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    QuadraticDamping,
-    Spring,
-    StickSlip,
-    WindLoad,
-)
+from hydrosim.elements import Harmonic
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.check import check_document
 from hydrosim.results.dataset import write_run
 from hydrosim.scene import (
-    Body,
     ConstantRadiation,
     ConvolutionRadiation,
     ForceElement,
     GivenComponents,
-    Joint,
     JointType,
     Method,
     Place,
     RadiationModel,
     Ratchet,
-    Scene,
     SecondOrder,
-    Solver,
-    Start,
-    Stream,
     Symmetry,
-    WaveForces,
-    WaveTrain,
 )
 
 Figure = Callable[[str, float], None]
@@ -84,28 +62,28 @@ IN_PLANE = [dof for dof in DOFS if dof not in LATERAL]
 ALONG = np.radians([0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0])
 
 
-def with_solver(scene: Scene, **changes: Any) -> Scene:
+def with_solver(scene: hs.Scene, **changes: Any) -> hs.Scene:
     return replace(scene, solver=replace(scene.solver, **changes))
 
 
-def full(scene: Scene) -> Scene:
+def full(scene: hs.Scene) -> hs.Scene:
     """With sway, roll and yaw; waves meet the bodies where they do in the plane, at rest, while by
     default they would follow a yaw that nothing holds."""
     return with_solver(met_at_rest(scene), symmetry=Symmetry.IGNORE)
 
 
-def met_at_rest(scene: Scene) -> Scene:
+def met_at_rest(scene: hs.Scene) -> hs.Scene:
     """The scene with waves that meet its bodies at rest, whatever their default."""
     loads = {b.name: replace(b.wave_forces, headings=Place.MEAN) for b in scene.bodies}
     bodies = tuple(replace(b, wave_forces=loads[b.name]) for b in scene.bodies)
     return replace(scene, bodies=bodies)
 
 
-def reduced(scene: Scene) -> bool:
+def reduced(scene: hs.Scene) -> bool:
     return hs.compile_scene(scene, in_plane=True).whole is not None
 
 
-def reasons(scene: Scene) -> str:
+def reasons(scene: hs.Scene) -> str:
     """Why a scene is not reduced."""
     found = hs.compile_scene(scene, in_plane=True)
     assert found.whole is None
@@ -124,7 +102,9 @@ def difference(found: xr.Dataset, expected: xr.Dataset) -> float:
     return float((np.abs(here - there).max("time") / span).max())
 
 
-def agrees(scene: Scene, figure: Figure, bound: float = ROUNDING) -> tuple[xr.Dataset, xr.Dataset]:
+def agrees(
+    scene: hs.Scene, figure: Figure, bound: float = ROUNDING
+) -> tuple[xr.Dataset, xr.Dataset]:
     """The runs of a scene, reduced and in full."""
     found, expected = hs.simulate(scene), hs.simulate(full(scene))
     assert found.attrs["solver_symmetry"].startswith("in the plane y = ")
@@ -141,11 +121,11 @@ def agrees(scene: Scene, figure: Figure, bound: float = ROUNDING) -> tuple[xr.Da
     return found, expected
 
 
-def moored(**changes: Any) -> Scene:
+def moored(**changes: Any) -> hs.Scene:
     """The free-floating barge, which is moored, in waves from ahead for 200 s, stepped."""
-    sea = WaveTrain(SEA, heading=np.pi, ramp=20.0)
+    sea = hs.WaveTrain(SEA, heading=np.pi, ramp=20.0)
     scene = in_waves(scene_of("free_floating"), sea)
-    solver = Solver(step=0.1, linear=hs.scene.LinearScenes.STEP)
+    solver = hs.Solver(step=0.1, linear=hs.scene.LinearScenes.STEP)
     return with_body(replace(scene, duration=200.0, solver=solver), **changes)
 
 
@@ -168,14 +148,14 @@ class TestAgreement:
     def test_waves_from_ahead_with_loads_of_second_order(
         self, second: SecondOrder, figure: Figure
     ) -> None:
-        agrees(moored(wave_forces=WaveForces(second_order=second)), figure)
+        agrees(moored(wave_forces=hs.WaveForces(second_order=second)), figure)
 
     def test_waves_that_follow_the_body(self, figure: Figure) -> None:
         lines = GivenComponents(
             *np.array([[0.5, 0.7, 0.9], [0.5, 0.7, 0.3], [0.0, 1.0, 2.0], [0.0, np.pi, 0.0]])
         )
-        wanted = WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
-        agrees(in_waves(moored(wave_forces=wanted), WaveTrain(lines, ramp=20.0)), figure)
+        wanted = hs.WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
+        agrees(in_waves(moored(wave_forces=wanted), hs.WaveTrain(lines, ramp=20.0)), figure)
 
     @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
     def test_convolution_through_contact(self, method: Method, figure: Figure) -> None:
@@ -196,7 +176,7 @@ class TestAgreement:
         y = 37.3
         scene = moored(location=(0.0, y))
         lines = {
-            f"line_{x}_{side}": Spring(
+            f"line_{x}_{side}": hs.Spring(
                 *("barge", (x, side * 25.0, 5.0), (2.5 * x, y + side * 120.0, -3.0), 190.0),
                 *np.array([[0.0, 50.0], [0.0, 5e7]]),
                 damping=1e4,
@@ -204,13 +184,13 @@ class TestAgreement:
             for x in (-110.0, 110.0)
             for side in (-1.0, 1.0)
         }
-        curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e7]))
-        law = StickSlip(0.4, 0.3, 5e6, 1e6, 1e5)
+        curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e7]))
+        law = hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5)
         walls = {
-            f"wall_{side}": Fender(
+            f"wall_{side}": hs.Fender(
                 "barge",
                 np.array([[60.0, side * 31.5, 0.0], [-60.0, side * 31.5, 0.0]]),
-                Plane((side, y + side * 31.51, -4.9), (0.0, -side, -0.2)),
+                hs.Plane((side, y + side * 31.51, -4.9), (0.0, -side, -0.2)),
                 curve,
                 law,
             )
@@ -228,14 +208,16 @@ class TestAgreement:
         damping = np.diag([1e5, 2e5, 3e5, 1e8, 2e8, 3e8])
         damping[0, 4] = damping[4, 0] = 1e6
         water = {
-            "current": CurrentLoad("barge", (0.0, 0.0, -3.0), *coefficients),
-            "port": WindLoad("barge", (30.0, 12.0, 15.0), *coefficients),
-            "starboard": WindLoad("barge", (30.0, -12.0, 15.0), *coefficients),
-            "drag": QuadraticDamping("barge", damping),
-            "skin": LinearDamping("barge", 1e-2 * damping, relative_to_current=True),
+            "current": hs.CurrentLoad("barge", (0.0, 0.0, -3.0), *coefficients),
+            "port": hs.WindLoad("barge", (30.0, 12.0, 15.0), *coefficients),
+            "starboard": hs.WindLoad("barge", (30.0, -12.0, 15.0), *coefficients),
+            "drag": hs.QuadraticDamping("barge", damping),
+            "skin": hs.LinearDamping("barge", 1e-2 * damping, relative_to_current=True),
         }
         scene = moored()
-        environment = replace(scene.environment, current=Stream(1.0, np.pi), wind=Stream(20.0, 0.0))
+        environment = replace(
+            scene.environment, current=hs.Stream(1.0, np.pi), wind=hs.Stream(20.0, 0.0)
+        )
         agrees(replace(scene, environment=environment, forces={**scene.forces, **water}), figure)
 
     @pytest.mark.slow
@@ -266,18 +248,18 @@ class TestAgreement:
         enlarges roundings; the bound is what they make of a start from the next numbers."""
         inertia = np.array([[3.0, 0.0, 0.2], [0.0, 4.0, 0.0], [0.2, 0.0, 6.0]])
         corners = [(x, y, -1.0) for x in (-1.0, 1.0) for y in (-0.5, 0.5)]
-        ground = on_floor(1e6, StickSlip(0.5, 0.4, 2e5, 1e4, 1e3), corners)
+        ground = on_floor(1e6, hs.StickSlip(0.5, 0.4, 2e5, 1e4, 1e3), corners)
         size, mirror = np.array([300.0, 40.0, 0.0, 3.0, 20.0, 2.0]), [1, -1, 1, -1, 1, -1]
         push, pull = (table([0.0, 0.5, 1.0], [0.0 * f, f, -f]) for f in (size, mirror * size))
         elements: Mapping[str, ForceElement] = {
-            "floor": replace(ground, plane=Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))),
+            "floor": replace(ground, plane=hs.Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))),
             "weight": steady(heave=-9.81e2),
-            "left": AppliedForce("block", (0.0, 0.5, -0.8), push),
-            "right": AppliedForce("block", (0.0, -0.5, -0.8), pull),
+            "left": hs.AppliedForce("block", (0.0, 0.5, -0.8), push),
+            "right": hs.AppliedForce("block", (0.0, -0.5, -0.8), pull),
         }
         scene, *others = (
             dry(
-                Body("block", 100.0, 100.0 * inertia, position=moving(heave=heave)),
+                hs.Body("block", 100.0, 100.0 * inertia, position=moving(heave=heave)),
                 *(elements, 2.0, 0.01),
                 step=5e-4,
             )
@@ -320,10 +302,10 @@ def pair() -> HydroDatabase:
     )
 
 
-def in_line() -> Scene:
+def in_line() -> hs.Scene:
     base = moored(radiation=ConstantRadiation(8.0))
     (barge,) = base.bodies
-    centre, second = barge.centre_of_gravity, WaveForces(second_order=SecondOrder.NEWMAN)
+    centre, second = barge.centre_of_gravity, hs.WaveForces(second_order=SecondOrder.NEWMAN)
     front = replace(barge, name="front", hydrodynamics=pair(), wave_forces=second)
     x = float(pair().reference_point[1, 0])
     rear = replace(front, name="rear", database_body=2, centre_of_gravity=(x, *centre[1:]))
@@ -331,16 +313,16 @@ def in_line() -> Scene:
     stretch, tension = np.array([[0.0, 10.0], [0.0, 2e7]])
     forces = {
         "mooring": replace(mooring, body="front"),
-        "hawser": Spring(
+        "hawser": hs.Spring(
             *("rear", (130.0, 0.0, 5.0), (-130.0, 0.0, 5.0), 39.5, stretch, tension),
             anchor_body="front",
         ),
-        "bumper": Fender(
+        "bumper": hs.Fender(
             "rear",
             np.array([[169.8, 10.0, 5.0], [169.8, -10.0, 5.0]]),
-            Plane((-130.0, 0.0, 0.0), (-1.0, 0.0, 0.0), "front"),
-            NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e7])),
-            StickSlip(0.4, 0.3, 5e6, 1e6, 1e5),
+            hs.Plane((-130.0, 0.0, 0.0), (-1.0, 0.0, 0.0), "front"),
+            hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e7])),
+            hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5),
         ),
     }
     return replace(base, bodies=(front, rear), forces=forces)
@@ -361,28 +343,28 @@ def shifted(name: str, index: tuple[int, ...], share: float) -> HydroDatabase:
     return replace(hull(), **{name: values})
 
 
-def fenders(points: Any) -> Scene:
+def fenders(points: Any) -> hs.Scene:
     base = scene_of("base")
     interface = base.forces["interface"]
-    assert isinstance(interface, Fender)
+    assert isinstance(interface, hs.Fender)
     moved = replace(interface, points=np.array(points, dtype=float))
     return replace(base, forces={**base.forces, "interface": moved})
 
 
-def with_force(element: ForceElement) -> Scene:
+def with_force(element: ForceElement) -> hs.Scene:
     base = scene_of("base")
     return replace(base, forces={**base.forces, "extra": element})
 
 
-def sea_of(**changes: Any) -> Scene:
-    return in_waves(scene_of("base"), replace(WaveTrain(SEA), **changes))
+def sea_of(**changes: Any) -> hs.Scene:
+    return in_waves(scene_of("base"), replace(hs.WaveTrain(SEA), **changes))
 
 
-def barge(**changes: Any) -> Scene:
+def barge(**changes: Any) -> hs.Scene:
     return with_body(scene_of("base"), **changes)
 
 
-def unfitted(**changes: Any) -> Scene:
+def unfitted(**changes: Any) -> hs.Scene:
     """With radiation left out: another database would be fitted first."""
     return barge(radiation=RadiationModel.NONE, **changes)
 
@@ -395,8 +377,8 @@ def matrix(i: int, j: int, value: float) -> np.ndarray:
 
 POINTS = [[20.0, 20.0, 7.5], [20.0, -20.0, 7.5], [-20.0, 20.0, 7.5], [-20.0, -20.0, 7.5]]
 PRODUCTS = np.array([[5.0, 1e-3, 0.0], [1e-3, 50.0, 0.0], [0.0, 0.0, 50.0]])
-WIND = WindLoad("barge", (0.0, 3.0, 15.0), ALONG, np.cos(ALONG), np.sin(ALONG), 0.0 * ALONG)
-ASYMMETRIC: dict[str, tuple[Callable[[], Scene], str]] = {
+WIND = hs.WindLoad("barge", (0.0, 3.0, 15.0), ALONG, np.cos(ALONG), np.sin(ALONG), 0.0 * ALONG)
+ASYMMETRIC: dict[str, tuple[Callable[[], hs.Scene], str]] = {
     "oblique waves": (lambda: sea_of(heading=np.radians(1e-3)), "waves to 0.001 deg"),
     "waves from abeam": (lambda: sea_of(heading=np.pi / 2), "waves to 90 deg"),
     "spread sea": (lambda: sea_of(spreading=10.0), "deg and others"),
@@ -411,7 +393,9 @@ ASYMMETRIC: dict[str, tuple[Callable[[], Scene], str]] = {
     ),
     "line to one side": (
         lambda: with_force(
-            Spring("barge", (0.0, 20.0, 5.0), (0.0, 90.0, 0.0), 80.0, *np.array([[0, 9], [0, 9]]))
+            hs.Spring(
+                "barge", (0.0, 20.0, 5.0), (0.0, 90.0, 0.0), 80.0, *np.array([[0, 9], [0, 9]])
+            )
         ),
         "extra has no mirror image",
     ),
@@ -423,11 +407,11 @@ ASYMMETRIC: dict[str, tuple[Callable[[], Scene], str]] = {
     ),
     "wind load beside the plane": (lambda: with_force(WIND), "extra has no mirror image"),
     "coupled mooring": (
-        lambda: with_force(LinearMooring("barge", matrix(0, 5, 1e4))),
+        lambda: with_force(hs.LinearMooring("barge", matrix(0, 5, 1e4))),
         "extra couples surge, heave, pitch with sway, roll, yaw",
     ),
     "coupled drag": (
-        lambda: with_force(QuadraticDamping("barge", matrix(1, 0, 1e4))),
+        lambda: with_force(hs.QuadraticDamping("barge", matrix(1, 0, 1e4))),
         "extra couples surge, heave, pitch with sway, roll, yaw",
     ),
     "centre of gravity off the plane": (
@@ -467,19 +451,21 @@ ASYMMETRIC: dict[str, tuple[Callable[[], Scene], str]] = {
     "difference loads": (
         lambda: unfitted(
             hydrodynamics=shifted("qtf_difference", (3,), 1e-3),
-            wave_forces=WaveForces(second_order=SecondOrder.QTF),
+            wave_forces=hs.WaveForces(second_order=SecondOrder.QTF),
         ),
         "difference-frequency loads of ",
     ),
     "current": (
         lambda: replace(
             scene_of("base"),
-            environment=replace(scene_of("base").environment, current=Stream(1.0, 0.1)),
+            environment=replace(scene_of("base").environment, current=hs.Stream(1.0, 0.1)),
         ),
         "current to 5.72958 deg",
     ),
     "tumbling about the axis of the middle inertia": (
-        lambda: dry(Body("b", 1.0, np.diag([3.0, 4.0, 6.0]), velocity=moving(pitch=1.0)), {}, 1, 1),
+        lambda: dry(
+            hs.Body("b", 1.0, np.diag([3.0, 4.0, 6.0]), velocity=moving(pitch=1.0)), {}, 1, 1
+        ),
         "sway, roll, yaw are not stable",
     ),
     "capsizing": (
@@ -488,7 +474,7 @@ ASYMMETRIC: dict[str, tuple[Callable[[], Scene], str]] = {
     ),
     "rigid friction": (
         lambda: with_force(
-            replace(fenders(POINTS[:1]).forces["interface"], friction=Coulomb(0.3, 0.2))
+            replace(fenders(POINTS[:1]).forces["interface"], friction=hs.Coulomb(0.3, 0.2))
         ),
         "extra has rigid friction beside the plane",
     ),
@@ -521,7 +507,7 @@ def test_a_ratchet_goes_in_the_plane_or_turns_across_it(
     turns: bool, axis: tuple[float, ...], symmetric: bool
 ) -> None:
     """A mirror turns a rotation about its normal into itself, and one about a line in it back."""
-    pawl = Joint(JointType.RATCHET, "block", axis=axis, ratchet=Ratchet(turns, 0.0))
+    pawl = hs.Joint(JointType.RATCHET, "block", axis=axis, ratchet=Ratchet(turns, 0.0))
     told = [] if symmetric else ["pawl has no mirror image"]
     assert list(joints_without_image({"pawl": pawl}, 0.0)) == told
 
@@ -534,7 +520,7 @@ def test_the_key_of_a_case_file() -> None:
 
 
 def test_all_reasons_are_told() -> None:
-    text = reasons(in_waves(fenders(POINTS[:3]), WaveTrain(SEA, heading=0.5)))
+    text = reasons(in_waves(fenders(POINTS[:3]), hs.WaveTrain(SEA, heading=0.5)))
     assert "interface has no mirror image; waves to 28.6479 deg" in text
 
 
@@ -565,7 +551,7 @@ def test_a_small_asymmetry_moves_the_full_scene_by_as_much(figure: Figure) -> No
 
 
 def test_waves_that_load_nothing_may_come_from_anywhere() -> None:
-    calm = WaveForces(first_order=False)
+    calm = hs.WaveForces(first_order=False)
     assert reduced(with_body(sea_of(heading=1.0), wave_forces=calm))
     assert not reduced(sea_of(heading=1.0))
 
@@ -576,14 +562,14 @@ def test_what_has_no_motions_aside_is_left_alone() -> None:
 
 
 def test_a_point_of_rigid_friction_in_the_plane(figure: Figure) -> None:
-    law = Coulomb(0.3, 0.2)
+    law = hs.Coulomb(0.3, 0.2)
     inertia = np.diag([3.0, 6.0, 4.0])
     elements = {
         "floor": on_floor(1e6, law, [(0.0, 0.0, 0.0)]),
         "weight": steady(heave=-9.81e2),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(500.0, 1.5)}),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(500.0, 1.5)}),
     }
-    body = Body("block", 100.0, 100.0 * inertia, velocity=moving(pitch=0.1))
+    body = hs.Body("block", 100.0, 100.0 * inertia, velocity=moving(pitch=0.1))
     found, _ = agrees(dry(body, elements, 2.0, 0.01), figure)
     assert {1, 2} <= set(np.unique(found.fender_mode))
 
@@ -606,7 +592,7 @@ class TestRestart:
         scene = in_contact(END)
         before = replace(scene if first else full(scene), duration=BREAK)
         write_run(hs.simulate(before), tmp_path / "before.nc")
-        start = Start(tmp_path / "before.nc")
+        start = hs.Start(tmp_path / "before.nc")
         after = hs.simulate(
             replace(scene if second else full(scene), duration=END - BREAK, initial=start)
         )
@@ -623,7 +609,7 @@ class TestRestart:
         memory = ConvolutionRadiation(length=20.0)
         scene = with_body(in_contact(END), radiation=memory)
         before = replace(scene if first else full(scene), duration=BREAK)
-        start = Start(hs.simulate(before))
+        start = hs.Start(hs.simulate(before))
         second = full(scene) if first else scene
         after = hs.simulate(replace(second, duration=END - BREAK, initial=start))
         expected = hs.simulate(full(scene)).sel(time=slice(BREAK - 1e-9, None))
@@ -633,14 +619,14 @@ class TestRestart:
     def test_in_other_waves(self) -> None:
         """From a reduced run into oblique waves, as from a full one, and from there on in full."""
         scene = met_at_rest(replace(in_contact(END), duration=BREAK))
-        oblique = in_waves(scene, WaveTrain(SEA, heading=0.5))
+        oblique = in_waves(scene, hs.WaveTrain(SEA, heading=0.5))
         before = [hs.simulate(scene), hs.simulate(full(scene))]
-        turned = [hs.simulate(replace(oblique, initial=Start(run))) for run in before]
+        turned = [hs.simulate(replace(oblique, initial=hs.Start(run))) for run in before]
         for run in turned:
             assert "waves to 28.6479 deg" in run.attrs["solver_symmetry"]
             assert float(np.abs(run.position.sel(dof="sway")).max()) > 1e-3
         np.testing.assert_allclose(turned[0].position, turned[1].position, rtol=0.0, atol=1e-9)
-        back = replace(scene, initial=Start(turned[0]))
+        back = replace(scene, initial=hs.Start(turned[0]))
         assert "sway of barge at the start and others" in reasons(back)
 
     @pytest.mark.parametrize(
@@ -657,7 +643,7 @@ class TestRestart:
         value = before.state_value.copy()
         for point, side in enumerate(sides, start=1):
             value.loc[{"state": f"stretch {direction} of interface {point}"}] += 1e-3 * side
-        start = replace(scene, initial=Start(before.assign(state_value=value)))
+        start = replace(scene, initial=hs.Start(before.assign(state_value=value)))
         if symmetric:
             assert reduced(start)
         else:
@@ -668,20 +654,20 @@ class TestRestart:
         before = hs.simulate(full(replace(scene_of("base"), duration=10.0)))
         value = before.state_value.copy()
         value.loc[{"state": "radiation 1 of sway, roll, yaw of barge"}] = 1.0
-        start = replace(scene_of("base"), initial=Start(before.assign(state_value=value)))
+        start = replace(scene_of("base"), initial=hs.Start(before.assign(state_value=value)))
         assert "radiation 1 of sway, roll, yaw of barge at the start" in reasons(start)
         memory = ConvolutionRadiation(length=20.0)
         scene = with_body(replace(scene_of("base"), duration=10.0), radiation=memory)
         before = hs.simulate(full(scene))
         past = before.memory_past.copy()
         past.loc[{"memory_dof": "yaw of barge", "memory_row": "velocity"}] = 1e-6
-        start = replace(scene, initial=Start(before.assign(memory_past=past)))
+        start = replace(scene, initial=hs.Start(before.assign(memory_past=past)))
         assert "the motions before the start" in reasons(start)
 
     def test_a_run_with_fewer_degrees_of_freedom_is_refused_as_ever(self) -> None:
         """Locked is not zero by symmetry."""
         locked = hs.simulate(replace(barge(dofs=("surge", "heave", "pitch")), duration=10.0))
-        scene = replace(scene_of("base"), duration=10.0, initial=Start(locked))
+        scene = replace(scene_of("base"), duration=10.0, initial=hs.Start(locked))
         with pytest.raises(hs.InputError, match="that run lacks sway of barge"):
             hs.simulate(scene)
 
@@ -691,7 +677,7 @@ class TestMany:
     def test_runs_are_as_alone_whatever_their_waves(self) -> None:
         """Seeds of one sea are reduced, and share their model; oblique waves are not."""
         trains = [
-            WaveTrain(SEA, heading=heading, seed=seed)
+            hs.WaveTrain(SEA, heading=heading, seed=seed)
             for heading, seed in ((0.0, 1), (0.0, 2), (0.3, 1), (0.3, 2), (np.pi, 1), (0.0, 3))
         ]
         scenes = [replace(in_waves(in_contact(20.0), train)) for train in trains]
@@ -723,5 +709,5 @@ class TestCheck:
 
     def test_of_a_restart(self) -> None:
         run = hs.simulate(replace(full(scene_of("base")), duration=10.0))
-        text = texts(check_document(replace(scene_of("base"), initial=Start(run))).nodes)
+        text = texts(check_document(replace(scene_of("base"), initial=hs.Start(run))).nodes)
         assert any("in the plane" in line for line in text)

@@ -15,7 +15,6 @@ from scenes import CASES, block, moving, observed_orders, on_floor, scene, stead
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
-from hydrosim.elements import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.elements.external import BodyState
 from hydrosim.files.document_nodes import Table
 from hydrosim.report.sentences.run import summary
@@ -53,8 +52,8 @@ def test_a_spring_per_stage_is_the_spring_inside(
     """On a block that bounces on a floor meanwhile: through events of other elements."""
     bouncing = block(MASS, ("surge", "heave"), position=moving(heave=0.3, surge=0.1))
     inside = {
-        "it": LinearMooring("block", np.diag([STIFFNESS, *[0.0] * 5])),
-        "floor": on_floor(1e6, Frictionless()),
+        "it": hs.LinearMooring("block", np.diag([STIFFNESS, *[0.0] * 5])),
+        "floor": on_floor(1e6, hs.Frictionless()),
         "weight": steady(heave=-9.81 * MASS),
     }
     one = scene(bouncing, inside, END, 0.02, method=method)
@@ -163,7 +162,7 @@ def forgetting() -> Callable[..., np.ndarray]:
 
 def knocking(method: Method = Method.RK4, duration: float = END) -> Scene:
     """A block that hits a wall: steps are cut, and an adaptive method rejects some."""
-    wall = Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, *CURVE)
+    wall = hs.Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, *CURVE)
     body = block(MASS, ("surge",), velocity=moving(surge=-1.0))
     return scene(body, {"wall": wall}, duration, 0.05, method=method)
 
@@ -312,7 +311,7 @@ def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) ->
     the force of a point: places, velocities, wrenches and axes are those of the elements."""
     here, there = (0.4, -0.3, 0.8), (0.5, 0.2, -1.0)
     curve = np.array([0.0, 9.0]), np.array([0.0, 900.0])
-    line = Spring("block", here, there, 1.0, *curve, damping=50.0, anchor_body="other")
+    line = hs.Spring("block", here, there, 1.0, *curve, damping=50.0, anchor_body="other")
     bodies = [
         block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2)),
         block(2e3, name="other", position=moving(heave=4.0, yaw=0.2), velocity=moving(pitch=0.1)),
@@ -351,7 +350,7 @@ def test_a_body_on_a_ball_joint() -> None:
     rates = tuple(Resistance(velocity=rate) for rate in (0.5, -0.8, 0.4))
     hung = Joint(JointType.BALL, "block", point=(0.0, 0.0, 2.0), resistances=rates)
     resistance = np.diag([30.0] * 3 + [200.0] * 3)
-    inside = {"it": LinearDamping("block", resistance)}
+    inside = {"it": hs.LinearDamping("block", resistance)}
     whole = replace(scene(block(MASS), inside, END, 0.02), joints={"ball": hung})
     seen = []
 

@@ -14,7 +14,6 @@ from scenes import block, moving, scene
 import hydrosim as hs
 from hydrosim.elements import AppliedForce, Harmonic
 from hydrosim.results.dataset import write_run
-from hydrosim.scene import Scene, Start
 
 moordyn = pytest.importorskip("moordyn")
 pytestmark = pytest.mark.extras
@@ -65,7 +64,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def heavy(forces: dict[str, Any]) -> Scene:
+def heavy(forces: dict[str, Any]) -> hs.Scene:
     return scene(block(HEAVY, ("surge",), name="barge"), forces, END, STEP)
 
 
@@ -150,7 +149,7 @@ def test_a_run_with_moordyn_goes_on_to_the_bit(file: Path, tmp_path: Path) -> No
     whole = hs.simulate(light, forces={"lines": hs.moordyn(file, "barge")})
     before = hs.simulate(replace(light, duration=2.0), forces={"lines": hs.moordyn(file, "barge")})
     write_run(before, tmp_path / "before.nc")
-    rest = replace(light, duration=END - 2.0, initial=Start(tmp_path / "before.nc"))
+    rest = replace(light, duration=END - 2.0, initial=hs.Start(tmp_path / "before.nc"))
     after = hs.simulate(rest, forces={"lines": hs.moordyn(file, "barge")})
     expected = whole.sel(time=slice(2.0 - 1e-9, None))
     np.testing.assert_array_equal(after.position, expected.position)

@@ -16,7 +16,6 @@ import hydrosim as hs
 from hydrosim.elements import AppliedForce, Harmonic, Recorded, Signal, Table, constant
 from hydrosim.elements.signal import compile_signals, corners, rate, time_of_largest, value
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Start
 
 Figure = Callable[[str, float], None]
 RNG = np.random.default_rng(3)
@@ -162,7 +161,7 @@ def test_a_run_that_goes_on_beyond_its_record_is_refused() -> None:
     time = np.linspace(0.0, 30.0, 50)
     whole = pushed(Recorded(time, np.sin(time)))
     run = hs.simulate(whole)
-    begun = replace(whole, initial=Start(run))
+    begun = replace(whole, initial=hs.Start(run))
     with pytest.raises(hs.InputError, match="whole run, from 20 s to its end at 40 s"):
         hs.simulate(begun)
     later = time + 15.0

@@ -12,7 +12,6 @@ from reading import texts
 from scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.run import run_document
@@ -76,11 +75,11 @@ def test_a_force_begins_when_the_body_is_fast_and_ends_when_it_is_far():
 def test_what_must_last_is_counted_anew_each_time():
     """x = sin t is above 0.5 for 2 pi / 3 at a time, and above -0.5 for 4 pi / 3."""
     body = block(MASS, ALONG, velocity=moving(surge=1.0))
-    spring = LinearMooring("block", MASS * np.eye(6))
+    spring = hs.LinearMooring("block", MASS * np.eye(6))
 
     def begins(value: float, lasting: float) -> float:
         when = Active(When(channel="position.block.surge", above=value, lasting=lasting))
-        drag = replace(LinearDamping("block", np.eye(6)), active=when)
+        drag = replace(hs.LinearDamping("block", np.eye(6)), active=when)
         run = hs.simulate(scene(body, {"spring": spring, "drag": drag}, 20.0, 0.01, step=0.01))
         on = np.flatnonzero(run.trigger_stage.values[:, 0])
         return float(run.time.values[on[0]]) if on.size else np.inf
@@ -97,9 +96,9 @@ TAUT = np.array([0.0, 1.0]), np.array([0.0, 50.0])
 @pytest.mark.parametrize(
     ("name", "element", "k"),
     [
-        ("line", Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), 9.0, *TAUT), 50.0),
-        ("mooring", LinearMooring("block", 50.0 * np.eye(6)), 50.0),
-        ("pad", on_floor(80.0, Frictionless()), 80.0),
+        ("line", hs.Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), 9.0, *TAUT), 50.0),
+        ("mooring", hs.LinearMooring("block", 50.0 * np.eye(6)), 50.0),
+        ("pad", on_floor(80.0, hs.Frictionless()), 80.0),
     ],
 )
 def test_what_is_stored_as_elements_come_and_go_is_in_the_ledger(name, element, k):
@@ -141,7 +140,7 @@ def test_a_restart_while_something_lasts_is_the_run_to_the_bit():
 
 def test_a_scene_with_a_trigger_is_not_taken_for_linear():
     body = block(MASS, ALONG, position=moving(surge=1.0))
-    spring = replace(LinearMooring("block", np.eye(6)), active=during(until=1.0))
+    spring = replace(hs.LinearMooring("block", np.eye(6)), active=during(until=1.0))
     linear = replace(scene(body, {"spring": spring}, 3.0, 0.1).solver, linear="exact")
     run = hs.simulate(replace(scene(body, {"spring": spring}, 3.0, 0.1), solver=linear))
     assert "spring is not always active" in run.attrs["solver_linear"]
@@ -221,9 +220,9 @@ def test_contacts_can_be_waited_for():
         When(channel="fender_normal_force.pad", above=5.0),
         When(channel="fender_compression.pad 1", above=0.0, lasting=0.3),
     )
-    lift = AppliedForce("block", (0.0, 0.0, 0.0), steady(heave=1.0).force)
+    lift = hs.AppliedForce("block", (0.0, 0.0, 0.0), steady(heave=1.0).force)
     forces = {
-        "pad": on_floor(80.0, Frictionless()),
+        "pad": on_floor(80.0, hs.Frictionless()),
         "down": steady(heave=-10.0),
         "lift": replace(lift, active=when),
     }

@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 import hydrosim as hs
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compile.roll_mode import roll_mode
-from hydrosim.elements import LinearMooring
 from hydrosim.elements.decay_records import decay_of
 from hydrosim.elements.roll_decay import fit_decays
 from hydrosim.elements.viscous_roll import WATER_VISCOSITY, eddy_damping, friction_damping
@@ -33,7 +32,7 @@ def rolling(damping: ViscousRoll, start: float = 0.3, **solver: object) -> Scene
     heading = 0.0 if small else 0.7  # small angles have no heading
     body = block(MASS, dofs=["roll"], position=moving(roll=start), heading=heading)
     body = replace(body, inertia=INERTIA * np.eye(3))
-    forces = {"spring": LinearMooring("block", STIFFNESS), "bilges": damping}
+    forces = {"spring": hs.LinearMooring("block", STIFFNESS), "bilges": damping}
     return scene(body, forces, 40.0, 0.5, **{"step": 0.01, **solver})
 
 

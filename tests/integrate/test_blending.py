@@ -36,23 +36,14 @@ from hydrosim.linear.equilibrium import equilibrium
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     AtDraught,
-    Body,
     ConvolutionRadiation,
-    Environment,
     Family,
     Hull,
     Place,
     Question,
-    RegularWave,
-    Scene,
     SecondOrder,
-    Solver,
-    Start,
     StateSpaceRadiation,
-    Stream,
     Symmetry,
-    WaveForces,
-    WaveTrain,
     Weight,
 )
 
@@ -65,11 +56,11 @@ ALONE = FILES[4.0]
 pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
 
 
-def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> Body:
+def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> hs.Body:
     """The barge with the mass of 4 m, ``heave`` above a ``draught``, in the frame of which it is
     described."""
     hull = Hull(barge_with_deck(box(60.0, 20.0, draught), 8.0))
-    body = Body(
+    body = hs.Body(
         "barge",
         MASS,
         MASS * np.diag([7.0, 16.0, 16.0]) ** 2,
@@ -83,9 +74,10 @@ def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> Bo
     return replace(body, **changes)
 
 
-def scene(body: Body, duration: float = 40.0, step: float = 0.1, **changes: Any) -> Scene:
+def scene(body: hs.Body, duration: float = 40.0, step: float = 0.1, **changes: Any) -> hs.Scene:
     return replace(
-        Scene("draughts", duration, (body,), solver=Solver(step=step), output_step=0.5), **changes
+        hs.Scene("draughts", duration, (body,), solver=hs.Solver(step=step), output_step=0.5),
+        **changes,
     )
 
 
@@ -159,7 +151,7 @@ def started(compiled: Compiled) -> Run:
     return new_run(clock, compiled.model, RK4, state, new_record(compiled.model, clock))
 
 
-def rising(**changes: Any) -> Scene:
+def rising(**changes: Any) -> hs.Scene:
     """Let go at a draught of 4.35 m: it swings about 4 m, and its slow draught follows."""
     start = moving(heave=0.05, roll=0.05, pitch=0.01, yaw=0.3)
     return scene(barge(FAMILY, 4.4, position=start), **changes)
@@ -185,18 +177,18 @@ def test_a_draught_beyond_the_family_is_warned_of() -> None:
 def test_a_run_goes_on_in_the_midst_of_a_blend_to_the_bit() -> None:
     whole = hs.simulate(rising())
     first = hs.simulate(rising(duration=20.0))
-    second = hs.simulate(rising(duration=20.0, initial=Start(first)))
+    second = hs.simulate(rising(duration=20.0, initial=hs.Start(first)))
     late = whole.sel(time=slice(20.0, None))
     for name in ("position", "velocity", "force_radiation"):
         assert np.array_equal(late[name].values, second[name].values), name
 
 
-SEA = Environment(waves=(WaveTrain(RegularWave(0.5, 6.0), heading=np.radians(40.0)),))
+SEA = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(0.5, 6.0), heading=np.radians(40.0)),))
 
 
 def held(source: Any, draught: float, heave: float) -> xr.Dataset:
     """The loads on a barge that is held at a heave over its place at rest, and heavy in surge."""
-    forces = WaveForces(
+    forces = hs.WaveForces(
         second_order=SecondOrder.MEAN_DRIFT, headings=Place.MEAN, position=Place.MEAN
     )
     body = barge(source, draught, heave, mass=1e15, dofs=("surge",), wave_forces=forces)
@@ -216,7 +208,7 @@ def test_wave_loads_are_those_of_the_draught() -> None:
 
 def test_waves_follow_the_slow_place_of_a_family() -> None:
     """At the draught of one of its databases as that alone, locked there."""
-    forces = WaveForces(headings=Place.SLOW, position=Place.SLOW)
+    forces = hs.WaveForces(headings=Place.SLOW, position=Place.SLOW)
     dofs = ("surge", "sway", "yaw")
     one, both = (
         barge(source, 4.4, dofs=dofs, wave_forces=forces, position=moving(surge=3.0, yaw=0.3))
@@ -228,7 +220,9 @@ def test_waves_follow_the_slow_place_of_a_family() -> None:
 
 def test_a_family_that_is_turned_is_turned_as_one_database() -> None:
     """At the draught of one, with a heading at rest, a yaw and a place of its own."""
-    forces = WaveForces(second_order=SecondOrder.NEWMAN, headings=Place.MEAN, position=Place.MEAN)
+    forces = hs.WaveForces(
+        second_order=SecondOrder.NEWMAN, headings=Place.MEAN, position=Place.MEAN
+    )
     one, both = (
         barge(
             *(source, 4.4),
@@ -245,10 +239,12 @@ def test_a_family_that_is_turned_is_turned_as_one_database() -> None:
 
 
 def test_a_family_in_its_plane_is_what_it_is_in_all_degrees_of_freedom() -> None:
-    ahead = Environment(waves=(WaveTrain(RegularWave(0.5, 6.0)),))
-    body = barge(FAMILY, 4.4, 0.2, wave_forces=WaveForces(headings=Place.MEAN, position=Place.MEAN))
+    ahead = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(0.5, 6.0)),))
+    body = barge(
+        FAMILY, 4.4, 0.2, wave_forces=hs.WaveForces(headings=Place.MEAN, position=Place.MEAN)
+    )
     plane = hs.simulate(scene(body, environment=ahead))
-    solver = Solver(step=0.1, symmetry=Symmetry.IGNORE)
+    solver = hs.Solver(step=0.1, symmetry=Symmetry.IGNORE)
     whole = hs.simulate(scene(body, environment=ahead, solver=solver))
     assert "sway of barge" in plane.attrs["zero_by_symmetry"]
     assert_allclose(plane.position, whole.position, rtol=0, atol=1e-10)
@@ -285,7 +281,7 @@ def test_what_is_no_family_is_refused(message: str) -> None:
 
 def test_a_current_and_another_origin_are_refused() -> None:
     with pytest.raises(InputError, match="and a current; expected still water"):
-        compile_scene(scene(barge(FAMILY, 4.4), environment=Environment(current=Stream(1.0))))
+        compile_scene(scene(barge(FAMILY, 4.4), environment=hs.Environment(current=hs.Stream(1.0))))
     db = load(FILES[3.6])
     centre = db.centre_of_buoyancy + np.array([2.0, 0.0, 0.0])
     moved = Family(

@@ -22,49 +22,29 @@ import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.database import HydroDatabase, load
 from hydrosim.dofs import DOFS, about_z
-from hydrosim.elements import (
-    CurrentLoad,
-    Fender,
-    LinearDamping,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    Spring,
-    StickSlip,
-    WindLoad,
-)
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
-    Body,
     ConvolutionRadiation,
     CurrentProfile,
-    Environment,
     ForceElement,
-    Gusts,
     LinearScenes,
     RadiationModel,
-    RegularWave,
-    Scene,
-    Solver,
-    Stream,
     Symmetry,
-    WaveForces,
-    WaveTrain,
     WindLaw,
     WindProfile,
 )
 
 random = Random(20)
-SOLVER = Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
+SOLVER = hs.Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
 PLANAR = ("surge", "sway", "yaw")
 LAUNCH = moving(surge=2.0, sway=0.5, yaw=0.05)  # turns about itself once and a half in 200 s
 TUMBLE = moving(surge=2.0, sway=0.5, heave=0.3, roll=0.01, pitch=0.005, yaw=0.05)
 
 
-def barge(**changes: Any) -> Scene:
+def barge(**changes: Any) -> hs.Scene:
     """The free H-851 in calm water, stepped with all that it could leave out."""
     base = with_body(scene_of("base"), **changes)
-    return replace(base, duration=200.0, environment=Environment(), forces={}, solver=SOLVER)
+    return replace(base, duration=200.0, environment=hs.Environment(), forces={}, solver=SOLVER)
 
 
 def turn(yaw: float) -> np.ndarray:
@@ -80,7 +60,7 @@ def rotation(angles: np.ndarray) -> np.ndarray:
     return turn(angles[2])[:3, :3] @ np.array(about_y) @ np.array(about_x)
 
 
-def impulses(scene: Scene, run: xr.Dataset) -> np.ndarray:
+def impulses(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
     """Of the body and the water that it moves: linear impulse in x and y, angular impulse about the
     earth's z axis, (nt, 3)."""
     model = compile_scene(scene).model
@@ -151,7 +131,7 @@ def test_a_current_carries_the_water_along() -> None:
     changes = {"radiation": RadiationModel.NONE, "position": moving(yaw=0.4)}
     still = hs.simulate(barge(velocity=TUMBLE, **changes))
     scene = barge(velocity=tuple(TUMBLE + U), **changes)
-    carried = hs.simulate(replace(scene, environment=Environment(current=stream_of(U))))
+    carried = hs.simulate(replace(scene, environment=hs.Environment(current=stream_of(U))))
     drift = U * carried.time.values[:, None]
     assert_allclose(motion(carried) - drift, motion(still), rtol=0, atol=1e-9)
     assert carried.energy_residual_relative < 1e-6
@@ -166,7 +146,7 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
     place = moving(yaw=0.4)
     scene = barge(position=place, radiation=RadiationModel(radiation), dofs=("yaw",))
-    scene = replace(scene, environment=Environment(current=stream_of(U)), duration=1.0)
+    scene = replace(scene, environment=hs.Environment(current=stream_of(U)), duration=1.0)
     scene = replace(scene, output_step=0.1)  # soon, before a memory of the spin is felt
     run, model = hs.simulate(scene), compile_scene(scene).model
     along, aside = (about_z(0.4).T @ -U[:3])[:2]
@@ -182,17 +162,17 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(
     validated(Kind.CLOSED_FORM, claim, "Munk's moment", error, 1e-3, *features)
 
 
-def stream_of(velocity: np.ndarray) -> Stream:
+def stream_of(velocity: np.ndarray) -> hs.Stream:
     """The stream of this velocity."""
-    return Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
+    return hs.Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
 
 
-def turned_scene(scene: Scene, by: float) -> Scene:
+def turned_scene(scene: hs.Scene, by: float) -> hs.Scene:
     """The whole scene turned about the vertical through the earth's origin: bodies, waves, streams,
     moorings, planes and anchors."""
     P, R = turn(by), turn(by)[:3, :3]
 
-    def body(b: Body) -> Body:
+    def body(b: hs.Body) -> hs.Body:
         q = np.array(b.position)
         return replace(
             b,
@@ -203,21 +183,21 @@ def turned_scene(scene: Scene, by: float) -> Scene:
         )
 
     def force(e: ForceElement) -> ForceElement:
-        if isinstance(e, LinearMooring):  # angles are the body's own
+        if isinstance(e, hs.LinearMooring):  # angles are the body's own
             T = np.eye(6)
             T[:3, :3] = R
             damping = None if e.damping is None else T @ e.damping @ T.T
             return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
-        if isinstance(e, Fender) and e.plane.body is None:
+        if isinstance(e, hs.Fender) and e.plane.body is None:
             plane = replace(
                 e.plane, point=tuple(R @ e.plane.point), normal=tuple(R @ e.plane.normal)
             )
             return replace(e, plane=plane)
-        if isinstance(e, Spring) and e.anchor_body is None:
+        if isinstance(e, hs.Spring) and e.anchor_body is None:
             return replace(e, anchor=tuple(R @ e.anchor))
         return e
 
-    def stream(s: Stream) -> Stream:
+    def stream(s: hs.Stream) -> hs.Stream:
         return replace(s, heading=s.heading + by)
 
     water = scene.environment
@@ -241,7 +221,7 @@ def turned_back(run: xr.Dataset, by: float) -> np.ndarray:
     return q
 
 
-def assert_turns(scene: Scene, by: float, within: float) -> None:
+def assert_turns(scene: hs.Scene, by: float, within: float) -> None:
     """Motions of the turned scene are the turned motions, to ``within`` of each one's range."""
     before, after = hs.simulate(scene), hs.simulate(turned_scene(scene, by))
     assert before.status == after.status == "complete"
@@ -254,7 +234,7 @@ def assert_turns(scene: Scene, by: float, within: float) -> None:
 @pytest.mark.parametrize("by", few([17.0, 90.0, 123.0], 1))
 def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
     """Waves of both orders, mooring, lift and contact with friction; 40 s with the lift at once."""
-    scene = in_waves(in_contact(40.0), WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
+    scene = in_waves(in_contact(40.0), hs.WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
     mooring = scene.forces["mooring"]
     damping = np.diag([3e5, 3e5, 0.0, 0.0, 0.0, 1e9])
     moored = replace(mooring, stiffness=mooring.stiffness, damping=damping, damping_ratio=None)
@@ -266,20 +246,20 @@ def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
 def test_ratios_of_critical_damping_and_natural_periods_turn(by: float) -> None:
     """Moorings and dampers whose ratios differ along surge and sway, a mooring of natural periods,
     on a hull whose added mass differs along them."""
-    scene = in_waves(in_contact(40.0), WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
+    scene = in_waves(in_contact(40.0), hs.WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
     stiffness = np.diag([4e5, 2e5, 0.0, 0.0, 0.0, 1e9])
     stiffness[0, 1] = stiffness[1, 0] = 1e5
     forces = {
-        "lines": LinearMooring(
+        "lines": hs.LinearMooring(
             "barge", stiffness, damping_ratio=np.array(moving(surge=0.2, sway=0.4, yaw=0.1))
         ),
-        "periods": LinearMooring(
+        "periods": hs.LinearMooring(
             "barge",
             np.zeros((6, 6)),
             damping_ratio=np.array(moving(surge=0.1, sway=0.3)),
             natural_period=np.array(moving(surge=80.0, sway=120.0)),
         ),
-        "viscous": LinearDamping(
+        "viscous": hs.LinearDamping(
             "barge", damping_ratio=np.array(moving(surge=0.3, sway=0.1, roll=0.05))
         ),
     }
@@ -295,7 +275,7 @@ def test_coupled_bodies_in_a_stream_turn(by: float) -> None:
     assert_turns(alongside(), radians(by), 1e-9)
 
 
-def alongside() -> Scene:
+def alongside() -> hs.Scene:
     """The two barges of the shipped database, apart in heading as they spin."""
     base = barge().bodies[0]
     base = replace(
@@ -304,7 +284,7 @@ def alongside() -> Scene:
         mass=1.23e6,
         inertia=np.diag(1.23e6 * np.square([3.5, 10.4, 10.4])),
         radiation=ConvolutionRadiation(length=30.0),
-        wave_forces=WaveForces(),
+        wave_forces=hs.WaveForces(),
         velocity=moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01),
     )
     port, starboard = (
@@ -315,31 +295,31 @@ def alongside() -> Scene:
     ends = {"extension": np.array([0.0, 1.0, 3.0]), "tension": np.array([0.0, 5e4, 4e5])}
     loads = {"headings": np.radians([0.0, 90.0, 180.0, 270.0]), "yaw": np.zeros(4)}
     drag = {"surge": np.array([2e3, 0, -2e3, 0]), "sway": np.array([0, 9e3, 0, -9e3]), **loads}
-    friction = StickSlip(0.3, 0.2, 2e6, 1e5, 1e4)
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e6]), 1e4)
+    friction = hs.StickSlip(0.3, 0.2, 2e6, 1e5, 1e4)
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e6]), 1e4)
     points = np.array([[15.0, -5.0, 1.0], [-15.0, -5.0, 1.0]])
-    return Scene(
+    return hs.Scene(
         title="two barges that spin",
         duration=30.0,
         bodies=(port, still),
         forces={
-            "bow": Spring("port", (20.0, 0.0, 1.0), (60.0, 9.0, 1.0), 39.5, **ends),
-            "breast": Spring(
+            "bow": hs.Spring("port", (20.0, 0.0, 1.0), (60.0, 9.0, 1.0), 39.5, **ends),
+            "breast": hs.Spring(
                 "port", (0.0, -5.0, 1.0), (0.0, 5.0, 1.0), 3.8, anchor_body="starboard", **ends
             ),
-            "side": Fender(
-                "port", points, Plane((0.0, 5.0, 0.0), (0, 1, 0), "starboard"), curve, friction
+            "side": hs.Fender(
+                "port", points, hs.Plane((0.0, 5.0, 0.0), (0, 1, 0), "starboard"), curve, friction
             ),
-            "stream": CurrentLoad("starboard", point=(2.0, 0.0, -1.0), **drag),
-            "wind": WindLoad("port", point=(1.0, 0.0, 6.0), **drag),
+            "stream": hs.CurrentLoad("starboard", point=(2.0, 0.0, -1.0), **drag),
+            "wind": hs.WindLoad("port", point=(1.0, 0.0, 6.0), **drag),
         },
-        environment=Environment(
-            waves=(WaveTrain(RegularWave(0.4, 6.0), heading=0.5),),
-            current=Stream(0.8, 1.1),
-            wind=Stream(9.0, -2.0),
+        environment=hs.Environment(
+            waves=(hs.WaveTrain(hs.RegularWave(0.4, 6.0), heading=0.5),),
+            current=hs.Stream(0.8, 1.1),
+            wind=hs.Stream(9.0, -2.0),
             current_profile=CurrentProfile((0.0, 3.0, 9.0), (1.0, 0.7, 0.2), (0.0, 0.4, 1.0)),
             wind_profile=WindProfile(WindLaw.NPD),
-            gusts=Gusts(repeat_period=60.0),
+            gusts=hs.Gusts(repeat_period=60.0),
         ),
         solver=replace(SOLVER, step=0.05),
     )

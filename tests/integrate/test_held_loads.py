@@ -22,29 +22,8 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.compile import clock
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    PrescribedNormal,
-    Recorded,
-    Spring,
-    Table,
-    constant,
-)
-from hydrosim.scene import (
-    Active,
-    Joint,
-    JointFriction,
-    JointResistance,
-    JointType,
-    Method,
-    Scene,
-    When,
-)
+from hydrosim.elements import Harmonic, Recorded, Table, constant
+from hydrosim.scene import JointFriction, JointResistance, JointType, Method
 
 Figure = Callable[[str, float], None]
 Function = Callable[[float], float]
@@ -83,11 +62,11 @@ def duration_of(period: float, output_step: float) -> float:
     return output_step * np.ceil(max(CYCLES * period, 10.0) / output_step)
 
 
-def slider(force: Harmonic, duration: float, output_step: float, **solver: Any) -> Scene:
+def slider(force: Harmonic, duration: float, output_step: float, **solver: Any) -> hs.Scene:
     """A block on a slider with dry friction, and a force along it."""
     resistance = JointResistance(friction=JointFriction(STATIC, KINETIC))
-    joint = Joint(JointType.SLIDER, "block", axis=(1.0, 0.0, 0.0), resistances=(resistance,))
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
+    joint = hs.Joint(JointType.SLIDER, "block", axis=(1.0, 0.0, 0.0), resistances=(resistance,))
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"slider": joint})
 
@@ -165,10 +144,10 @@ def test_a_fixed_step_meets_every_peak(
     assert error <= (2.0 * np.pi * 0.1 / period) ** 4 / 150.0
 
 
-def breaking(force: Harmonic, duration: float, output_step: float, **solver: Any) -> Scene:
+def breaking(force: Harmonic, duration: float, output_step: float, **solver: Any) -> hs.Scene:
     """A block on a fixed joint that breaks, and a force on it."""
-    joint = Joint(JointType.FIXED, "block", breaks_at=STATIC)
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
+    joint = hs.Joint(JointType.FIXED, "block", breaks_at=STATIC)
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"bolt": joint})
 
@@ -229,13 +208,13 @@ def test_a_line_that_is_heaved_in_parts_at_its_first_peak(method: Method) -> Non
     stiffness, rest, limit, away = 1e6, 3.5e5, 5e5, -3.5e5
     size = 1.002 * (limit - rest)
     length = Recorded(TIMES, 10.0 - (rest + size * beat(TIMES)) / stiffness)
-    parts = Active(until=When(0.0, "spring_tension.wire", above=limit))
+    parts = hs.Active(until=hs.When(0.0, "spring_tension.wire", above=limit))
     curve = np.array([0.0, 1.0]), np.array([0.0, stiffness])
-    normal = PrescribedNormal(constant(1e6))
+    normal = hs.PrescribedNormal(constant(1e6))
     elements = {
-        "foot": Fender("block", np.zeros((1, 3)), FLOOR, normal, Coulomb(0.25, 0.1)),
+        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, hs.Coulomb(0.25, 0.1)),
         "push": steady(surge=away),
-        "wire": Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), length, *curve, active=parts),
+        "wire": hs.Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), length, *curve, active=parts),
     }
     run = hs.simulate(scene(block(MASS, ["surge"]), elements, 25.0, 5.0, method=method, step=0.1))
     spline = CubicSpline(length.time, length.value)
@@ -247,13 +226,13 @@ def test_a_line_that_is_heaved_in_parts_at_its_first_peak(method: Method) -> Non
 
 def pressed(
     normal: Harmonic | Recorded, push: Table, duration: float, output_step: float, **solver: Any
-) -> Scene:
+) -> hs.Scene:
     """A block on rigid friction under a normal force over time, pushed, on a soft mooring."""
-    law = Coulomb(0.3, 0.1)
+    law = hs.Coulomb(0.3, 0.1)
     elements = {
-        "foot": Fender("block", np.zeros((1, 3)), FLOOR, PrescribedNormal(normal), law),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
-        "mooring": LinearMooring(
+        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, hs.PrescribedNormal(normal), law),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
+        "mooring": hs.LinearMooring(
             "block", np.diag([1e5, 0, 0, 0, 0, 0]), np.diag([1e5, 0, 0, 0, 0, 0])
         ),
     }
@@ -346,12 +325,12 @@ def test_a_recorded_normal_force_is_followed_as_its_sine(figure: Figure) -> None
 def test_a_steep_friction_slope_that_creeps_saturates_at_every_peak(method: Method) -> None:
     """It creeps by less than the tolerance of velocities."""
     limit = 0.3e6
-    law = FrictionSlope(0.3, 1e10)
+    law = hs.FrictionSlope(0.3, 1e10)
     push = Recorded(TIMES, 1.002 * limit * beat(TIMES))
-    normal = PrescribedNormal(constant(1e6))
+    normal = hs.PrescribedNormal(constant(1e6))
     elements = {
-        "foot": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
+        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
     }
     run = hs.simulate(scene(block(MASS, ["surge"]), elements, 25.0, 5.0, method=method, step=0.1))
     spline = CubicSpline(push.time, push.value)
@@ -364,8 +343,8 @@ def test_a_steep_friction_slope_that_creeps_saturates_at_every_peak(method: Meth
 def test_where_nothing_holds_no_step_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     """The steps of a block that is free are those without a limit for what holds."""
     force = Harmonic(1e5, 0.5)
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
-    spring = LinearMooring("block", np.diag([1e5, 0, 0, 0, 0, 0]))
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
+    spring = hs.LinearMooring("block", np.diag([1e5, 0, 0, 0, 0, 0]))
     free = scene(
         block(MASS, ["surge"]), {"push": push, "spring": spring}, 100.0, 5.0, method=Method.DOPRI5
     )

@@ -10,7 +10,6 @@ import pytest
 
 import hydrosim as hs
 from hydrosim.integrate.names import StateKind, state_layout
-from hydrosim.scene import Scene, Start
 
 CASES = Path(__file__).parents[2] / "cases"
 IRREGULAR = CASES / "sphere" / "irregular.yaml"
@@ -66,7 +65,7 @@ def test_blocks_lie_where_the_model_has_them(name: str, changes: dict[str, objec
         assert (str(kind), entry.name) == (layout.kinds()[index], layout.names()[index])
 
 
-def renamed(scene: Scene, name: str) -> Scene:
+def renamed(scene: hs.Scene, name: str) -> hs.Scene:
     """The scene with another name of its only body."""
     (body,) = scene.bodies
     forces = {key: replace(force, body=name) for key, force in scene.forces.items()}  # type: ignore[type-var]
@@ -80,5 +79,5 @@ def test_a_restart_knows_bodies_whatever_their_name_is(name: str) -> None:
     changes = {"duration": 20.0, "solver.linear": "step", "output.states": True}
     scene = renamed(hs.load_case(IRREGULAR, changes).scene(), name)
     run = hs.simulate(scene)
-    again = hs.simulate(replace(scene, initial=Start(run, 10.0), duration=10.0))
+    again = hs.simulate(replace(scene, initial=hs.Start(run, 10.0), duration=10.0))
     assert np.array_equal(again.position.values[-1], run.position.values[-1])

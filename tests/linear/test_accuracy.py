@@ -12,15 +12,7 @@ from reading import texts
 from scenes import SEA, block, in_waves, scene_of, steady, with_body
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    Harmonic,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-)
+from hydrosim.elements import Harmonic
 from hydrosim.elements.contact.law import SLIP, STICK
 from hydrosim.integrate import methods
 from hydrosim.integrate.methods import ESDIRK4, HEUN, RK2, RK4
@@ -29,16 +21,7 @@ from hydrosim.linear.modes import natural_modes
 from hydrosim.linear.stability import Vibration, memory_response, vibration_errors
 from hydrosim.report.sentences.check import check_document
 from hydrosim.run.step_limits import MAX_MOTION_ERROR
-from hydrosim.scene import (
-    Body,
-    LinearScenes,
-    Method,
-    RadiationModel,
-    Scene,
-    Solver,
-    WaveForces,
-    WaveTrain,
-)
+from hydrosim.scene import LinearScenes, Method, RadiationModel
 
 Figure = Callable[[str, float], None]
 
@@ -64,15 +47,15 @@ def test_what_damping_makes_a_mode_forget_does_not_count() -> None:
     assert vibration_errors(ESDIRK4, 10.0, 1e6, np.array([3.0j]))[0] == 2.0
 
 
-def ringing(method: Method, step: float, damping: float, push: float = 0.0) -> Scene:
+def ringing(method: Method, step: float, damping: float, push: float = 0.0) -> hs.Scene:
     """A mass on a spring, w = 3 rad/s, that swings freely or is pushed slowly."""
-    spring = LinearMooring("block", np.diag([9.0, 0, 0, 0, 0, 0]), damping * np.eye(6))
-    slow = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(push, 2 * np.pi / 0.3)})
+    spring = hs.LinearMooring("block", np.diag([9.0, 0, 0, 0, 0, 0]), damping * np.eye(6))
+    slow = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(push, 2 * np.pi / 0.3)})
     free = 0.0 if push else 1.0
     body = block(1.0, ["surge"], position=(free, 0, 0, 0, 0, 0))
-    solver = Solver(method=method, step=step, linear=LinearScenes.STEP)
+    solver = hs.Solver(method=method, step=step, linear=LinearScenes.STEP)
     forces = {"spring": spring, "push": slow}
-    return Scene("ringing", 60.0, (body,), forces=forces, solver=solver, output_step=0.25)
+    return hs.Scene("ringing", 60.0, (body,), forces=forces, solver=solver, output_step=0.25)
 
 
 def told(run: object) -> list[str]:
@@ -80,7 +63,7 @@ def told(run: object) -> list[str]:
     return [line for line in run.attrs.get("warnings", "").splitlines() if "resolve" in line]
 
 
-def apart(scene: Scene) -> float:
+def apart(scene: hs.Scene) -> float:
     """How far motions are from those at a quarter of the step, over the range of their body."""
     finer = replace(scene, solver=replace(scene.solver, step=scene.solver.step / 4.0))
     ours, theirs = (hs.simulate(each).position.values for each in (scene, finer))
@@ -150,27 +133,27 @@ def test_slow_forces_on_a_fast_mode_are_no_reason_to_warn() -> None:
     assert apart(settled) < MAX_MOTION_ERROR
 
 
-def float_over(step: float) -> Scene:
+def float_over(step: float) -> hs.Scene:
     """A topside of 20 000 t that stands on the barge in four legs of 4e8 N/m, put down without any
     compression, in waves of 3 m: it bounces at 9 rad/s, and nothing damps that."""
     base, mass = scene_of("free_floating"), 2e7
-    waves = WaveTrain(replace(SEA, significant_height=3.0), ramp=50.0)
-    barge = with_body(in_waves(base, waves), wave_forces=WaveForces(first_order=True))
+    waves = hs.WaveTrain(replace(SEA, significant_height=3.0), ramp=50.0)
+    barge = with_body(in_waves(base, waves), wave_forces=hs.WaveForces(first_order=True))
     inertia = mass * np.diag([225.0, 225.0, 324.0])
-    topside = Body("topside", mass, inertia, centre_of_gravity=(0.0, 0.0, 22.6))
+    topside = hs.Body("topside", mass, inertia, centre_of_gravity=(0.0, 0.0, 22.6))
     places = np.array([[x, y, -20.0] for x in (-20, 20) for y in (-20, 20)])
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e8]))
-    deck = Plane((0.0, 0.0, 7.5), (0.0, 0.0, 1.0), "barge")
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e8]))
+    deck = hs.Plane((0.0, 0.0, 7.5), (0.0, 0.0, 1.0), "barge")
     guide = 0.05 * mass * np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 300.0])
     forces = {
         **base.forces,
         "weight": steady("topside", heave=-9.81 * mass),
         "lift": steady("barge", heave=9.81 * mass),
-        "legs": Fender("topside", places, deck, curve, Frictionless()),
-        "guide": LinearMooring("topside", guide, damping=guide),
+        "legs": hs.Fender("topside", places, deck, curve, hs.Frictionless()),
+        "guide": hs.LinearMooring("topside", guide, damping=guide),
     }
     bodies = (*barge.bodies, topside)
-    solver = Solver(step=step)
+    solver = hs.Solver(step=step)
     return replace(barge, duration=300.0, bodies=bodies, forces=forces, solver=solver)
 
 

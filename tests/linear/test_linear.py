@@ -17,7 +17,6 @@ from scipy.optimize import brentq
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements import LinearMooring
 from hydrosim.elements.contact.law import STICK
 from hydrosim.linear.linearise import Linear
 from hydrosim.linear.modes import NaturalMode
@@ -50,7 +49,7 @@ class FrequencyDomain:
     def __init__(self) -> None:
         db, scene = hull(), scene_of("free_floating")
         (body,), mooring = scene.bodies, scene.forces["mooring"]
-        assert isinstance(mooring, LinearMooring)
+        assert isinstance(mooring, hs.LinearMooring)
         assert mooring.damping_ratio is not None
         self.mass = linalg.block_diag(body.mass * np.eye(3), body.inertia)
         self.stiffness = db.hydrostatic_stiffness + mooring.stiffness
@@ -209,7 +208,7 @@ def test_dynamic_stiffness_of_springs_and_dampers() -> None:
     random = np.random.default_rng(5).standard_normal
     K, C = (matrix @ matrix.T for matrix in random((2, 6, 6)))
     body = Body("block", mass=3.0, inertia=np.diag([2.0, 5.0, 4.0]))
-    spring = LinearMooring("block", stiffness=K, damping=C)
+    spring = hs.LinearMooring("block", stiffness=K, damping=C)
     scene = Scene(
         "block",
         1.0,

@@ -36,16 +36,7 @@ import hydrosim as hs
 from hydrosim.analysis.response import responder
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compile.compile import Radiation
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    Harmonic,
-    LinearMooring,
-    Plane,
-    PrescribedNormal,
-    Table,
-)
+from hydrosim.elements import Harmonic, Table
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.integrate.exponential import extend_nodes
 from hydrosim.linear import equilibrium as places
@@ -58,7 +49,7 @@ from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTra
 from hydrosim.water.components import WaveComponents
 
 Figure = Callable[[str, float], None]
-ROUGH = Coulomb(1e6, 1e6)  # as good as a joint
+ROUGH = hs.Coulomb(1e6, 1e6)  # as good as a joint
 G = 9.81
 MASS, ARM = 3.0, 2.0
 TURNING = MASS * INERTIA[0, 0]
@@ -71,11 +62,11 @@ def gripped(
     plane_body: str | None = None,
     force: float = 50.0,
     on_plane: tuple[float, ...] | None = None,
-) -> Fender:
+) -> hs.Fender:
     """A point that is pressed by a constant force, and does not move along its plane."""
-    pressing = PrescribedNormal(Table(np.array([0.0]), np.array([force])))
-    plane = Plane(on_plane or place, normal, body=plane_body)
-    return Fender(body, np.array([place]), plane, pressing, ROUGH)
+    pressing = hs.PrescribedNormal(Table(np.array([0.0]), np.array([force])))
+    plane = hs.Plane(on_plane or place, normal, body=plane_body)
+    return hs.Fender(body, np.array([place]), plane, pressing, ROUGH)
 
 
 def pendulum(arm: float = ARM, **changes: object) -> Scene:
@@ -145,7 +136,7 @@ def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None
     signals = dict(zip(dofs, applied, strict=True))
     forces = {
         "wall": gripped(tuple(arm), (1.0, 0.0, 0.0), force=force),
-        "mooring": LinearMooring("block", K),
+        "mooring": hs.LinearMooring("block", K),
         "loads": steady(**signals),
     }
     body = block(MASS, weight=Weight.CARRIED)
@@ -171,12 +162,12 @@ def joined(kinematics: Kinematics = Kinematics.LINEAR) -> tuple[Scene, np.ndarra
     inertias = [2.0 * INERTIA, 5.0 * INERTIA]
     bodies = (Body("one", 2.0, inertias[0]), Body("other", 5.0, inertias[1], location=(3.0, 1.0)))
     forces = {
-        "a": LinearMooring("one", K[0]),
-        "b": LinearMooring("other", K[1]),
+        "a": hs.LinearMooring("one", K[0]),
+        "b": hs.LinearMooring("other", K[1]),
         **{
             f"grip {k}": replace(
                 gripped(place, normal, "one", "other", 1e-3),
-                plane=Plane(tuple(np.subtract(place, (3.0, 1.0, 0.0))), normal, body="other"),
+                plane=hs.Plane(tuple(np.subtract(place, (3.0, 1.0, 0.0))), normal, body="other"),
             )
             for k, (place, normal) in enumerate(
                 [
@@ -243,7 +234,7 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
     load[:3] = 1.0, -2.0, 0.5
     names = ("surge", "sway", "heave")
     push = {dof: Harmonic(load[i], 2 * pi / w) for i, dof in enumerate(names)}
-    forces = {**both.forces, "push": AppliedForce("one", (0.0, 0.0, 0.0), push)}
+    forces = {**both.forces, "push": hs.AppliedForce("one", (0.0, 0.0, 0.0), push)}
     model, state = hs.compile_scene(replace(both, forces=forces))
     equation, N = linear_equation(model, state), as_one()
     assert_allclose(equation.G[12:24], N @ linalg.solve(N.T @ M @ N, N.T), atol=1e-9)
@@ -285,7 +276,7 @@ def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None
     """Forced below resonance, from the steady motion on: friction is the weight and the amplitude
     that the linear analysis gives."""
     w, size = 1.1, 1e-3
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"sway": Harmonic(size, 2 * pi / w)})
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"sway": Harmonic(size, 2 * pi / w)})
     still = pendulum()
     (body,) = still.bodies
     linear = linear_of(still)
@@ -303,8 +294,10 @@ def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None
 def standing(step: float, damping: float = 0.0) -> Scene:
     """A body on a stiff floor, held at its point there."""
     body = block(2.0, ("surge", "heave", "pitch"))
-    floor = on_floor(400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=Plane((0, 0, -1.1), (0, 0, 1)))
-    mooring = LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0]))
+    floor = on_floor(
+        400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=hs.Plane((0, 0, -1.1), (0, 0, 1))
+    )
+    mooring = hs.LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0]))
     forces = {"floor": floor, "hold": mooring, "weight": steady(heave=-40.0)}
     at = replace(body, position=moving(heave=-0.2))
     return scene(at, forces, 300 * step, step, step=step, kinematics=Kinematics.LINEAR)
@@ -357,7 +350,7 @@ def held_place(scene: Scene) -> tuple[float, ...]:
 def hung(**force: float) -> Scene:
     """A pendulum that a steady force and a mooring pull aside."""
     still = pendulum()
-    mooring = LinearMooring("block", np.diag([0, 4.0, 3.0, 5.0, 0, 0]))
+    mooring = hs.LinearMooring("block", np.diag([0, 4.0, 3.0, 5.0, 0, 0]))
     return replace(still, forces={**still.forces, "pull": steady(**force), "mooring": mooring})
 
 
@@ -399,8 +392,8 @@ def test_rest_stays_where_nothing_pulls(monkeypatch: pytest.MonkeyPatch) -> None
     springs = np.diag([0.0, 3.0, 2.0, 9.0, 8.0, 7.0])
     forces = {
         **both.forces,
-        "a": LinearMooring("one", springs),
-        "b": LinearMooring("other", springs),
+        "a": hs.LinearMooring("one", springs),
+        "b": hs.LinearMooring("other", springs),
         "pull": steady("one", surge=0.5, heave=1.0),
     }
     model, state = hs.compile_scene(replace(both, forces=forces))
@@ -478,7 +471,7 @@ def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure: Figure)
 def test_waves_that_let_a_rigid_grip_slip_are_told() -> None:
     """The reaction in small waves is below mu N, that in waves a thousand times as high is not."""
     still = held_barge(1e6)
-    grip = replace(still.forces["grip"], friction=Coulomb(0.5, 0.4))
+    grip = replace(still.forces["grip"], friction=hs.Coulomb(0.5, 0.4))
     for height, slips in ((0.01, False), (10.0, True)):
         train = WaveTrain(replace(SEA, significant_height=height))
         held = in_waves(replace(still, forces={**still.forces, "grip": grip}), train)
@@ -529,7 +522,7 @@ def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
 
 
 def test_where_motion_remains_rigid_friction_is_linear() -> None:
-    body, law = block(2.0, ("surge", "heave")), Coulomb(0.5, 0.4)
+    body, law = block(2.0, ("surge", "heave")), hs.Coulomb(0.5, 0.4)
     forces = {"weight": steady(heave=-100.0), "floor": on_floor(1e3, law)}
     found = linear_analysis(scene(body, forces, 1.0, 0.1), LinearRequest())
     assert list(found["mode"].values) == ["block heave"]
@@ -565,7 +558,9 @@ def test_rows_that_hold_the_same_are_refused() -> None:
 
 def test_a_row_through_the_door_reaches_everything() -> None:
     """One point more, and each part of the linear analysis has one motion less."""
-    free = scene(block(2.0, ("surge", "heave")), {"k": LinearMooring("block", np.eye(6))}, 1.0, 0.1)
+    free = scene(
+        block(2.0, ("surge", "heave")), {"k": hs.LinearMooring("block", np.eye(6))}, 1.0, 0.1
+    )
     grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), force=1.0)
     held = replace(free, forces={**free.forces, "grip": grip})
     for each, count in ((free, 2), (held, 1)):

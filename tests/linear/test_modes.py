@@ -11,22 +11,24 @@ from markers import few
 from scenes import block
 
 import hydrosim as hs
-from hydrosim.elements import LinearMooring, Spring
 from hydrosim.errors import InputError
 from hydrosim.linear.linearise import Linear, linearise, nullspace_of
 from hydrosim.linear.modes import ModeKind, NaturalMode, modes_of_stiffness, natural_modes
-from hydrosim.scene import Body, Scene
 
 CASES = Path(__file__).parents[2] / "cases"
 HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
 
 
-def modes_of(*bodies: Body, **forces: LinearMooring | Spring) -> list[NaturalMode]:
-    return natural_modes(linearise(*hs.compile_scene(Scene("modes", 1.0, bodies, forces=forces))))
+def modes_of(*bodies: hs.Body, **forces: hs.LinearMooring | hs.Spring) -> list[NaturalMode]:
+    return natural_modes(
+        linearise(*hs.compile_scene(hs.Scene("modes", 1.0, bodies, forces=forces)))
+    )
 
 
-def held(body: str, k: float, c: float = 0.0) -> LinearMooring:
-    return LinearMooring(body, np.diag([k, 0, 0, 0, 0, 0.0]), damping=np.diag([c, 0, 0, 0, 0, 0.0]))
+def held(body: str, k: float, c: float = 0.0) -> hs.LinearMooring:
+    return hs.LinearMooring(
+        body, np.diag([k, 0, 0, 0, 0, 0.0]), damping=np.diag([c, 0, 0, 0, 0, 0.0])
+    )
 
 
 def test_free_modes_are_free_whatever_damps_them() -> None:
@@ -84,7 +86,9 @@ def test_modes_of_two_bodies_are_kept_apart() -> None:
     """Two blocks on springs, joined by a third one: (K, M) by hand. Equal blocks move half and half
     in both modes, and each mode is named after another of them."""
     K, M = np.array([[7.0, -3.0], [-3.0, 7.0]]), np.eye(2)
-    joint = Spring("a", (0, 0, 0), (0, 0, 0), 0.0, np.array([0.0, 100.0]), np.array([0.0, 300.0]))
+    joint = hs.Spring(
+        "a", (0, 0, 0), (0, 0, 0), 0.0, np.array([0.0, 100.0]), np.array([0.0, 300.0])
+    )
     joint = replace(joint, anchor_body="b")
     for mass in (1.0, 2.5):
         M[1, 1] = mass
@@ -149,16 +153,16 @@ def test_modes_from_the_stiffness_alone() -> None:
 def test_equal_bodies_in_a_row_share_out_their_coordinates(count: int) -> None:
     """Many modes are as much of one body as of another, and still each has a name of its own."""
     bodies = [
-        Body(f"b{i}", 1e6, np.diag([9e6, 25e6, 25e6]), location=(40.0 * i, 0.0))
+        hs.Body(f"b{i}", 1e6, np.diag([9e6, 25e6, 25e6]), location=(40.0 * i, 0.0))
         for i in range(count)
     ]
     stiffness = np.diag([1e5, 1e5, 1e5, 9e5, 25e5, 25e5])
-    forces: dict[str, LinearMooring | Spring] = {
-        f"m{i}": LinearMooring(f"b{i}", stiffness) for i in range(count)
+    forces: dict[str, hs.LinearMooring | hs.Spring] = {
+        f"m{i}": hs.LinearMooring(f"b{i}", stiffness) for i in range(count)
     }
     pull = np.array([0.0, 100.0]), np.array([0.0, 1e7])
     for i in range(count - 1):
-        joint = Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, *pull)
+        joint = hs.Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, *pull)
         forces[f"s{i}"] = replace(joint, anchor_body=f"b{i + 1}")
     modes = modes_of(*bodies, **forces)
     assert sorted(mode.coordinate for mode in modes) == list(range(6 * count))

@@ -28,18 +28,7 @@ from scipy import linalg
 import hydrosim as hs
 from hydrosim.compile.compiled import solution
 from hydrosim.dofs import DOFS
-from hydrosim.elements import (
-    AppliedForce,
-    Frictionless,
-    Harmonic,
-    LinearDamping,
-    LinearMooring,
-    QuadraticDamping,
-    Recorded,
-    Spring,
-    Table,
-    constant,
-)
+from hydrosim.elements import Harmonic, Recorded, Table, constant
 from hydrosim.integrate.dynamics import new_work, rhs
 from hydrosim.integrate.exponential import (
     NODES_BESIDE,
@@ -51,31 +40,20 @@ from hydrosim.linear.propagate import division, linear_equation, stretches
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.check import check_document
 from hydrosim.scene import (
-    Body,
     Box,
     ConstantRadiation,
-    Environment,
     ForceElement,
     Kinematics,
     LinearScenes,
     Method,
     Place,
-    Pump,
     RadiationModel,
-    RegularWave,
-    Scene,
     SecondOrder,
-    Solver,
-    Start,
-    Stream,
-    Tank,
-    WaveForces,
-    WaveTrain,
     Weight,
 )
 
 Figure = Callable[[str, float], None]
-Change = Callable[[Scene], Scene]
+Change = Callable[[hs.Scene], hs.Scene]
 PLANAR = ("surge", "heave", "pitch")
 ROUNDING = 1e-10  # of what is propagated over some hundred intervals
 OSCILLATOR = np.array([[0.0, 1.0], [-4.0, -0.3]])
@@ -84,29 +62,29 @@ PUSH = {2: np.array([[0.0], [1.0]]), 4: np.array([[0.0], [0.5], [0.0], [1.0]])}
 
 
 def dry(
-    bodies: Body | tuple[Body, ...],
+    bodies: hs.Body | tuple[hs.Body, ...],
     forces: Mapping[str, ForceElement],
     duration: float = 20.0,
     **solver: Any,
-) -> Scene:
+) -> hs.Scene:
     """A scene without water, recorded every 0.5 s, with small angles unless asked otherwise."""
-    settings = Solver(**{"step": 0.1, "kinematics": Kinematics.LINEAR, **solver})
-    bodies = (bodies,) if isinstance(bodies, Body) else bodies
-    return Scene("dry", duration, bodies, forces=forces, solver=settings, output_step=0.5)
+    settings = hs.Solver(**{"step": 0.1, "kinematics": Kinematics.LINEAR, **solver})
+    bodies = (bodies,) if isinstance(bodies, hs.Body) else bodies
+    return hs.Scene("dry", duration, bodies, forces=forces, solver=settings, output_step=0.5)
 
 
-def barge(step: float = 0.1, **changes: Any) -> Scene:
+def barge(step: float = 0.1, **changes: Any) -> hs.Scene:
     """The moored H-851 in surge, heave and pitch, in its sea with second-order loads; the ramp ends
     between two records."""
-    loads = WaveForces(second_order=SecondOrder.NEWMAN)
+    loads = hs.WaveForces(second_order=SecondOrder.NEWMAN)
     scene = with_body(scene_of("free_floating"), dofs=PLANAR, wave_forces=loads)
-    scene = in_waves(scene, WaveTrain(SEA, ramp=73.33))
+    scene = in_waves(scene, hs.WaveTrain(SEA, ramp=73.33))
     return replace(
-        scene, **{"duration": 200.0, "output_step": 0.4, "solver": Solver(step=step), **changes}
+        scene, **{"duration": 200.0, "output_step": 0.4, "solver": hs.Solver(step=step), **changes}
     )
 
 
-def stepped(scene: Scene, **changes: Any) -> Scene:
+def stepped(scene: hs.Scene, **changes: Any) -> hs.Scene:
     return replace(scene, solver=replace(scene.solver, linear=LinearScenes.STEP, **changes))
 
 
@@ -172,10 +150,10 @@ def test_stretches_end_at_breakpoints() -> None:
     assert found == [[0.0, 0.5], [0.5, 1.0], [1.0, 1.2], [1.2, 1.5], [1.5, 2.0], [2.0, 2.2]]
 
 
-def oscillator(**forces: ForceElement) -> Scene:
+def oscillator(**forces: ForceElement) -> hs.Scene:
     """2 kg on 8 N/m with 0.6 N s/m along x, at 1 m at the start: z' = OSCILLATOR z + f / 2."""
     one = np.diag([1.0, 0, 0, 0, 0, 0])
-    spring = LinearMooring("block", 8.0 * one, 0.6 * one)
+    spring = hs.LinearMooring("block", 8.0 * one, 0.6 * one)
     body = block(2.0, ["surge"], position=moving(surge=1.0))
     return dry(body, {"spring": spring, **forces})
 
@@ -198,7 +176,7 @@ def test_free_decay_is_the_exponential(validated: Callable[..., None]) -> None:
 
 
 def test_harmonic_force() -> None:
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(2.0, 5.0, 0.0, np.pi / 2)})
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(2.0, 5.0, 0.0, np.pi / 2)})
     run = hs.simulate(oscillator(push=push))
     whole = with_force(OSCILLATOR, PUSH[2], 2 * np.pi / 5.0)
     expected = [linalg.expm(whole * t)[:2] @ [1.0, 0.0, 1.0, 0.0] for t in run.time.values]
@@ -207,7 +185,7 @@ def test_harmonic_force() -> None:
 
 def test_corners_of_a_table_between_records() -> None:
     corners, force = np.array([1.0, 3.37, 3.41, 9.5]), np.array([0.0, 4.0, -2.0, 1.0])
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(corners, force)})
+    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(corners, force)})
     scene = oscillator(push=push)
     run = hs.simulate(replace(scene, duration=12.3))  # the last record is not on the grid either
     ends, slopes = [0.0, *corners, 99.0], [0.0, *np.diff(force) / np.diff(corners), 0.0]
@@ -233,7 +211,7 @@ def test_a_free_body_drifts() -> None:
 
 def test_a_current_gives_what_a_damper_takes() -> None:
     """v = U (1 - exp(-c t / m)), and the energy m v^2 / 2 comes from the damper."""
-    drag = LinearDamping("block", 0.5 * np.eye(6), relative_to_current=True)
+    drag = hs.LinearDamping("block", 0.5 * np.eye(6), relative_to_current=True)
     adrift = replace(dry(block(1.0), {"drag": drag}), environment=CURRENT)
     run = hs.simulate(adrift)
     assert run.attrs["solver_linear"].startswith("propagated exactly")
@@ -278,10 +256,10 @@ def test_the_step_hardly_matters() -> None:
 
 
 def test_regular_waves_on_all_motions_in_linear_kinematics() -> None:
-    waves = WaveTrain(RegularWave(0.7, 9.0), heading=0.6, ramp=11.1)
-    scene = in_waves(with_body(scene_of("free_floating"), wave_forces=WaveForces()), waves)
-    roll = LinearDamping("barge", np.diag([0, 0, 0, 3e9, 0, 0]))
-    linear = Solver(step=0.05, kinematics=Kinematics.LINEAR)
+    waves = hs.WaveTrain(hs.RegularWave(0.7, 9.0), heading=0.6, ramp=11.1)
+    scene = in_waves(with_body(scene_of("free_floating"), wave_forces=hs.WaveForces()), waves)
+    roll = hs.LinearDamping("barge", np.diag([0, 0, 0, 3e9, 0, 0]))
+    linear = hs.Solver(step=0.05, kinematics=Kinematics.LINEAR)
     scene = replace(scene, duration=60.0, forces={**scene.forces, "bilges": roll}, solver=linear)
     exact, run = hs.simulate(scene), hs.simulate(stepped(scene))
     assert exact.attrs["solver_steps"] == 0 < run.attrs["solver_steps"]
@@ -289,7 +267,7 @@ def test_regular_waves_on_all_motions_in_linear_kinematics() -> None:
     assert (miss < 2e-7 * np.ptp(motion(run), axis=0)).all()  # of rk4 at 0.05 s
 
 
-def same(scene: Scene) -> Scene:
+def same(scene: hs.Scene) -> hs.Scene:
     return scene
 
 
@@ -297,7 +275,7 @@ def same(scene: Scene) -> Scene:
 @pytest.mark.parametrize("then", [same, stepped])
 def test_restarts_from_and_into_stepped_runs(first: Change, then: Change) -> None:
     half = replace(barge(), duration=100.0)
-    start = Start(hs.simulate(first(half)))
+    start = hs.Start(hs.simulate(first(half)))
     whole, run = hs.simulate(barge()), hs.simulate(then(replace(half, initial=start)))
     after = whole.sel(time=slice(100.0 - 1e-9, None))
     exact = first is then is same
@@ -312,7 +290,7 @@ def test_restarts_from_and_into_stepped_runs(first: Change, then: Change) -> Non
 
 
 def test_what_capsizes_fails() -> None:
-    lever = LinearMooring("block", np.diag([0, 0, 0, 0, -40.0, 0]))
+    lever = hs.LinearMooring("block", np.diag([0, 0, 0, 0, -40.0, 0]))
     body = block(1.0, ["pitch"], position=moving(pitch=0.01))
     scene = dry(body, {"lever": lever}, kinematics=Kinematics.EXACT)
     assert hs.compile_scene(scene).derived.exact
@@ -325,62 +303,64 @@ def test_what_capsizes_fails() -> None:
 
 RECORD = Recorded(np.linspace(0.0, 20.0, 41), np.sin(np.linspace(0.0, 20.0, 41)))
 SIX = np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-CURRENT = Environment(current=Stream(1.0, 0.3))
-PUSHED = AppliedForce("block", (0.0, 0.0, 1.0), {"surge": constant(1.0)})
+CURRENT = hs.Environment(current=hs.Stream(1.0, 0.3))
+PUSHED = hs.AppliedForce("block", (0.0, 0.0, 1.0), {"surge": constant(1.0)})
 EXACT = {"kinematics": Kinematics.EXACT}
 ON_ONE_AXIS = ("surge", "sway", "heave", "yaw")
 
 NONLINEAR = {
-    "floor": dry(block(1.0), {"floor": on_floor(1e3, Frictionless())}),
+    "floor": dry(block(1.0), {"floor": on_floor(1e3, hs.Frictionless())}),
     "line": dry(
         block(1.0),
         {
-            "line": Spring(
+            "line": hs.Spring(
                 "block", (0, 0, 1.0), (0, 0, 9.0), 1.0, np.array([0.0, 1.0]), np.array([0.0, 5.0])
             )
         },
     ),
-    "drag": dry(block(1.0), {"drag": QuadraticDamping("block", SIX)}),
+    "drag": dry(block(1.0), {"drag": hs.QuadraticDamping("block", SIX)}),
     r"forces\.push\.force\.surge is a record": dry(
-        block(1.0), {"push": AppliedForce("block", (0, 0, 0), {"surge": RECORD})}
+        block(1.0), {"push": hs.AppliedForce("block", (0, 0, 0), {"surge": RECORD})}
     ),
     "exact rotations of block": dry(block(1.0), {}, **EXACT),
     "push turns with block": dry(block(1.0, ["yaw"]), {"push": PUSHED}, **EXACT),
     "thrust turns with block": dry(block(1.0, ["yaw"]), {"thrust": replace(PUSHED, frame="body")}),
     "drag turns with block": dry(
-        block(1.0, ON_ONE_AXIS), {"drag": LinearDamping("block", SIX)}, **EXACT
+        block(1.0, ON_ONE_AXIS), {"drag": hs.LinearDamping("block", SIX)}, **EXACT
     ),
     "radiation by convolution": with_body(barge(), radiation=RadiationModel.CONVOLUTION),
-    "waves follow barge": with_body(barge(), wave_forces=WaveForces(position=Place.INSTANTANEOUS)),
+    "waves follow barge": with_body(
+        barge(), wave_forces=hs.WaveForces(position=Place.INSTANTANEOUS)
+    ),
     "the contents of the tanks of block change": dry(
         block(
             5e4,
             ["heave"],
             weight=Weight.CARRIED,
-            tanks=(Tank("tank", Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), 1.0, 1000.0),),
-            pumps=(Pump("out", 1.0, "tank", None),),
+            tanks=(hs.Tank("tank", Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), 1.0, 1000.0),),
+            pumps=(hs.Pump("out", 1.0, "tank", None),),
         ),
-        {"mooring": LinearMooring("block", SIX, SIX)},
+        {"mooring": hs.LinearMooring("block", SIX, SIX)},
     ),
     "exact rotations of barge": with_body(
-        barge(), dofs=DOFS, wave_forces=WaveForces(headings=Place.MEAN)
+        barge(), dofs=DOFS, wave_forces=hs.WaveForces(headings=Place.MEAN)
     ),
 }
 LINEAR = {
-    "free": dry(block(1.0), {"drag": LinearDamping("block", SIX, relative_to_current=True)}),
-    "off centre": dry(block(1.0), {"push": PUSHED, "mooring": LinearMooring("block", SIX, SIX)}),
+    "free": dry(block(1.0), {"drag": hs.LinearDamping("block", SIX, relative_to_current=True)}),
+    "off centre": dry(block(1.0), {"push": PUSHED, "mooring": hs.LinearMooring("block", SIX, SIX)}),
     "one axis": dry(
         block(1.0, ON_ONE_AXIS, position=moving(sway=1.0)),
         {
-            "mooring": LinearMooring("block", SIX, SIX),
-            "drag": LinearDamping("block", np.diag([2.0, 2.0, 1.0, 3.0, 3.0, 7.0])),
+            "mooring": hs.LinearMooring("block", SIX, SIX),
+            "drag": hs.LinearDamping("block", np.diag([2.0, 2.0, 1.0, 3.0, 3.0, 7.0])),
             "push": steady(surge=1.0, yaw=2.0),
         },
         **EXACT,
     ),
     "no rotation": dry(
         block(1.0, DOFS[:3], position=moving(roll=0.3, yaw=0.2)),
-        {"drag": LinearDamping("block", SIX), "thrust": replace(PUSHED, frame="body")},
+        {"drag": hs.LinearDamping("block", SIX), "thrust": replace(PUSHED, frame="body")},
         **EXACT,
     ),
     "barge": barge(),
@@ -432,7 +412,7 @@ def test_it_is_said_and_stepped_if_asked() -> None:
 
 
 def test_steps_above_the_stable_limit_do_not_matter() -> None:
-    stiff = LinearMooring("block", 1e4 * np.eye(6))
+    stiff = hs.LinearMooring("block", 1e4 * np.eye(6))
     body = block(1.0, ["surge"], position=moving(surge=1.0))
     run = hs.simulate(dry(body, {"stiff": stiff}, step=0.1, method=Method.RK4))
     assert_allclose(run.position.values[:, 0, 0], np.cos(100.0 * run.time), rtol=0, atol=1e-10)
@@ -446,7 +426,7 @@ def test_independent_bodies_cost_their_number() -> None:
     start = moving(heave=0.1)
     bodies = tuple(block(1e3, ["heave"], f"b{k}", position=start) for k in range(count))
     upward = np.diag([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    springs = {f"s{k}": LinearMooring(f"b{k}", of * upward) for k, of in enumerate(stiffness)}
+    springs = {f"s{k}": hs.LinearMooring(f"b{k}", of * upward) for k, of in enumerate(stiffness)}
     scene = dry(bodies, springs, duration=10.0)
     response = linear_equation(*hs.compile_scene(scene)).response(0.5, 10)
     assert [part.states.size for part in response.parts] == [2] * count

@@ -17,19 +17,7 @@ import hydrosim as hs
 from hydrosim import load_case
 from hydrosim.compile.compiled import Compiled
 from hydrosim.dofs import DOFS
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    PrescribedNormal,
-    StickSlip,
-    Table,
-    constant,
-)
+from hydrosim.elements import Table, constant
 from hydrosim.elements.contact.law import OPEN, SLIP
 from hydrosim.integrate import methods
 from hydrosim.integrate.methods import DOPRI5, ESDIRK4, HEUN, RK2, RK4
@@ -74,7 +62,7 @@ def test_growing_motion_sets_no_limit() -> None:
 
 def dashpot(step: float, method: Method) -> Scene:
     """A mass of 2 kg on a damper of 50 N s/m: eigenvalue -25 1/s."""
-    damper = LinearMooring("block", np.zeros((6, 6)), damping=50.0 * np.eye(6))
+    damper = hs.LinearMooring("block", np.zeros((6, 6)), damping=50.0 * np.eye(6))
     body = Body("block", 2.0, np.eye(3), dofs=("surge",), velocity=(1.0, 0, 0, 0, 0, 0))
     solver = Solver(method=method, step=step, linear=LinearScenes.STEP)
     forces = {"damper": damper}
@@ -99,8 +87,8 @@ def test_the_thesis_numerical_oscillation() -> None:
     2.47 of rk2's 2, in surge."""
     base = scene_of("base")
     fender = base.forces["interface"]
-    assert isinstance(fender, Fender)
-    slope = replace(fender, friction=FrictionSlope(0.2, 1e9))
+    assert isinstance(fender, hs.Fender)
+    slope = replace(fender, friction=hs.FrictionSlope(0.2, 1e9))
     solver = Solver(method=Method.RK2, step=0.1, unstable=Unstable.ERROR)
     scene = replace(base, forces={**base.forces, "interface": slope}, solver=solver)
     limit = scene_step_limits(hs.compile_scene(scene))[0]
@@ -120,19 +108,19 @@ def test_an_open_node_limits_the_base_case() -> None:
 
 
 def moving_block(
-    mass: float, speed: float, law: FrictionSlope | StickSlip, press: PrescribedNormal
+    mass: float, speed: float, law: hs.FrictionSlope | hs.StickSlip, press: hs.PrescribedNormal
 ) -> Scene:
     """A block that moves along, and one point of contact under a prescribed force."""
-    plane = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    fender = Fender("block", np.zeros((1, 3)), plane, press, law)
+    plane = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    fender = hs.Fender("block", np.zeros((1, 3)), plane, press, law)
     body = Body("block", mass, np.eye(3), dofs=("surge",), velocity=(speed, 0, 0, 0, 0, 0))
     return Scene("block", 30.0, (body,), forces={"fender": fender}, output_step=0.1)
 
 
 def stuck_block(slope: float) -> Scene:
     """Surge alone, with a friction slope that does not let it go."""
-    always = PrescribedNormal(constant(1e9))
-    return moving_block(1.62e8, DISTURBED, FrictionSlope(0.2, slope), always)
+    always = hs.PrescribedNormal(constant(1e9))
+    return moving_block(1.62e8, DISTURBED, hs.FrictionSlope(0.2, slope), always)
 
 
 def stuck_barge(slope: float) -> Scene:
@@ -140,10 +128,13 @@ def stuck_barge(slope: float) -> Scene:
     the thesis, in all six degrees of freedom and with radiation."""
     base, lift, k = scene_of("base"), 1.5, 33026e3
     fender = base.forces["interface"]
-    assert isinstance(fender, Fender)
-    curve, law = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k])), FrictionSlope(0.2, slope)
+    assert isinstance(fender, hs.Fender)
+    curve, law = (
+        hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k])),
+        hs.FrictionSlope(0.2, slope),
+    )
     load = lift * hull().hydrostatic_stiffness[:, 2] + 4 * k * 0.5 * (np.arange(6) == 2)
-    table = AppliedForce(
+    table = hs.AppliedForce(
         "barge", (0.0, 0.0, 0.0), {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
     )
     start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
@@ -155,10 +146,12 @@ def stuck_barge(slope: float) -> Scene:
     )
 
 
-def sliding_block(law: StickSlip, opened: bool, step: float) -> Scene:
+def sliding_block(law: hs.StickSlip, opened: bool, step: float) -> Scene:
     """Nothing slows it down. It stretches the node of its contact until that slips, at 2 s, or the
     contact opens, at 3 s; then 300 steps."""
-    press = PrescribedNormal(Table(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4])))
+    press = hs.PrescribedNormal(
+        Table(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4]))
+    )
     solver = Solver(step=step)
     scene = moving_block(1e15, 1.0, law, press)
     return replace(scene, duration=3.0 + 300 * step, solver=solver, output_step=step)
@@ -215,7 +208,7 @@ def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figu
     """The node relaxes at K2 / C2 while open and at K2 / (C2 + C3) in slip: two laws of which the
     first and the second limits the step (C2 = 0 leaves no relaxation while open). In slip the
     instability soon ends the mode: what should slip on sticks and slips from step to step."""
-    law = StickSlip(0.2, 0.1, 1e3, *((50.0, 5e3) if mode == OPEN else (0.0, 50.0)))
+    law = hs.StickSlip(0.2, 0.1, 1e3, *((50.0, 5e3) if mode == OPEN else (0.0, 50.0)))
     steady = 0.0 if mode == OPEN else (law.kinetic * 1e4 + law.slip_damping * 1.0) / law.stiffness
     scene = partial(sliding_block, law, mode == OPEN)
     (predicted, *_) = scene_step_limits(hs.compile_scene(scene(0.1)))
@@ -269,12 +262,12 @@ def test_no_element_changes_what_limits_another() -> None:
     """Points at other heights, and a bumper ahead that nothing touches but in thought: each is
     pressed by itself, and the limit stays that of the contact nodes."""
     fender, alone = scene_of("base").forces["interface"], limit_of()
-    assert isinstance(fender, Fender)
+    assert isinstance(fender, hs.Fender)
     points = fender.points.copy()
     points[points[:, 0] > 0.0, 2] -= 0.3
-    soft = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e7]))
-    ahead = Plane((95.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
-    bumper = Fender("barge", np.array([[90.0, 0.0, 0.0]]), ahead, soft, Frictionless())
+    soft = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e7]))
+    ahead = hs.Plane((95.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    bumper = hs.Fender("barge", np.array([[90.0, 0.0, 0.0]]), ahead, soft, hs.Frictionless())
     assert limit_of(interface=replace(fender, points=points)) == pytest.approx(alone, rel=1e-3)
     assert limit_of(bumper=bumper) == pytest.approx(alone, rel=1e-3)
 
@@ -282,14 +275,14 @@ def test_no_element_changes_what_limits_another() -> None:
 def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
     """Two free blocks of 2 and 4 t with a friction slope b = 6e4 N s/m between them: its rate is
     b (1 / m1 + 1 / m2) = 45 1/s where it sticks, mu N / b of that over the speed aside in slip."""
-    law = FrictionSlope(0.4, 6e4)
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]))
-    deck = Plane((0.0, 0.0, 0.5), (0.0, 0.0, 1.0), "below")
+    law = hs.FrictionSlope(0.4, 6e4)
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]))
+    deck = hs.Plane((0.0, 0.0, 0.5), (0.0, 0.0, 1.0), "below")
     bodies = [
         Body(name, mass, mass * np.eye(3), dofs=("surge", "sway"), centre_of_gravity=(0, 0, z))
         for name, mass, z in (("below", 4e3, 0.0), ("above", 2e3, 1.0))
     ]
-    foot = Fender("above", np.array([[0.0, 0.0, -0.5]]), deck, curve, law)
+    foot = hs.Fender("above", np.array([[0.0, 0.0, -0.5]]), deck, curve, law)
     blocks = Scene("", 1.0, tuple(bodies), forces={"foot": foot}, solver=Solver(step=0.01))
     limits = scene_step_limits(hs.compile_scene(blocks))
     assert limits[0].step == pytest.approx(2.7853 / 45.0, rel=0.01)
@@ -297,12 +290,12 @@ def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
 
 def feet(*places: tuple[float, float]) -> Compiled:
     """A free block of 2 t on equal feet of steel at these places below it, with friction."""
-    law = StickSlip(0.2, 0.1, stiffness=1e5, damping=1e3)
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]), damping=1e2)
+    law = hs.StickSlip(0.2, 0.1, stiffness=1e5, damping=1e3)
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]), damping=1e2)
     points = np.array([(x, y, -0.5) for x, y in places])
-    floor = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    floor = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     body = Body("block", 2e3, np.diag([2e3, 3e3, 4e3]), centre_of_gravity=(0, 0, 1.0))
-    forces = {"feet": Fender("block", points, floor, curve, law)}
+    forces = {"feet": hs.Fender("block", points, floor, curve, law)}
     return hs.compile_scene(Scene("", 1.0, (body,), forces=forces, solver=Solver(step=1e-4)))
 
 

@@ -15,19 +15,8 @@ from scenes import FLOOR, block, moving, table
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    NormalCurve,
-    PrescribedNormal,
-    Recorded,
-    StickSlip,
-    Table,
-)
+import hydrosim as hs
+from hydrosim.elements import Harmonic, Recorded, Table
 from hydrosim.scene import Scene, Solver
 
 OPEN, STICK, SLIP = range(3)
@@ -40,8 +29,8 @@ class Block:
     z; ``start``: x, x', z, z'. The points of a prescribed table or record are among ``time``."""
 
     mass: float
-    curve: NormalCurve | PrescribedNormal
-    friction: StickSlip | FrictionSlope | Frictionless
+    curve: hs.NormalCurve | hs.PrescribedNormal
+    friction: hs.StickSlip | hs.FrictionSlope | hs.Frictionless
     time: np.ndarray
     push: np.ndarray
     press: np.ndarray
@@ -61,9 +50,11 @@ class Block:
             velocity=moving(surge=v, heave=w),
         )
         forces = {
-            "push": AppliedForce("block", (0.0, 0.0, 0.0), table(self.time, force)),
-            "spring": LinearMooring("block", np.diag([self.spring[0], 0, self.spring[1], 0, 0, 0])),
-            "fender": Fender("block", np.zeros((1, 3)), FLOOR, self.curve, self.friction),
+            "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), table(self.time, force)),
+            "spring": hs.LinearMooring(
+                "block", np.diag([self.spring[0], 0, self.spring[1], 0, 0, 0])
+            ),
+            "fender": hs.Fender("block", np.zeros((1, 3)), FLOOR, self.curve, self.friction),
         }
         solver = Solver(step=step, events=events)
         return Scene(
@@ -82,7 +73,7 @@ class Block:
 
     def normal_force(self, t: float, y: np.ndarray) -> float:
         """f(delta) + c delta', or f(t), not cut at zero."""
-        if isinstance(self.curve, PrescribedNormal):
+        if isinstance(self.curve, hs.PrescribedNormal):
             return float(self.prescribed(t))
         x, f = self.curve.compression, self.curve.force
         k = min(max(int(np.searchsorted(x, -y[Z])) - 1, 0), x.size - 2)
@@ -92,10 +83,10 @@ class Block:
     def friction_force(self, mode: int, t: float, y: np.ndarray) -> tuple[float, float]:
         """Force on the block, rate of the stretch."""
         law, v, s = self.friction, y[V], y[S]
-        if isinstance(law, FrictionSlope):
+        if isinstance(law, hs.FrictionSlope):
             limit = law.coefficient * self.normal_force(t, y)
             return {OPEN: 0.0, STICK: -law.slope * v, SLIP: -limit * np.sign(v)}[mode], 0.0
-        if isinstance(law, Frictionless):
+        if isinstance(law, hs.Frictionless):
             return 0.0, 0.0
         if mode == OPEN:
             return 0.0, -law.stiffness / law.damping * s if law.damping else 0.0
@@ -115,9 +106,9 @@ class Block:
     def grip(self, mode: int, t: float, y: np.ndarray) -> float:
         """Positive while the point sticks, or while it slips."""
         law, N = self.friction, self.normal_force(t, y)
-        if isinstance(law, Frictionless):
+        if isinstance(law, hs.Frictionless):
             return 1.0 if mode == SLIP else -1.0
-        if isinstance(law, FrictionSlope):
+        if isinstance(law, hs.FrictionSlope):
             margin = law.coefficient * N - law.slope * abs(y[V])
             return margin if mode == STICK else -margin
         T = abs(law.stiffness * y[S] + law.damping * y[V])
@@ -125,7 +116,7 @@ class Block:
 
     def touches(self, t: float, y: np.ndarray) -> float:
         """Positive in contact."""
-        if isinstance(self.curve, PrescribedNormal):
+        if isinstance(self.curve, hs.PrescribedNormal):
             return self.normal_force(t, y)
         steepness = self.curve.force[1] / self.curve.compression[1]
         return min(-y[Z] * steepness, self.normal_force(t, y))
@@ -209,7 +200,7 @@ def _watch(block: Block, mode: int, start: np.ndarray):
 
     contact.direction = grip.direction = -1
     curve = block.curve
-    inner = [] if isinstance(curve, PrescribedNormal) else curve.compression[1:-1]
+    inner = [] if isinstance(curve, hs.PrescribedNormal) else curve.compression[1:-1]
     watched = [contact, grip, *(corner(x) for x in inner)]
     for event in watched:
         event.terminal = True

@@ -32,38 +32,31 @@ from scenes import (
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    StickSlip,
-)
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, Scene
 
 Figure = Callable[[str, float], None]
-STEEL = StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
+STEEL = hs.StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
 LAWS: dict[str, Law] = {
     "stick-slip": STEEL,
-    "friction slope": FrictionSlope(0.2, 1e5),
-    "frictionless": Frictionless(),
+    "friction slope": hs.FrictionSlope(0.2, 1e5),
+    "frictionless": hs.Frictionless(),
 }
-KNEES = NormalCurve(np.array([0.0, 0.1, 0.2]), np.array([0.0, 1e5, 4e5]))
+KNEES = hs.NormalCurve(np.array([0.0, 0.1, 0.2]), np.array([0.0, 1e5, 4e5]))
 SQUARE = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 
 
-def shared(curve: NormalCurve, count: int) -> NormalCurve:
+def shared(curve: hs.NormalCurve, count: int) -> hs.NormalCurve:
     return replace(curve, force=curve.force / count, damping=curve.damping / count)
 
 
 def falling(points: np.ndarray, law: Law, damping: float = 0.0) -> Scene:
     """A block that falls on its fenders, all at once."""
     curve = shared(replace(KNEES, damping=damping), len(points))
-    forces = {"weight": steady(heave=-9.81e4), "fender": Fender("block", points, FLOOR, curve, law)}
+    forces = {
+        "weight": steady(heave=-9.81e4),
+        "fender": hs.Fender("block", points, FLOOR, curve, law),
+    }
     return scene(block(1e4, position=moving(heave=0.5)), forces, 5.0, 0.1, step=0.005)
 
 
@@ -93,7 +86,7 @@ def test_ledger_closes_through_impacts_on_a_damped_fender(figure: Figure):
 def swinging(law: Law, press: float) -> Block:
     """A block on a spring, pressed so lightly that it sticks for a moment only where it turns."""
     return Block(
-        *(1e6, NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8])), law),
+        *(1e6, hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8])), law),
         *(np.array([0.0, 2.5]), np.zeros(2), np.full(2, -press)),
         spring=(4e6, 0.0),
         start=(0.0, 1.0, -press / 1e8, 0.0),
@@ -102,17 +95,17 @@ def swinging(law: Law, press: float) -> Block:
 
 
 REVERSALS = {
-    "stick-slip": swinging(StickSlip(0.2, 0.1, 1e7, 1e6, 1e5), 1e4),
-    "stick-slip without damping": swinging(StickSlip(0.2, 0.1, 1e7, 0.0, 3e6), 1e5),
-    "friction slope": swinging(FrictionSlope(0.2, 1e7), 1e5),
+    "stick-slip": swinging(hs.StickSlip(0.2, 0.1, 1e7, 1e6, 1e5), 1e4),
+    "stick-slip without damping": swinging(hs.StickSlip(0.2, 0.1, 1e7, 0.0, 3e6), 1e5),
+    "friction slope": swinging(hs.FrictionSlope(0.2, 1e7), 1e5),
 }
 
 
 def test_what_a_fender_holds_that_is_left_at_the_start_is_lost_later() -> None:
     """Compressed by 3 cm and leaving at 2 m/s, its damper would pull: it is open, and the energy of
     its curve, k d^2 / 2, is lost bit by bit until that is free."""
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]), damping=2e4)
-    foot = Fender("block", np.array([[0.0, 0.0, 0.0]]), FLOOR, curve, Frictionless())
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]), damping=2e4)
+    foot = hs.Fender("block", np.array([[0.0, 0.0, 0.0]]), FLOOR, curve, hs.Frictionless())
     body = block(1e4, ["heave"], position=moving(heave=-0.03), velocity=moving(heave=2.0))
     run = hs.simulate(scene(body, {"foot": foot, "weight": steady(heave=-9.81e4)}, 0.2, 0.005))
     lost = run.fender_dissipated.values[:, 0]
@@ -143,7 +136,7 @@ def test_swings_shorten_by_twice_the_friction_over_the_stiffness(validated):
     """The rigid limit of the law, a node two hundred times as stiff as the spring: a mass with dry
     friction loses 2 mu N / K in every half swing, but for the first quarter's half of it (Den
     Hartog 1931)."""
-    law, N = StickSlip(0.1, 0.1, 8e8, 1e6), 2e4
+    law, N = hs.StickSlip(0.1, 0.1, 8e8, 1e6), 2e4
     long = replace(swinging(law, N), time=np.array([0.0, 12.0]), duration=12.0)
     x = np.abs(surge(hs.simulate(long.scene(0.002, output_step=0.01))))
     peaks = x[1:-1][(x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:])]
@@ -163,8 +156,8 @@ def test_friction_does_not_know_the_axes():
     def slide(direction: np.ndarray) -> np.ndarray:
         forces = {
             "weight": steady(heave=-1e6),
-            "springs": LinearMooring("block", np.diag([4e6, 4e6, 0.0, 0.0, 0.0, 0.0])),
-            "fender": on_floor(1e9, StickSlip(0.2, 0.1, 1e7, 1e6, 1e5)),
+            "springs": hs.LinearMooring("block", np.diag([4e6, 4e6, 0.0, 0.0, 0.0, 0.0])),
+            "fender": on_floor(1e9, hs.StickSlip(0.2, 0.1, 1e7, 1e6, 1e5)),
         }
         v = 2.0 * direction
         body = block(
@@ -187,7 +180,7 @@ def test_a_point_driven_in_a_circle(figure: Figure):
 
     and the loss is mu_k N times its path, C2 and C3 apart. The body is so heavy that friction does
     not change its motion."""
-    N, R, w, m, law = 1e5, 2.0, 0.7, 1e13, StickSlip(0.3, 0.2, 5e5, 2e5, 3e4)
+    N, R, w, m, law = 1e5, 2.0, 0.7, 1e13, hs.StickSlip(0.3, 0.2, 5e5, 2e5, 3e4)
     c = law.damping + law.slip_damping
     a = law.stiffness**2 + (c * w) ** 2
     b = law.kinetic * N * c * w
@@ -202,7 +195,7 @@ def test_a_point_driven_in_a_circle(figure: Figure):
     }
     loss = law.kinetic * N * w * r + sum(losses.values())
 
-    springs = LinearMooring("block", np.diag([m * w * w, m * w * w, 0.0, 0.0, 0.0, 0.0]))
+    springs = hs.LinearMooring("block", np.diag([m * w * w, m * w * w, 0.0, 0.0, 0.0, 0.0]))
     forces = {"springs": springs, "weight": steady(heave=-N), "fender": on_floor(1e7, law)}
     body = block(
         m,
@@ -225,7 +218,7 @@ def test_a_point_driven_in_a_circle(figure: Figure):
         assert float(late[name][-1] - late[name][0]) == pytest.approx(rate * seconds, rel=1e-6)
 
 
-PLANAR = StickSlip(0.3, 0.2, 5e5, 2e5, 3e4)
+PLANAR = hs.StickSlip(0.3, 0.2, 5e5, 2e5, 3e4)
 FIGURES = {
     "circle": Driven(PLANAR, 1e5, (2.0, 2.0), (0.7, 0.7), (0.0, np.pi / 2)),
     "circle in stick and slip": Driven(PLANAR, 1e6, (1.0, 1.0), (0.7, 0.7), (0.0, np.pi / 2)),
@@ -291,10 +284,10 @@ def test_a_driven_point_turns_with_its_scene(name, mass):
 def collision(law: Law) -> Scene:
     """Two bodies in free flight, one against the deck of the other; nothing else acts."""
     forces = {
-        "fender": Fender(
+        "fender": hs.Fender(
             "block",
             np.array([[0.4, 0.2, -1.0], [-0.3, -0.4, -1.0]]),
-            Plane((0.0, 0.0, 1.0), (0.1, 0.05, 1.0), body="carrier"),
+            hs.Plane((0.0, 0.0, 1.0), (0.1, 0.05, 1.0), body="carrier"),
             replace(KNEES, damping=2e3),
             law,
         )
@@ -347,14 +340,14 @@ def tumbling(turn: np.ndarray, shift: np.ndarray, law: Law) -> Scene:
     both = np.kron(np.eye(2), turn)
     K = np.diag([5e3, 2e4, 0.0])
     forces = {
-        "push": AppliedForce(
+        "push": hs.AppliedForce(
             "block", tuple(turn @ [0.2, 0.1, 0.0]), table([0.0, 3.0], PUSH @ both.T)
         ),
-        "mooring": LinearMooring("block", np.kron(np.diag([1.0, 0.0]), turn @ K @ turn.T)),
-        "fender": Fender(
+        "mooring": hs.LinearMooring("block", np.kron(np.diag([1.0, 0.0]), turn @ K @ turn.T)),
+        "fender": hs.Fender(
             "block",
             (SQUARE * [1.5, 1.0, 0.0] - [0.0, 0.0, 1.0]) @ turn.T,
-            Plane(tuple(shift), tuple(turn @ [0.05, -0.1, 1.0])),
+            hs.Plane(tuple(shift), tuple(turn @ [0.05, -0.1, 1.0])),
             shared(replace(KNEES, damping=2e4), 4),
             law,
         ),
@@ -395,7 +388,7 @@ def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figu
         flat = replace(
             fender,
             plane=FLOOR,
-            normal=NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
+            normal=hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
             points=fender.points - 0.1 * np.eye(3)[2],
         )
         push = whole.forces["push"]
@@ -403,7 +396,7 @@ def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figu
             **whole.forces,
             "push": replace(push, force=table([0.0, 3.0], size * PUSH)),
             "fender": flat,
-            "springs": LinearMooring("block", np.diag([0, 0, 0, 1e6, 1e6, 1e5])),
+            "springs": hs.LinearMooring("block", np.diag([0, 0, 0, 1e6, 1e6, 1e5])),
         }
         (body,) = whole.bodies
         body = replace(body, velocity=tuple(size * np.array(body.velocity)))
@@ -440,14 +433,14 @@ def pressed_barge(**law: float) -> Scene:
     friction = {"stiffness": 1.4e8, "damping": 8.25e6, "slip_damping": 2.5e5} | law
     corners = np.array([[x, y, 7.5] for x in (20, -20) for y in (20, -20)], dtype=float)
     forces = {
-        "waves and lift": AppliedForce("block", (0.0, 0.0, 0.0), table(t, force)),
-        "mooring": LinearMooring("block", springs, 0.05 * springs),
-        "fender": Fender(
+        "waves and lift": hs.AppliedForce("block", (0.0, 0.0, 0.0), table(t, force)),
+        "mooring": hs.LinearMooring("block", springs, 0.05 * springs),
+        "fender": hs.Fender(
             "block",
             corners,
-            Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0)),
-            NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 9.81e7])),
-            StickSlip(static=0.2, kinetic=0.1, **friction),
+            hs.Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0)),
+            hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 9.81e7])),
+            hs.StickSlip(static=0.2, kinetic=0.1, **friction),
         ),
     }
     inertia = m * np.diag([22.0**2, 67.6**2, 68.9**2])

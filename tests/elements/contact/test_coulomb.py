@@ -27,37 +27,26 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    Frictionless,
-    Harmonic,
-    LinearMooring,
-    Plane,
-    PrescribedNormal,
-    Table,
-)
+from hydrosim.elements import Harmonic, Table
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Scene
 
 Figure = Callable[[str, float], None]
 STICK, SLIP = 1, 2
 MASS, GRIP, PERIOD = 1e8, 2e5, 100.0
-ROUGH = Coulomb(1e3, 1e3)  # as good as a hinge
+ROUGH = hs.Coulomb(1e3, 1e3)  # as good as a hinge
 
 
-def pressed(law: Coulomb, force: float) -> Fender:
+def pressed(law: hs.Coulomb, force: float) -> hs.Fender:
     """The block's origin, pressed on the floor by a constant force."""
-    normal = PrescribedNormal(Table(np.array([0.0]), np.array([force])))
-    return Fender("block", np.zeros((1, 3)), FLOOR, normal, law)
+    normal = hs.PrescribedNormal(Table(np.array([0.0]), np.array([force])))
+    return hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law)
 
 
-def pushed(mean: float, amplitude: float, duration: float = 1000.0, step: float = 0.1) -> Scene:
+def pushed(mean: float, amplitude: float, duration: float = 1000.0, step: float = 0.1) -> hs.Scene:
     """The block of chapter 4 of the thesis, on friction of 2e5 N."""
-    push = AppliedForce("block", (0, 0, 0), {"surge": Harmonic(amplitude, PERIOD, mean)})
-    forces = {"push": push, "fender": pressed(Coulomb(0.2, 0.2), GRIP / 0.2)}
+    push = hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(amplitude, PERIOD, mean)})
+    forces = {"push": push, "fender": pressed(hs.Coulomb(0.2, 0.2), GRIP / 0.2)}
     return scene(block(MASS, ("surge",)), forces, duration, 10 * step, step=step)
 
 
@@ -145,16 +134,16 @@ def den_hartog(ratio: float, friction: float) -> tuple[float, float]:
     return amplitude, np.arctan2(-friction * U / V, amplitude / V)
 
 
-def oscillator(ratio: float, friction: float, phase: float, start: float, cycles: int) -> Scene:
+def oscillator(ratio: float, friction: float, phase: float, start: float, cycles: int) -> hs.Scene:
     """Mass 1, stiffness 1, force cos(ratio t + phase), recorded at every half period."""
     half = np.pi / ratio
-    push = AppliedForce(
+    push = hs.AppliedForce(
         "block", (0, 0, 0), {"surge": Harmonic(1.0, 2 * half, phase=phase + np.pi / 2)}
     )
     forces = {
         "push": push,
-        "spring": LinearMooring("block", np.diag([1.0, 0, 0, 0, 0, 0])),
-        "fender": pressed(Coulomb(1.0, 1.0), friction),
+        "spring": hs.LinearMooring("block", np.diag([1.0, 0, 0, 0, 0, 0])),
+        "fender": pressed(hs.Coulomb(1.0, 1.0), friction),
     }
     body = block(1.0, ("surge",), position=moving(surge=start))
     steps = int(np.ceil(half / min(0.02, half / 40)))
@@ -243,13 +232,13 @@ def test_stops_per_cycle(ratio: float, friction: float, figure: Figure) -> None:
     assert np.count_nonzero((mode[1:] == STICK) & (mode[:-1] == SLIP)) == count
 
 
-def _recorded_finely(whole: Scene) -> Scene:
+def _recorded_finely(whole: hs.Scene) -> hs.Scene:
     return replace(whole, output_step=whole.solver.step)
 
 
 def test_a_block_thrown_along_the_floor_stops_straight(figure: Figure) -> None:
     g, mu, v = 9.81, 0.3, np.array([3.0, 4.0])
-    forces = {"weight": steady(heave=-g), "fender": on_floor(1e3, Coulomb(mu, mu))}
+    forces = {"weight": steady(heave=-g), "fender": on_floor(1e3, hs.Coulomb(mu, mu))}
     body = block(
         1.0,
         ("surge", "sway", "heave"),
@@ -270,7 +259,7 @@ def test_a_block_thrown_along_the_floor_stops_straight(figure: Figure) -> None:
 ARM, STIFFNESS, G = 1.0, 400.0, 9.81
 
 
-def rocking(duration: float, step: float) -> Scene:
+def rocking(duration: float, step: float) -> hs.Scene:
     """A body on one rough point below its centre of gravity, tilted."""
     body = block(
         1.0,
@@ -279,7 +268,7 @@ def rocking(duration: float, step: float) -> Scene:
     )
     forces = {
         "weight": steady(heave=-G),
-        "spring": LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0])),
+        "spring": hs.LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0])),
         "fender": on_floor(STIFFNESS, ROUGH, points=[[0.0, 0.0, -ARM]]),
     }
     return scene(body, forces, duration, 0.1, step=step)
@@ -320,9 +309,9 @@ def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) ->
     )
     arm = [0.05, -0.03, 0.2]
     forces = {
-        "spring": LinearMooring("block", np.diag([0, 0, 0, 3.0, 3.0, 3.0])),
+        "spring": hs.LinearMooring("block", np.diag([0, 0, 0, 3.0, 3.0, 3.0])),
         "weight": steady(heave=-G),
-        "fender": on_floor(200.0, ROUGH, points=[arm], plane=Plane((0, 0, 0.15), (0, 0, 1))),
+        "fender": on_floor(200.0, ROUGH, points=[arm], plane=hs.Plane((0, 0, 0.15), (0, 0, 1))),
     }
     runs = [hs.simulate(scene(body, forces, 4.0, 0.1, step=h)) for h in (0.01, 0.005)]
     assert {*np.unique(runs[1].fender_mode.values)} >= {STICK}
@@ -340,8 +329,10 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
     """A block on a cart that is pushed: one body while it holds, momentum always."""
     cart = block(3.0, ("surge",), name="cart")
     body = block(1.0, ("surge", "heave"), position=moving(heave=-0.1))
-    push = AppliedForce("cart", (0, 0, 0), {"surge": Harmonic(6.0, 5.0, phase=np.pi / 2)})
-    fender = on_floor(100.0, Coulomb(0.4, 0.4), plane=Plane((0, 0, 0), (0, 0, 1), body="cart"))
+    push = hs.AppliedForce("cart", (0, 0, 0), {"surge": Harmonic(6.0, 5.0, phase=np.pi / 2)})
+    fender = on_floor(
+        100.0, hs.Coulomb(0.4, 0.4), plane=hs.Plane((0, 0, 0), (0, 0, 1), body="cart")
+    )
     forces = {"push": push, "weight": steady(heave=-10.0), "fender": fender}
     run = hs.simulate(scene((body, cart), forces, 10.0, 0.1, step=0.05))
     w, t = 2 * np.pi / 5.0, run.time.values
@@ -358,15 +349,15 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
     assert run.attrs["energy_residual_relative"] < 1e-6
 
 
-def _weaker(fender: Fender) -> Fender:
-    return replace(fender, friction=Coulomb(0.12, 0.08))
+def _weaker(fender: hs.Fender) -> hs.Fender:
+    return replace(fender, friction=hs.Coulomb(0.12, 0.08))
 
 
 def test_friction_on_what_cannot_slide_does_nothing() -> None:
     """A block that bounces straight up and down: as without friction, and it opens as often."""
     body = block(1.0, ("heave",), position=moving(heave=0.1))
     ends = []
-    for law in (Coulomb(0.4, 0.3), Frictionless()):
+    for law in (hs.Coulomb(0.4, 0.3), hs.Frictionless()):
         forces = {"weight": steady(heave=-9.81), "fender": on_floor(1e3, law)}
         run = hs.simulate(scene(body, forces, 3.0, 0.01, step=0.005))
         ends.append(heave(run))
@@ -376,14 +367,14 @@ def test_friction_on_what_cannot_slide_does_nothing() -> None:
 
 def test_what_does_not_fit_is_refused() -> None:
     corners = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
-    forces = {"fender": on_floor(1e3, Coulomb(0.2, 0.1), points=corners)}
+    forces = {"fender": on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners)}
     with pytest.raises(InputError, match="stick_slip") as refused:
         hs.simulate(scene(block(1.0), forces, 1.0, 0.1))
     assert "forces.fender: rigid friction holds 4 directions at 2 points" in str(refused.value)
-    wall = Plane((5.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
+    wall = hs.Plane((5.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
     one_each = {
-        "floor": on_floor(1e3, Coulomb(0.2, 0.1), points=corners[:1]),
-        "wall": on_floor(1e3, Coulomb(0.2, 0.1), points=[[1.0, 0.0, 1.0]], plane=wall),
+        "floor": on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners[:1]),
+        "wall": on_floor(1e3, hs.Coulomb(0.2, 0.1), points=[[1.0, 0.0, 1.0]], plane=wall),
     }
     run = hs.simulate(scene(block(1.0, velocity=moving(heave=-0.1)), one_each, 1.0, 0.1))
     assert np.isfinite(heave(run)).all()

@@ -9,29 +9,13 @@ import pytest
 from scenes import FLOOR, block, moving, on_floor, scene, steady
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    Frictionless,
-    Harmonic,
-    Landing,
-    LinearMooring,
-    NormalCurve,
-    NormalLoop,
-    Plane,
-    PrescribedNormal,
-    Seats,
-    StickSlip,
-    WindLoad,
-    constant,
-)
+from hydrosim.elements import Harmonic, constant
 from hydrosim.scene import Environment, Method, Scene, Stream, Tolerance
 
-CURVE = NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
-PLANE = Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
+CURVE = hs.NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
+PLANE = hs.Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
 POINT = np.array([[0.46, 2.5, -3.9]])
-LOOP = NormalLoop(
+LOOP = hs.NormalLoop(
     np.array([0.0, 0.1]), np.array([0.0, 2e4]), np.array([0.0, 0.1]), np.array([0.0, 1.8e4]), 2e6
 )
 HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
@@ -41,11 +25,11 @@ HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
 def test_a_node_far_beyond_its_step_limit(method: Method) -> None:
     """K2 / C2 is 190 1/s, and the step 0.05 s: what relaxes grows instead, until nothing is finite
     any more. By steps that adapt it comes to its end."""
-    law = StickSlip(0.14, 0.12, stiffness=1.9e8, damping=1e6)
+    law = hs.StickSlip(0.14, 0.12, stiffness=1.9e8, damping=1e6)
     surge = 4300.0 * np.cos(HEADINGS)
     elements = {
-        "fender": Fender("block", POINT, PLANE, CURVE, law),
-        "wind": WindLoad("block", (0.0, 0.0, 0.0), HEADINGS, surge, 0.0 * surge, 0.0 * surge),
+        "fender": hs.Fender("block", POINT, PLANE, CURVE, law),
+        "wind": hs.WindLoad("block", (0.0, 0.0, 0.0), HEADINGS, surge, 0.0 * surge, 0.0 * surge),
     }
     windy = scene(block(3.8e6, ["surge"]), elements, 52.0, 0.5, step=0.05, method=method)
     windy = replace(windy, environment=Environment(wind=Stream(18.0)))
@@ -60,16 +44,16 @@ def test_a_node_far_beyond_its_step_limit(method: Method) -> None:
 def test_a_node_that_comes_to_stick_on_the_kinetic_cone_stays() -> None:
     """Static and kinetic friction alike, no dampers: where slip ends, the margin of stick is zero
     but for roundings. A block of 82 t on four points, pushed to and fro on a slope."""
-    slope = Plane((0.0, 0.0, 0.0), (0.056289, 0.0, 1.0))
-    curve = NormalCurve(
+    slope = hs.Plane((0.0, 0.0, 0.0), (0.056289, 0.0, 1.0))
+    curve = hs.NormalCurve(
         np.array([0.0, 0.065889, 0.19767]), np.array([0.0, 642520.0, 4222800.0]) / 4
     )
     corners = [(x, y, -1.4957) for x in (3.4438, -3.4438) for y in (1.8693, -1.8693)]
-    law = StickSlip(0.19361, 0.19361, 18103000.0 / 4, 0.0)
+    law = hs.StickSlip(0.19361, 0.19361, 18103000.0 / 4, 0.0)
     elements = {
         "weight": steady(heave=-803150.0),
-        "legs": Fender("block", np.array(corners), slope, curve, law),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(88314.0, 4.7002)}),
+        "legs": hs.Fender("block", np.array(corners), slope, curve, law),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(88314.0, 4.7002)}),
     }
     body = block(81871.0, ["surge", "heave"], centre_of_gravity=(0.0, 0.0, 1.4957))
     turned = replace(body, position=moving(yaw=0.95297))
@@ -80,12 +64,12 @@ def test_a_node_that_comes_to_stick_on_the_kinetic_cone_stays() -> None:
 def test_a_drawbar_without_length_is_no_reason_to_stop() -> None:
     """A block that bounces while it slips sideways: its normal force goes through zero, with which
     the drawbar of its node turns ever faster."""
-    law = StickSlip(0.34, 0.2, 2e7, 0.0)
+    law = hs.StickSlip(0.34, 0.2, 2e7, 0.0)
     elements = {
         "weight": steady(heave=-8e4),
         "foot": on_floor(4e6, law),
-        "guide": LinearMooring("block", np.diag([5e4, 8e4, 0.0, 0.0, 0.0, 0.0])),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(2e4, 2.7)}),
+        "guide": hs.LinearMooring("block", np.diag([5e4, 8e4, 0.0, 0.0, 0.0, 0.0])),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(2e4, 2.7)}),
     }
     speed, height = moving(surge=-0.305, sway=-0.246), moving(heave=0.072)
     body = block(8e3, ["surge", "sway", "heave"], velocity=speed, position=height)
@@ -99,16 +83,21 @@ def test_what_begins_to_slide_heads_for_where_it_is_pushed() -> None:
     alike: at break-away what is left of the velocity is its rounding, and has no direction."""
     below = block(1966.0, ["surge", "sway", "yaw"], "below", position=moving(yaw=-2.244))
     above = block(4525.7, ["surge", "heave"], "above", centre_of_gravity=(0.0, 0.0, 1.0))
-    deck = Plane((0.0, 0.0, 0.3), (0.0, 0.0, 1.0), "below")
-    curve = NormalCurve(np.array([0.0, 0.031468, 0.094404]), np.array([0.0, 35518.0, 155350.0]))
-    feet, low = [(0.534, 0.0, -0.3), (-0.534, 0.0, -0.3)], Plane((0.0, 0.0, -0.0226), (0, 0, 1.0))
+    deck = hs.Plane((0.0, 0.0, 0.3), (0.0, 0.0, 1.0), "below")
+    curve = hs.NormalCurve(np.array([0.0, 0.031468, 0.094404]), np.array([0.0, 35518.0, 155350.0]))
+    feet, low = (
+        [(0.534, 0.0, -0.3), (-0.534, 0.0, -0.3)],
+        hs.Plane((0.0, 0.0, -0.0226), (0, 0, 1.0)),
+    )
     elements = {
         "weight below": steady("below", heave=-19286.0),
         "weight above": steady("above", heave=-44397.0),
-        "feet": on_floor(426845.0, StickSlip(0.4, 0.4, 691400.0, 0.0), feet, low, "below"),
-        "rough": Fender("above", np.array([(0.0, 0.0, -0.7)]), deck, curve, Coulomb(0.181, 0.181)),
-        "push": AppliedForce("below", (0.0, 0.0, 0.0), {"surge": Harmonic(899.62, 4.0987)}),
-        "drag": AppliedForce("above", (0.0, 0.0, 0.0), {"surge": Harmonic(1736.4, 17.202)}),
+        "feet": on_floor(426845.0, hs.StickSlip(0.4, 0.4, 691400.0, 0.0), feet, low, "below"),
+        "rough": hs.Fender(
+            "above", np.array([(0.0, 0.0, -0.7)]), deck, curve, hs.Coulomb(0.181, 0.181)
+        ),
+        "push": hs.AppliedForce("below", (0.0, 0.0, 0.0), {"surge": Harmonic(899.62, 4.0987)}),
+        "drag": hs.AppliedForce("above", (0.0, 0.0, 0.0), {"surge": Harmonic(1736.4, 17.202)}),
     }
     pair = [below, replace(above, position=moving(yaw=-2.244))]
     there = scene(pair, elements, 73.0, 0.5, method=Method.DOPRI5, step=0.01)
@@ -121,11 +110,11 @@ def test_rigid_friction_that_just_begins_to_slip_comes_on() -> None:
     method, and an implicit one that asks for derivatives, must find so without a chatter or steps
     by the ten thousand, and agree: both keep to 1e-6 m/s, and so to 3e-5 m and as much by
     velocities in each stretch of slip, of half a second."""
-    normal, law = PrescribedNormal(constant(1e4)), Coulomb(0.3, 0.3)
+    normal, law = hs.PrescribedNormal(constant(1e4)), hs.Coulomb(0.3, 0.3)
     push = {"surge": Harmonic(3.2e3, 1.0), "sway": Harmonic(1.5e3, 1.4)}
     elements = {
-        "foot": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), push),
+        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), push),
     }
     body = block(1e3, ["surge", "sway"])
     runs = [
@@ -139,17 +128,17 @@ def test_rigid_friction_that_just_begins_to_slip_comes_on() -> None:
     assert runs[1].attrs["solver_steps"] < 20_000
 
 
-@pytest.mark.parametrize("normal", [LOOP, NormalCurve(LOOP.compression, LOOP.force)])
+@pytest.mark.parametrize("normal", [LOOP, hs.NormalCurve(LOOP.compression, LOOP.force)])
 def test_a_point_that_goes_over_the_edge_of_its_seat_does_not_come_back(
-    normal: NormalLoop | NormalCurve,
+    normal: hs.NormalLoop | hs.NormalCurve,
 ) -> None:
     """The edge is located to a tolerance, at this speed from inside: by 1e-12 m the point is still
     over the seat, and pressed, when it is let go. Then it falls freely."""
     body = block(
         1e3, ("surge", "heave"), position=moving(heave=-0.04905), velocity=moving(surge=2.1)
     )
-    seat = Landing(
-        "block", np.zeros((1, 3)), Seats(np.zeros((1, 3)), extent=1.0), normal, Frictionless()
+    seat = hs.Landing(
+        "block", np.zeros((1, 3)), hs.Seats(np.zeros((1, 3)), extent=1.0), normal, hs.Frictionless()
     )
     forces = {"seat": seat, "weight": steady(heave=-9810.0)}
     run = hs.simulate(scene(body, forces, 0.7, 0.1, step=0.005))
@@ -162,9 +151,9 @@ def on_two_legs(ahead: float, behind: float, pitch: float, push: float, step: fl
     """A block on two legs with a loop each, and a push to and fro between them."""
     legs = np.array([[ahead, 0.0, 0.0], [behind, 0.0, 0.0]])
     elements = {
-        "legs": Landing("block", legs, Seats(legs), LOOP, Frictionless()),
+        "legs": hs.Landing("block", legs, hs.Seats(legs), LOOP, hs.Frictionless()),
         "weight": steady(heave=-9810.0),
-        "push": AppliedForce("block", (0.3, 0.0, 0.0), {"heave": Harmonic(push, 0.9)}),
+        "push": hs.AppliedForce("block", (0.3, 0.0, 0.0), {"heave": Harmonic(push, 0.9)}),
     }
     body = block(1e3, ("heave", "pitch"), position=moving(heave=-0.02, pitch=pitch))
     return scene(body, elements, 10.0, 0.4, step=step, method=Method.RK4)

@@ -13,22 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Coulomb,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    Landing,
-    LinearDamping,
-    LinearMooring,
-    NormalCurve,
-    NormalLoop,
-    Plane,
-    Seats,
-    StickSlip,
-)
+from hydrosim.elements import Harmonic
 from hydrosim.elements.contact import fender
 from hydrosim.elements.contact.curves import (
     BRANCH_START,
@@ -44,14 +29,14 @@ from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Active, ForceElement, Method, Scene, Start, Symmetry, When
 
 X, LOADING, UNLOADING = np.array([0.0, 0.1, 0.2]), (0.0, 2e4, 6e4), (0.0, 5e3, 6e4)
-LOOP = NormalLoop(X, np.array(LOADING), X, np.array(UNLOADING), 2e6)
+LOOP = hs.NormalLoop(X, np.array(LOADING), X, np.array(UNLOADING), 2e6)
 MASS, WEIGHT = 1e3, 9810.0
 
 
-def leg(normal: NormalCurve | NormalLoop = LOOP, **changes: Any) -> Landing:
+def leg(normal: hs.NormalCurve | hs.NormalLoop = LOOP, **changes: Any) -> hs.Landing:
     seats = {key: changes.pop(key) for key in ("axis", "body", "extent") if key in changes}
     points, on = (changes.pop(key, np.zeros((1, 3))) for key in ("points", "seats"))
-    landing = Landing("block", points, Seats(on, **seats), normal, Frictionless())
+    landing = hs.Landing("block", points, hs.Seats(on, **seats), normal, hs.Frictionless())
     return replace(landing, **changes)
 
 
@@ -190,7 +175,7 @@ def test_a_quasi_static_loop_loses_its_area(top):
     assert lost + again == pytest.approx(area(higher), rel=1e-12)
 
 
-def point_of(normal: NormalLoop) -> tuple[np.record, np.recarray]:
+def point_of(normal: hs.NormalLoop) -> tuple[np.record, np.recarray]:
     """A contact point with this curve, and its pieces, as kernels see them."""
     elements = hs.compile_scene(dropped(leg=leg(normal))).model.elements.fenders
     points, segments = (a.view(np.recarray) for a in (elements.points, elements.segments))
@@ -219,11 +204,11 @@ def area(top: float) -> float:
 
 
 LAWS = {
-    "none": Frictionless(),
-    "stick-slip": StickSlip(0.3, 0.2, 1e6, 2e3),
-    "rate-free": StickSlip(0.3, 0.2, 1e6, 0.0),
-    "coulomb": Coulomb(0.3, 0.2),
-    "slope": FrictionSlope(0.25, 1e5),
+    "none": hs.Frictionless(),
+    "stick-slip": hs.StickSlip(0.3, 0.2, 1e6, 2e3),
+    "rate-free": hs.StickSlip(0.3, 0.2, 1e6, 0.0),
+    "coulomb": hs.Coulomb(0.3, 0.2),
+    "slope": hs.FrictionSlope(0.25, 1e5),
 }
 
 
@@ -271,9 +256,9 @@ def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts
     force = {"heave": Harmonic(-F, 2 * np.pi / w, phase=0.5 * np.pi)}
     seat = np.array([[0.0, 0.0, -gap]])
     forces = {
-        "leg": leg(NormalCurve(np.array([0.0, 1.0]), np.array([0.0, kc])), seats=seat),
-        "spring": LinearMooring("block", k * np.eye(6), c * np.eye(6)),
-        "drive": AppliedForce("block", (0.0, 0.0, 0.0), force),
+        "leg": leg(hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, kc])), seats=seat),
+        "spring": hs.LinearMooring("block", k * np.eye(6), c * np.eye(6)),
+        "drive": hs.AppliedForce("block", (0.0, 0.0, 0.0), force),
     }
     period = 2 * np.pi / w
     duration = 101 * period
@@ -325,8 +310,8 @@ def pushed(amplitude: float, **changes: object) -> Scene:
     forces = {
         "leg": leg(),
         "weight": steady(heave=-WEIGHT),
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), force),
-        "damping": LinearDamping("block", 5e3 * np.eye(6)),
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), force),
+        "damping": hs.LinearDamping("block", 5e3 * np.eye(6)),
     }
     body = block(MASS, ("heave",), position=moving(heave=-WEIGHT / 2e5))
     return scene(body, forces, 60.0, 0.05, step=0.005, **changes)
@@ -369,7 +354,11 @@ def two_legs(y: tuple[float, float], **position: float) -> Scene:
     )
     places = np.array([[0.0, y[0], 0.0], [0.0, y[1], 0.0]])
     legs = leg(points=places, seats=places)
-    forces = {"legs": legs, "weight": steady(heave=-WEIGHT), "sway": LinearMooring("block", SWAY)}
+    forces = {
+        "legs": legs,
+        "weight": steady(heave=-WEIGHT),
+        "sway": hs.LinearMooring("block", SWAY),
+    }
     return scene(body, forces, 2.0, 0.05, step=0.005)
 
 
@@ -397,9 +386,11 @@ DECK = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
 
 def sliding(step: float = 0.001, **velocity: float) -> Scene:
     """A block that slides over a deck to its edge, pressed by its weight, and falls."""
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
-    law = StickSlip(0.1, 0.05, 1e6, 2e3)
-    foot = Fender("block", np.zeros((1, 3)), Plane((0, 0, 0), (0, 0, 1), None, DECK), curve, law)
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
+    law = hs.StickSlip(0.1, 0.05, 1e6, 2e3)
+    foot = hs.Fender(
+        "block", np.zeros((1, 3)), hs.Plane((0, 0, 0), (0, 0, 1), None, DECK), curve, law
+    )
     forces = {"deck": foot, "weight": steady(heave=-WEIGHT)}
     start = moving(heave=-WEIGHT / 1e6)
     body = block(MASS, ("surge", "sway", "heave"), position=start, velocity=moving(**velocity))
@@ -448,12 +439,12 @@ def test_what_comes_up_beside_a_deck_does_not_touch_it():
         (leg(replace(LOOP, unloading_force=np.array([0.0, 2.1e4, 6e4]))), "at most that;"),
         (leg(replace(LOOP, stiffness=4e5)), "found 400000 N/m, and slopes up to 550000"),
         (
-            Fender(
+            hs.Fender(
                 "block",
                 np.zeros((1, 3)),
-                Plane((0, 0, 0), (0, 0, 1), None, (*DECK, (-0.5, 0.0, 0.0))),
-                NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
-                Frictionless(),
+                hs.Plane((0, 0, 0), (0, 0, 1), None, (*DECK, (-0.5, 0.0, 0.0))),
+                hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6])),
+                hs.Frictionless(),
             ),
             "no convex polygon",
         ),
@@ -513,7 +504,7 @@ def test_a_block_that_slides_off_its_seat_falls_at_its_edge() -> None:
     start = block(
         MASS, ("surge", "heave"), position=moving(heave=-WEIGHT / 2e5), velocity=moving(surge=2.0)
     )
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e5]))
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e5]))
     forces = {"leg": leg(curve, extent=1.0), "weight": steady(heave=-WEIGHT)}
     run = hs.simulate(scene(start, forces, 1.0, 0.01, step=0.005))
     t = run.time.values

@@ -14,18 +14,8 @@ from scenes import FLOOR, block, moving, observed_orders, scene, surge, with_ste
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Harmonic,
-    LinearMooring,
-    LoadPowers,
-    NormalCurve,
-    PrescribedNormal,
-    StickSlip,
-)
+from hydrosim.elements import Harmonic
 from hydrosim.errors import InputError
-from hydrosim.scene import Scene
 
 Figure = Callable[[str, float], None]
 OPEN, STICK, SLIP = range(3)
@@ -33,22 +23,22 @@ LOAD, SWING, K, C2 = 1e3, 900.0, 2e3, 20.0
 E = 1e-3  # of x without load
 
 
-def driven(law: StickSlip, lag: float, step: float = 0.01, grip: float = 1.0) -> Scene:
+def driven(law: hs.StickSlip, lag: float, step: float = 0.01, grip: float = 1.0) -> hs.Scene:
     """A block whose shear and normal force swing with a lag between them."""
-    push = AppliedForce("block", (0, 0, 0), {"surge": Harmonic(grip * 100.0, 2.0)})
-    normal = PrescribedNormal(Harmonic(SWING, 2.0, mean=LOAD, phase=lag))
+    push = hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(grip * 100.0, 2.0)})
+    normal = hs.PrescribedNormal(Harmonic(SWING, 2.0, mean=LOAD, phase=lag))
     only_surge = np.diag([1.0, 0, 0, 0, 0, 0])
     forces = {
         "push": push,
-        "spring": LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge),
-        "fender": Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+        "spring": hs.LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge),
+        "fender": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
     }
     return scene(block(1.0, ("surge",)), forces, 12.0, 0.1, step=step)
 
 
-def held(power: float) -> StickSlip:
+def held(power: float) -> hs.StickSlip:
     """Never slips."""
-    return StickSlip(50.0, 50.0, K, 0.0, 1.0, LoadPowers(LOAD, power))
+    return hs.StickSlip(50.0, 50.0, K, 0.0, 1.0, hs.LoadPowers(LOAD, power))
 
 
 @pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
@@ -104,8 +94,8 @@ def test_against_an_independent_integration(power: float, figure: Figure) -> Non
 
 
 LAWS = {
-    "with damping": StickSlip(0.3, 0.2, K, C2, 5.0, LoadPowers(LOAD, 0.5, 0.25, 0.0)),
-    "damping as the stiffness": StickSlip(0.3, 0.2, K, C2, 0.0, LoadPowers(LOAD, 1.0, 1.0)),
+    "with damping": hs.StickSlip(0.3, 0.2, K, C2, 5.0, hs.LoadPowers(LOAD, 0.5, 0.25, 0.0)),
+    "damping as the stiffness": hs.StickSlip(0.3, 0.2, K, C2, 0.0, hs.LoadPowers(LOAD, 1.0, 1.0)),
 }
 
 
@@ -115,11 +105,11 @@ def test_slip_and_lift_off(name: str, figure: Figure) -> None:
     inside its bound and dissipation only grows."""
     law = LAWS[name]
     body = block(1.0, ("surge", "heave"), position=moving(heave=0.01))
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e3]))
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e3]))
     push = {"surge": Harmonic(5.0, 1.7), "heave": Harmonic(14.0, 1.1, mean=-9.81)}
     forces = {
-        "push": AppliedForce("block", (0, 0, 0), push),
-        "fender": Fender("block", np.zeros((1, 3)), FLOOR, curve, law),
+        "push": hs.AppliedForce("block", (0, 0, 0), push),
+        "fender": hs.Fender("block", np.zeros((1, 3)), FLOOR, curve, law),
     }
     runs = [
         hs.simulate(scene(body, forces, 8.0, 0.02, step=step)) for step in (0.01, 0.005, 0.0025)
@@ -140,8 +130,8 @@ def test_slip_and_lift_off(name: str, figure: Figure) -> None:
 
 
 def test_without_powers_it_is_the_same_law() -> None:
-    plain = StickSlip(0.3, 0.2, K, C2, 5.0)
-    powers = StickSlip(0.3, 0.2, K, C2, 5.0, LoadPowers(LOAD, 0.0))
+    plain = hs.StickSlip(0.3, 0.2, K, C2, 5.0)
+    powers = hs.StickSlip(0.3, 0.2, K, C2, 5.0, hs.LoadPowers(LOAD, 0.0))
     runs = [hs.simulate(driven(law, 1.0, grip=4.0)) for law in (plain, powers)]
     assert {*np.unique(runs[0].fender_mode.values)} == {STICK, SLIP}
     # the load's turning points are events of one only: pieces differ, within the method's error
@@ -150,4 +140,4 @@ def test_without_powers_it_is_the_same_law() -> None:
 
 def test_rate_free_friction_with_powers_is_refused() -> None:
     with pytest.raises(InputError, match=r"StickSlip: found load without damping and slip_damping"):
-        StickSlip(0.3, 0.2, K, 0.0, 0.0, LoadPowers(LOAD, 0.5))
+        hs.StickSlip(0.3, 0.2, K, 0.0, 0.0, hs.LoadPowers(LOAD, 0.5))

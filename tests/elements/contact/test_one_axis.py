@@ -15,30 +15,21 @@ from scenes import FLOOR, block, moving, on_floor, scene, steady
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+import hydrosim as hs
 from hydrosim import simulate
-from hydrosim.elements import (
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    NormalCurve,
-    PrescribedNormal,
-    Recorded,
-    StickSlip,
-    Table,
-)
+from hydrosim.elements import Harmonic, Recorded, Table
 from hydrosim.report.evidence import Feature, Kind
 
 Figure = Callable[[str, float], None]
 TIME = np.arange(0.0, 20.25, 0.25)
 STEPS = (0.005, 0.0025, 0.00125)
-LAWS = {StickSlip: Feature.STICK_SLIP, FrictionSlope: Feature.SLOPE}
+LAWS = {hs.StickSlip: Feature.STICK_SLIP, hs.FrictionSlope: Feature.SLOPE}
 EXACT = 1e-7  # of the range of the motion, at the smallest step
-STEEL = StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip_damping=1e5)
+STEEL = hs.StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip_damping=1e5)
 
 
-def line(stiffness: float, damping: float = 0.0) -> NormalCurve:
-    return NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+def line(stiffness: float, damping: float = 0.0) -> hs.NormalCurve:
+    return hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
 
 
 def sine(amplitude: float, period: float, phase: float = 0.0) -> np.ndarray:
@@ -60,10 +51,10 @@ BLOCKS = {
     "static as kinetic": replace(BREATHING, friction=replace(STEEL, kinetic=0.2)),
     "on a spring": replace(BREATHING, push=0 * TIME, spring=(1e6, 0.0), start=(1, 0, -0.1, 0.2)),
     "friction slope": replace(
-        BREATHING, friction=FrictionSlope(0.15, 2e6), spring=(4e5, 0.0), start=(0, 0, -0.1, 0.2)
+        BREATHING, friction=hs.FrictionSlope(0.15, 2e6), spring=(4e5, 0.0), start=(0, 0, -0.1, 0.2)
     ),
     "the base case's four fenders": Block(
-        *(1.7e8, line(392.4e6), StickSlip(0.2, 0.1, 5.6e8, 3.3e7, 1e6), TIME, sine(9e6, 7.6)),
+        *(1.7e8, line(392.4e6), hs.StickSlip(0.2, 0.1, 5.6e8, 3.3e7, 1e6), TIME, sine(9e6, 7.6)),
         press=-3.5e7 + sine(8e6, 8.3, 1.0),
         spring=(1.57e6, 1.32e8),
         start=(0, 0, -0.06, 0),
@@ -74,17 +65,17 @@ TABLED = Table(TIME[::8], 1e6 + 3e6 * np.sin(TIME[::8]))
 RECORDED = Recorded(TIME, 1e6 + 3e6 * np.sin(2 * np.pi * TIME / 4.7 + 0.4))
 PRESCRIBED = replace(STEADY, press=0 * TIME, spring=(2e5, 1e8), start=(0, 0, 0.5, 0))
 BLOCKS |= {
-    f"prescribed, {name}": replace(PRESCRIBED, curve=PrescribedNormal(force), friction=law)
+    f"prescribed, {name}": replace(PRESCRIBED, curve=hs.PrescribedNormal(force), friction=law)
     for name, force, law in (
         ("a sine", PULSES, STEEL),
-        ("a sine, friction slope", PULSES, FrictionSlope(0.15, 2e6)),
+        ("a sine, friction slope", PULSES, hs.FrictionSlope(0.15, 2e6)),
         ("a table", TABLED, STEEL),
         ("a record", RECORDED, STEEL),
     )
 }
-KNEES = NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
+KNEES = hs.NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
 FALLING = Block(
-    *(1e4, KNEES, Frictionless(), TIME, 0 * TIME, np.full(TIME.size, -9.81e4)),
+    *(1e4, KNEES, hs.Frictionless(), TIME, 0 * TIME, np.full(TIME.size, -9.81e4)),
     start=(0, 0, 0.6, 0),
     duration=4.0,
 )
@@ -171,7 +162,7 @@ def one_dimensional(k: int) -> Block:
     topside, in every third set so fast and hard that contact opens and closes every second."""
     rng, time, fast = np.random.default_rng(k), 0.25 * np.arange(41), k % 3 == 1
     K2 = 5.6e6 * 100.0 ** rng.uniform()
-    law = StickSlip(*PAIRS[k % 5], K2, 0.05 * 2 * np.sqrt(K2 * MASS), SLIP_DAMPING[k % 4])
+    law = hs.StickSlip(*PAIRS[k % 5], K2, 0.05 * 2 * np.sqrt(K2 * MASS), SLIP_DAMPING[k % 4])
     contact, N = 392.4e6, rng.uniform(1e7, 4e7)
 
     def waves(amplitude: float, period: float) -> np.ndarray:
@@ -212,12 +203,12 @@ def stretch(run: xr.Dataset) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "name", [n for n, b in BLOCKS.items() if isinstance(b.friction, StickSlip)]
+    "name", [n for n, b in BLOCKS.items() if isinstance(b.friction, hs.StickSlip)]
 )
 def test_traction_of_stick_slip(name: str) -> None:
     """At most mu_s N in stick, mu_k N + C3 |v2| in slip, none when open."""
     law, run = BLOCKS[name].friction, simulate(BLOCKS[name].scene(0.01))
-    assert isinstance(law, StickSlip)
+    assert isinstance(law, hs.StickSlip)
     size = np.linalg.norm(run.fender_friction.values[:, 0], axis=1)
     N, mode = run.fender_normal_force.values[:, 0], run.fender_mode.values[:, 0]
     T = law.stiffness * stretch(run) + law.damping * run.velocity.values[:, 0, 0]
@@ -252,7 +243,7 @@ def test_an_open_node_springs_back() -> None:
 def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure: Figure) -> None:
     """mu_k N along the node's path, and C2 |s'|^2 + C3 |v2|^2 apart; path and velocities are taken
     from the recorded motion by splines."""
-    N, law = 2e5, StickSlip(0.3, 0.2, 2e6, 1e5, 2e4)
+    N, law = 2e5, hs.StickSlip(0.3, 0.2, 2e6, 1e5, 2e4)
     body = block(
         1e5,
         ("surge", "sway", "heave"),
@@ -292,7 +283,7 @@ def test_normal_damping(figure: Figure) -> None:
 
     let_go = brentq(force, 0.5 * np.pi / w, np.pi / w, xtol=1e-14)
     body = block(m, ("heave",), position=moving(heave=speed * 0.05), velocity=moving(heave=-speed))
-    floor = Fender("block", np.zeros((1, 3)), FLOOR, line(k, c), Frictionless())
+    floor = hs.Fender("block", np.zeros((1, 3)), FLOOR, line(k, c), hs.Frictionless())
     runs = [simulate(scene(body, {"floor": floor}, 0.4, 0.1, step=h)) for h in (0.002, 0.001)]
     errors = [abs(-rate(let_go) - run.velocity.values[-1, 0, 2]) for run in runs]
     figure("speed afterwards", -rate(let_go))
@@ -307,10 +298,10 @@ def test_without_rates_a_prescribed_normal_force_is_felt_at_once(figure: Figure)
     """C2 = C3 = 0: in slip the friction is mu_k N(t) at any instant, so a sliding block loses
     mu_k N / m of its speed per second; between the corners of N, where steps end, its speed is a
     parabola and its place a cubic."""
-    m, v, law = 1e5, 9.0, StickSlip(0.3, 0.2, 2e7, 0.0)
+    m, v, law = 1e5, 9.0, hs.StickSlip(0.3, 0.2, 2e7, 0.0)
     time, N = np.array([0.0, 0.33, 0.7, 1.24, 2.0]), np.array([1e5, 9e5, 2e5, 2e5, 1.5e6])
     body = block(m, ("surge",), velocity=moving(surge=v))
-    pad = Fender("block", np.zeros((1, 3)), FLOOR, PrescribedNormal(Table(time, N)), law)
+    pad = hs.Fender("block", np.zeros((1, 3)), FLOOR, hs.PrescribedNormal(Table(time, N)), law)
     run = simulate(scene(body, {"pad": pad}, 2.0, 0.1, step=0.1))
     sliding = run.time.values > 0.1
     assert (run.fender_mode.values[sliding] == SLIP).all()

@@ -12,18 +12,7 @@ from scenes import block, scene, table
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    LinearMooring,
-    NormalCurve,
-    Plane,
-    StickSlip,
-)
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
-from hydrosim.scene import Scene
 
 MASS, WEIGHT, DURATION = 1e4, 9.81e4, 3.0
 FINENESS = 0.2  # of the step times the fastest rate in the scene
@@ -39,7 +28,7 @@ def between(low: float, high: float) -> st.SearchStrategy[float]:
 
 
 @st.composite
-def stick_slips(draw: Any, stiffness: float) -> StickSlip:
+def stick_slips(draw: Any, stiffness: float) -> hs.StickSlip:
     """From light to heavy damping, with and without slip damping, static friction as kinetic or
     larger; for a total normal stiffness."""
     static = draw(between(0.05, 1.0))
@@ -47,25 +36,25 @@ def stick_slips(draw: Any, stiffness: float) -> StickSlip:
     K2 = stiffness * draw(between(0.3, 3.0))
     C2 = draw(st.sampled_from([0.0, 0.05, 0.3])) * np.sqrt(K2 * MASS)
     C3 = draw(st.sampled_from([0.0, 0.1, 0.5] if C2 else [0.3])) * np.sqrt(K2 * MASS)
-    return StickSlip(static, kinetic, K2, C2, C3)
+    return hs.StickSlip(static, kinetic, K2, C2, C3)
 
 
-def law_of(friction: StickSlip, kind: int) -> StickSlip | FrictionSlope | Frictionless:
+def law_of(friction: hs.StickSlip, kind: int) -> hs.StickSlip | hs.FrictionSlope | hs.Frictionless:
     if kind == 0:
-        return Frictionless()
+        return hs.Frictionless()
     if kind == 1:
-        return FrictionSlope(friction.kinetic, 0.5 * np.sqrt(friction.stiffness * MASS))
+        return hs.FrictionSlope(friction.kinetic, 0.5 * np.sqrt(friction.stiffness * MASS))
     return friction
 
 
 @st.composite
-def scenes(draw: Any) -> Scene:
+def scenes(draw: Any) -> hs.Scene:
     """A block of one to four fenders that falls on a slope, with or without a corner in its curve,
     pushed to and fro, moored softly."""
     count, k = draw(st.integers(1, 4)), MASS * 10 ** draw(between(1.5, 3.0))
     friction = draw(stick_slips(k))
     steeper = draw(st.sampled_from([1.0, 3.0]))
-    curve = NormalCurve(
+    curve = hs.NormalCurve(
         np.array([0.0, 0.05, 0.1]),
         0.05 * k / count * np.array([0.0, 1.0, 1.0 + steeper]),
         draw(st.sampled_from([0.0, 0.2])) * np.sqrt(k * MASS) / count,
@@ -86,10 +75,10 @@ def scenes(draw: Any) -> Scene:
     law = law_of(friction, draw(st.integers(0, 3)))
     times = np.linspace(0.0, DURATION, 6)
     forces = {
-        "push": AppliedForce("block", (0.0, 0.0, 0.0), table(times, force)),
-        "mooring": LinearMooring("block", MASS * np.diag([1.0, 1.0, 0.0, 40.0, 40.0, 10.0])),
-        "fender": Fender(
-            "block", points, Plane((0.0, 0.0, 0.0), slope), curve, _shared(law, count)
+        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), table(times, force)),
+        "mooring": hs.LinearMooring("block", MASS * np.diag([1.0, 1.0, 0.0, 40.0, 40.0, 10.0])),
+        "fender": hs.Fender(
+            "block", points, hs.Plane((0.0, 0.0, 0.0), slope), curve, _shared(law, count)
         ),
     }
     rate = np.sqrt(4.0 * max(steeper * k, friction.stiffness) / MASS)
@@ -103,26 +92,26 @@ def scenes(draw: Any) -> Scene:
 
 def _shared(law: Any, count: int) -> Any:
     """The law of one of ``count`` points that have a total."""
-    if isinstance(law, StickSlip):
+    if isinstance(law, hs.StickSlip):
         parts = (law.stiffness / count, law.damping / count, law.slip_damping / count)
-        return StickSlip(law.static, law.kinetic, *parts)
-    return FrictionSlope(law.coefficient, law.slope / count) if law != Frictionless() else law
+        return hs.StickSlip(law.static, law.kinetic, *parts)
+    return hs.FrictionSlope(law.coefficient, law.slope / count) if law != hs.Frictionless() else law
 
 
 @settings(max_examples=30, derandomize=True)
 @given(scenes())
-def test_what_holds_in_some_scenes_of_contact(scene: Scene) -> None:
+def test_what_holds_in_some_scenes_of_contact(scene: hs.Scene) -> None:
     check(scene)
 
 
 @pytest.mark.slow
 @settings(max_examples=200, derandomize=True)
 @given(scenes())
-def test_what_holds_in_every_scene_of_contact(scene: Scene) -> None:
+def test_what_holds_in_every_scene_of_contact(scene: hs.Scene) -> None:
     check(scene)
 
 
-def check(scene: Scene) -> None:
+def check(scene: hs.Scene) -> None:
     """What holds in a run of the scene."""
     run = hs.simulate(scene)
     assert run.status == "complete"
@@ -137,10 +126,10 @@ def check(scene: Scene) -> None:
     assert np.all(N[mode == OPEN] == 0.0)
     assert np.all(size[mode == OPEN] == 0.0)
     assert np.all(np.abs(friction @ _normal(scene)) <= tiny + 1e-12 * size.max())
-    if isinstance(law, StickSlip):
+    if isinstance(law, hs.StickSlip):
         assert np.all(size[mode == STICK] <= law.static * N[mode == STICK] + tiny)
         assert np.all(size[mode == SLIP] >= law.kinetic * N[mode == SLIP] - tiny)
-    if isinstance(law, FrictionSlope):
+    if isinstance(law, hs.FrictionSlope):
         assert np.all(size[mode == STICK] <= law.coefficient * N[mode == STICK] + tiny)
         np.testing.assert_allclose(size[mode == SLIP], law.coefficient * N[mode == SLIP], atol=tiny)
 
@@ -155,6 +144,6 @@ def check(scene: Scene) -> None:
     assert run.solver_events <= 40 * len(scene.forces["fender"].points) * DURATION
 
 
-def _normal(scene: Scene) -> np.ndarray:
+def _normal(scene: hs.Scene) -> np.ndarray:
     n = np.array(scene.forces["fender"].plane.normal)
     return n / np.linalg.norm(n)

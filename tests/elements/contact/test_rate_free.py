@@ -13,11 +13,10 @@ from markers import few
 from scenes import block, scene, with_step
 
 import hydrosim as hs
-from hydrosim.elements import Fender, NormalCurve, Plane, StickSlip, WindLoad
 from hydrosim.scene import Environment, Method, Scene, Stream, Tolerance
 
 Figure = Callable[[str, float], None]
-SHORT, LONG = StickSlip(0.3, 0.2, 5e6, 0.0), StickSlip(0.3, 0.2, 5e5, 0.0)
+SHORT, LONG = hs.StickSlip(0.3, 0.2, 5e6, 0.0), hs.StickSlip(0.3, 0.2, 5e5, 0.0)
 FIGURES = {
     "circle": Driven(LONG, 1e5, (2.0, 2.0), (0.7, 0.7), (0.0, np.pi / 2)),
     "Lissajous 1:2": Driven(LONG, 1e5, (1.0, 0.6), (0.7, 1.4), (0.0, 0.3)),
@@ -72,14 +71,14 @@ def test_steps_far_longer_than_the_drawbar_turns_in(figure: Figure) -> None:
 def windy(**solver: object) -> Scene:
     """A body in surge that the wind blows against a plane which faces none of the axes: its point
     goes to and fro on a straight line, obliquely to the axes of the plane."""
-    law = StickSlip(0.14, 0.12, 1.9e8, 0.0)
-    curve = NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
-    plane = Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
+    law = hs.StickSlip(0.14, 0.12, 1.9e8, 0.0)
+    curve = hs.NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
+    plane = hs.Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
     headings = np.radians([0.0, 90.0, 180.0, 270.0])
     surge = 4300.0 * np.array([1.0, 0.0, -1.0, 0.0])
     forces = {
-        "fender": Fender("block", np.array([[0.46, 2.5, -3.9]]), plane, curve, law),
-        "wind": WindLoad("block", (0.0, 0.0, 0.0), headings, surge, 0.0 * surge, 0.0 * surge),
+        "fender": hs.Fender("block", np.array([[0.46, 2.5, -3.9]]), plane, curve, law),
+        "wind": hs.WindLoad("block", (0.0, 0.0, 0.0), headings, surge, 0.0 * surge, 0.0 * surge),
     }
     dry = scene(block(3.8e6, ("surge",)), forces, 52.0, 0.1, **solver)
     return Scene(**{**vars(dry), "environment": Environment(wind=Stream(18.0))})

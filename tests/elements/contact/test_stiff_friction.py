@@ -11,17 +11,7 @@ from scenes import FLOOR, block, heave, moving, on_floor, scene, steady, surge
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
-from hydrosim.elements import (
-    AppliedForce,
-    Fender,
-    Frictionless,
-    FrictionSlope,
-    Harmonic,
-    LinearMooring,
-    NormalCurve,
-    PrescribedNormal,
-    constant,
-)
+from hydrosim.elements import Harmonic, constant
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Method, Scene, Tolerance
 
@@ -31,10 +21,10 @@ MASS, GRIP, PUSH, PERIOD = 1.945e8, 2e5, 4e5, 100.0
 
 def sliding(slope: float, step: float, method: Method = Method.ESDIRK4) -> Scene:
     """A block of the barge's mass, pushed to and fro on a friction slope."""
-    normal = PrescribedNormal(constant(GRIP / 0.2))
+    normal = hs.PrescribedNormal(constant(GRIP / 0.2))
     forces = {
-        "push": AppliedForce("block", (0, 0, 0), {"surge": Harmonic(PUSH, PERIOD)}),
-        "floor": Fender("block", np.zeros((1, 3)), FLOOR, normal, FrictionSlope(0.2, slope)),
+        "push": hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(PUSH, PERIOD)}),
+        "floor": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, hs.FrictionSlope(0.2, slope)),
     }
     return scene(block(MASS, ("surge",)), forces, 200.0, 1.0, step=step, method=method)
 
@@ -84,8 +74,8 @@ def test_stiff_steel_settles(stiffness: float, figure: Figure) -> None:
     body = block(1e6, ("heave",), position=moving(heave=-2e7 / stiffness))
     forces = {
         "weight": steady(heave=-1e7),
-        "floor": on_floor(stiffness, Frictionless()),
-        "damper": LinearMooring("block", np.zeros((6, 6)), np.diag([0, 0, 2e8, 0, 0, 0])),
+        "floor": on_floor(stiffness, hs.Frictionless()),
+        "damper": hs.LinearMooring("block", np.zeros((6, 6)), np.diag([0, 0, 2e8, 0, 0, 0])),
     }
     run = hs.simulate(scene(body, forces, 5.0, 0.1, step=0.1, method=Method.ESDIRK4))
     rest = np.abs(heave(run)[-10:] * stiffness / 1e7 + 1.0).max()
@@ -98,11 +88,11 @@ LEGS = np.array([[x, y, -5.0] for x in (20.0, -20.0) for y in (15.0, -15.0)])
 
 def dropped(stiffness: float, damping: float, **solver: object) -> Scene:
     """A topside of 20,000 t that falls 0.3 m on its four legs, one after the other."""
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
     place = moving(heave=5.3, pitch=0.002, roll=0.001)
     forces = {
         "weight": steady(heave=-9.81 * 2e7),
-        "legs": Fender("block", LEGS, FLOOR, curve, Frictionless()),
+        "legs": hs.Fender("block", LEGS, FLOOR, curve, hs.Frictionless()),
     }
     body = block(2e7, ("heave", "pitch", "roll"), position=place)
     return scene(body, forces, 5.0, 0.1, **solver)
@@ -150,10 +140,10 @@ def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
     """By rk2 with long steps a block enters and leaves the slope within a step. Its motion is that
     of a plain loop which takes the smaller of both forces."""
     mass, grip, slope, push, h = 1e6, 2e5, 1e6, 4e5, 0.5
-    normal = PrescribedNormal(constant(grip / 0.2))
+    normal = hs.PrescribedNormal(constant(grip / 0.2))
     forces = {
-        "push": AppliedForce("block", (0, 0, 0), {"surge": Harmonic(push, 10.0)}),
-        "floor": Fender("block", np.zeros((1, 3)), FLOOR, normal, FrictionSlope(0.2, slope)),
+        "push": hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(push, 10.0)}),
+        "floor": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, hs.FrictionSlope(0.2, slope)),
     }
     made = scene(block(mass, ("surge",)), forces, 60.0, h, step=h, method=Method.RK2, events=False)
     run = hs.simulate(made)

@@ -21,18 +21,7 @@ import hydrosim as hs
 from hydrosim.compare.dataset import differences
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
-from hydrosim.elements import (
-    Coulomb,
-    Drive,
-    Fender,
-    Harmonic,
-    LinearMooring,
-    Plane,
-    PrescribedNormal,
-    Recorded,
-    SmoothTable,
-    Table,
-)
+from hydrosim.elements import Drive, Harmonic, Recorded, SmoothTable, Table
 from hydrosim.elements.signal import compile_signals, corners
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output
@@ -40,9 +29,7 @@ from hydrosim.report.evidence import Feature, Kind
 from hydrosim.run import course
 from hydrosim.run.checkpoint import Checkpoint
 from hydrosim.scene import (
-    Active,
     Hull,
-    Joint,
     JointFriction,
     JointResistance,
     JointType,
@@ -50,11 +37,7 @@ from hydrosim.scene import (
     Method,
     Question,
     Ratchet,
-    Scene,
-    Start,
-    Tolerance,
     Weight,
-    When,
 )
 
 Validated = Callable[..., None]
@@ -80,7 +63,7 @@ def motion(signal: Harmonic, t: Any) -> tuple[Any, Any, Any]:
 
 def cart_and_rod(
     signal: Any = SHAKE, drive: Mapping[str, Any] | None = None, **solver: Any
-) -> Scene:
+) -> hs.Scene:
     """A rod that hangs from a cart, which a drive moves along x."""
     cart = carried("cart", CART, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), dofs=("surge",))
     rod = carried("rod", BOB, (ABOUT, ABOUT, 0.4), (0.0, 0.0, -ARM))
@@ -141,7 +124,7 @@ def test_the_force_of_a_drive_is_that_of_newton() -> None:
     unit = np.zeros((6, 6))
     unit[0, 0] = 1.0
     forces = {
-        "held": LinearMooring("block", stiffness * unit, damping * unit),
+        "held": hs.LinearMooring("block", stiffness * unit, damping * unit),
         "shake": Drive("block", dof="surge", position=SHAKE),
     }
     run = completed(by_rk4(scene([block], {}, DURATION, forces), 0.05))
@@ -160,7 +143,7 @@ def residual(run: xr.Dataset) -> float:
 def test_a_drive_keeps_the_ledger_to_the_order_of_the_method(figure: Figure) -> None:
     """Of rk4 by its step; of dopri5 with tolerances that cut no step of the output's length."""
     whole = cart_and_rod()
-    loose = Tolerance(1e3, 1e3, 1e3)
+    loose = hs.Tolerance(1e3, 1e3, 1e3)
     gaps = [residual(completed(by_rk4(whole, h))) for h in (0.1, 0.05, 0.025)]
     orders = np.log2(np.array(gaps[:-1]) / gaps[1:])
     figure("rk4", orders.min())
@@ -214,7 +197,7 @@ def test_a_record_is_followed_by_its_spline() -> None:
     assert np.abs(run.energy_work_shake.values - work).max() < WITHIN * np.ptp(work)
 
 
-def crane(drive: Drive, **changes: Any) -> Scene:
+def crane(drive: Drive, **changes: Any) -> hs.Scene:
     """A boom on a slewing joint with a load on a ball at its end."""
     boom = carried("boom", 50.0, (20.0, 60.0, 60.0), (3.0, 0.0, 0.0))
     load = carried("load", 8.0, (2.0, 2.0, 1.0), (6.0, 0.0, -4.0))
@@ -249,7 +232,7 @@ def test_any_angle_of_a_body_can_be_driven(kinematics: Kinematics) -> None:
     stiff = np.diag([80.0, 90.0, 120.0, 40.0, 60.0, 50.0])
     stiff[3, 4] = stiff[4, 3] = 15.0
     forces = {
-        "held": LinearMooring("block", stiff, 0.02 * stiff),
+        "held": hs.LinearMooring("block", stiff, 0.02 * stiff),
         "shake": Drive("block", dof="roll", position=SHAKE),
     }
     still = replace(block, weight=Weight.BALANCED)
@@ -266,7 +249,7 @@ def test_a_run_goes_on_to_the_bit() -> None:
         whole = replace(by_rk4(cart_and_rod(signal), 0.05), output_states=True)
         run = completed(whole)
         for time in (3.0, 5.1):
-            start = Start(run, time)
+            start = hs.Start(run, time)
             rest = completed(replace(whole, initial=start, duration=DURATION - time))
             later = run.sel(time=slice(time - 1e-9, None))
             for name in ("position", "velocity", "drive_force", "energy_work_shake"):
@@ -283,7 +266,7 @@ def test_a_driven_motion_is_held_in_the_linear_analysis() -> None:
     assert natural[0] == pytest.approx(exact, rel=0.1)  # about the start, at 0.3 rad
 
 
-def refused(whole: Scene) -> str:
+def refused(whole: hs.Scene) -> str:
     with pytest.raises(InputError) as found:
         hs.compile_scene(whole)
     return str(found.value)
@@ -334,7 +317,7 @@ def test_a_driven_hull_that_capsizes_names_its_drive() -> None:
     block = carried("block", 12.0, (5.0, 9.0, 7.0), (0.0,) * 3)
     still = replace(block, name="still", location=(50.0, 0.0))
     hulls = [replace(each, hydrostatics=Hull(BOX)) for each in (still, block)]
-    pin = Joint(JointType.HINGE, "block", axis=(0.0, 1.0, 0.0))
+    pin = hs.Joint(JointType.HINGE, "block", axis=(0.0, 1.0, 0.0))
     turn = Drive("block", dof="angle", joint="pin", position=Harmonic(np.radians(95.0), 8.0))
     whole = replace(scene(hulls, {"pin": pin}, 8.0, {"turn": turn}), accept=tuple(Question))
     with pytest.raises(hs.SimulationError, match=r"heel of its hull.*moved by forces\.turn"):
@@ -390,7 +373,7 @@ def test_mistakes_are_told() -> None:
 def test_a_run_to_start_from_must_end_where_the_drive_begins() -> None:
     whole = replace(cart_and_rod(), output_states=True)
     run = completed(whole)
-    start = Start(run, 5.0)
+    start = hs.Start(run, 5.0)
     other = cart_and_rod(Harmonic(0.6, 3.2, 0.2, 0.4))
     text = refused(replace(other, initial=start, duration=5.0))
     assert "forces.shake: at 5 s it has the position" in text
@@ -399,7 +382,7 @@ def test_a_run_to_start_from_must_end_where_the_drive_begins() -> None:
 def test_a_joint_that_closes_against_a_drive_ends_the_run() -> None:
     """It would have to stop what the drive moves."""
     whole = cart_and_rod()
-    stop = replace(joint("fixed", "cart", None), active=Active(When(2.0)), resistances=())
+    stop = replace(joint("fixed", "cart", None), active=hs.Active(hs.When(2.0)), resistances=())
     with pytest.raises(hs.SimulationError, match="stop"):
         hs.simulate(replace(whole, joints={**whole.joints, "stop": stop}))
 
@@ -416,7 +399,7 @@ def test_work_and_impulse_of_a_drive_when_a_joint_closes(
     dry = {"weight": Weight.BALANCED, "dofs": ("surge",)}
     cart = carried("cart", CART, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), **dry)
     block = carried("block", mass, (1.0, 1.0, 1.0), (3.0, 0.0, 0.0), **dry)
-    lock = replace(joint("fixed", "block", "cart"), active=Active(When(at)))
+    lock = replace(joint("fixed", "block", "cart"), active=hs.Active(hs.When(at)))
     push = Drive("cart", dof="surge", position=SHAKE)
     whole = scene([cart, block], {"lock": lock}, DURATION, {"shake": push})
     solver = replace(whole.solver, method=method, step=0.02)
@@ -508,10 +491,10 @@ def test_a_block_slides_on_a_driven_table(validated: Validated) -> None:
     begun = {"position": (start, 0, 0, 0, 0, 0), "velocity": (speed, 0, 0, 0, 0, 0)}
     free = {"dofs": ("surge", "sway"), **begun, **dry}
     block = carried("block", mass, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), **free)
-    normal = PrescribedNormal(Table(np.array([0.0]), np.array([pressed])))
-    top = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="table")
+    normal = hs.PrescribedNormal(Table(np.array([0.0]), np.array([pressed])))
+    top = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="table")
     mu = mass * grip / pressed
-    pad = Fender("block", np.zeros((1, 3)), top, normal, Coulomb(mu, mu))
+    pad = hs.Fender("block", np.zeros((1, 3)), top, normal, hs.Coulomb(mu, mu))
     forces = {"shake": Drive("table", dof="surge", position=SHAKE), "pad": pad}
     run = completed(scene([table, block], {}, DURATION, forces))
     place, speed, pull = slide_on_a_table(grip)
@@ -525,7 +508,7 @@ def test_a_block_slides_on_a_driven_table(validated: Validated) -> None:
     assert run.attrs["energy_residual_relative"] < 1e-9
 
 
-def four_bar(signal: Any, **changes: Any) -> Scene:
+def four_bar(signal: Any, **changes: Any) -> hs.Scene:
     """A parallelogram of two cranks and a coupler, whose first crank is driven."""
     long, apart_by = 2.0, 5.0
     first = carried("first", 3.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.5 * long))
@@ -573,7 +556,7 @@ def test_a_ratchet_may_be_closed_under_a_drive_from_the_start(back: bool, ends: 
         np.append(signal.time[:3], DURATION), np.append(signal.value[:3], signal.value[2])
     )
     whole = cart_and_rod(signal, step=0.05)
-    pawl = Joint(JointType.RATCHET, "cart", axis=X, ratchet=Ratchet())
+    pawl = hs.Joint(JointType.RATCHET, "cart", axis=X, ratchet=Ratchet())
     held = replace(whole, joints={**whole.joints, "pawl": pawl})
     if not ends:
         found = completed(held).sel(body="cart", dof="surge").position
@@ -595,7 +578,7 @@ def test_a_drive_may_rest_in_a_closed_joint_and_not_leave_it(type_: str, until: 
     """Its rows depend on that of the drive, so that no force would show it."""
     whole = cart_and_rod(RESTS, step=0.05)
     hold = replace(
-        joint(type_, "cart", None), active=Active(When(1.0), When(until)), resistances=()
+        joint(type_, "cart", None), active=hs.Active(hs.When(1.0), hs.When(until)), resistances=()
     )
     held = replace(whole, joints={**whole.joints, "hold": hold})
     if until < 2.0:
@@ -610,7 +593,7 @@ def test_a_drive_may_rest_in_a_closed_joint_and_not_leave_it(type_: str, until: 
 def test_a_joint_that_closes_where_a_drive_turns_ends_the_run() -> None:
     """The speed is zero there, but not the acceleration."""
     whole = cart_and_rod(Harmonic(0.6, 4.0))
-    stop = replace(joint("fixed", "cart", None), active=Active(When(1.0)), resistances=())
+    stop = replace(joint("fixed", "cart", None), active=hs.Active(hs.When(1.0)), resistances=())
     with pytest.raises(hs.SimulationError, match=r"joints\.stop .* drive moves"):
         hs.simulate(replace(whole, joints={**whole.joints, "stop": stop}))
 
@@ -618,7 +601,9 @@ def test_a_joint_that_closes_where_a_drive_turns_ends_the_run() -> None:
 def test_a_ratchet_lets_a_drive_go_its_way_alone() -> None:
     """It holds while the drive rests, lets it go on, and ends the run when it goes back."""
     whole = cart_and_rod(RESTS, step=0.05)
-    pawl = Joint(JointType.RATCHET, "cart", axis=X, ratchet=Ratchet(), active=Active(When(1.0)))
+    pawl = hs.Joint(
+        JointType.RATCHET, "cart", axis=X, ratchet=Ratchet(), active=hs.Active(hs.When(1.0))
+    )
     held = replace(whole, joints={**whole.joints, "pawl": pawl})
     run = completed(replace(held, duration=7.0))
     mode = run.lock_mode.values[:, 0]

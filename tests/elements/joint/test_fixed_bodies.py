@@ -15,44 +15,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+import hydrosim as hs
 from hydrosim import simulate
 from hydrosim.database.build.barge import box
 from hydrosim.database.build.recipe import barge_with_deck
-from hydrosim.elements import (
-    Fender,
-    Frictionless,
-    Landing,
-    NormalCurve,
-    NormalLoop,
-    Plane,
-    Seats,
-    Spring,
-    StickSlip,
-    Wall,
-)
 from hydrosim.scene import (
     AtDraught,
-    Body,
     Box,
     ConstantRadiation,
     ConvolutionRadiation,
-    Environment,
     Family,
     Hull,
-    Joint,
     JointType,
     Kinematics,
     Place,
-    Plan,
-    RegularWave,
-    Scene,
-    Solver,
     StateSpaceRadiation,
-    Stream,
     Symmetry,
-    Tank,
-    WaveForces,
-    WaveTrain,
     Weight,
 )
 
@@ -81,22 +59,22 @@ def point_mass(mass: float, arm: np.ndarray) -> np.ndarray:
     return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
-def barge(mass: float, inertia: np.ndarray, keys: Mapping[str, Any]) -> Body:
+def barge(mass: float, inertia: np.ndarray, keys: Mapping[str, Any]) -> hs.Body:
     """The wet body with these mass properties."""
     given = KEYS | dict(keys)
-    return Body("barge", mass, inertia, centre_of_gravity=tuple(CENTRE), points=MARKS, **given)
+    return hs.Body("barge", mass, inertia, centre_of_gravity=tuple(CENTRE), points=MARKS, **given)
 
 
-def one(**keys: Any) -> tuple[Body, ...]:
+def one(**keys: Any) -> tuple[hs.Body, ...]:
     """All in one body."""
     return (barge(MASS, TOTAL, keys),)
 
 
-def three(**keys: Any) -> tuple[Body, ...]:
+def three(**keys: Any) -> tuple[hs.Body, ...]:
     """The wet body, and lumps on both sides."""
     wet = barge(MASS - 2.0 * LUMP, TOTAL - 2.0 * (OWN + point_mass(LUMP, ASIDE)), keys)
     lumps = (
-        Body(
+        hs.Body(
             name,
             LUMP,
             OWN,
@@ -110,15 +88,15 @@ def three(**keys: Any) -> tuple[Body, ...]:
 
 
 WELDS = {
-    "lower": Joint(JointType.FIXED, "barge", "carrier", point=(1.0, 2.0, 3.0)),
-    "upper": Joint(JointType.FIXED, "load", "barge"),
+    "lower": hs.Joint(JointType.FIXED, "barge", "carrier", point=(1.0, 2.0, 3.0)),
+    "upper": hs.Joint(JointType.FIXED, "load", "barge"),
 }
 
 
-def lines() -> Mapping[str, Spring]:
+def lines() -> Mapping[str, hs.Spring]:
     """Two lines that hold the hull."""
     return {
-        name: Spring(
+        name: hs.Spring(
             "barge",
             point=place,
             anchor=anchor,
@@ -141,18 +119,18 @@ def apart(
     **keys: Any,
 ) -> float:
     """Largest difference of the marks [m], of the largest motion of one, of both scenes."""
-    waves = WaveTrain(RegularWave(amplitude=0.6, period=6.5), heading=1.1, ramp=5.0)
+    waves = hs.WaveTrain(hs.RegularWave(amplitude=0.6, period=6.5), heading=1.1, ramp=5.0)
     settings = {"step": 0.025, "symmetry": Symmetry.IGNORE} | dict(solver or {})
     found = []
     for bodies, joints in ((one(**keys), {}), (three(**keys), WELDS)):
-        scene = Scene(
+        scene = hs.Scene(
             "fixed",
             15.0,
             bodies,
-            environment=Environment(waves=(waves,), current=Stream(current, 2.0)),
+            environment=hs.Environment(waves=(waves,), current=hs.Stream(current, 2.0)),
             forces=lines() if forces is None else forces,
             joints=joints,
-            solver=Solver(**settings),
+            solver=hs.Solver(**settings),
             output_step=0.5,
         )
         found.append(simulate(scene).point_position.values)
@@ -174,7 +152,7 @@ def test_a_memory_in_states() -> None:
 
 
 def test_waves_that_follow_the_body() -> None:
-    met = WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
+    met = hs.WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
     assert apart(wave_forces=met) < 1e-9
 
 
@@ -190,17 +168,17 @@ def test_a_family_of_databases() -> None:
 
 
 def test_contacts() -> None:
-    law = StickSlip(0.4, 0.3, stiffness=4e6, damping=4e5, slip_damping=1e4)
-    wall = Plane((0.0, 12.0, 0.0), (0.0, -1.0, 0.0))
+    law = hs.StickSlip(0.4, 0.3, stiffness=4e6, damping=4e5, slip_damping=1e4)
+    wall = hs.Plane((0.0, 12.0, 0.0), (0.0, -1.0, 0.0))
     points = np.array([(20.0, 10.0, 1.0), (-20.0, 10.0, 1.0)])
-    curve = NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e6]))
-    fenders = {**lines(), "quay": Fender("barge", points, wall, curve, law)}
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e6]))
+    fenders = {**lines(), "quay": hs.Fender("barge", points, wall, curve, law)}
     assert apart(fenders, heading=0.05) < 1e-9
 
 
 def test_a_landing_with_a_loop_and_a_wall() -> None:
     """Two legs of the barge that waves bring down on seats of the earth."""
-    loop = NormalLoop(
+    loop = hs.NormalLoop(
         np.array([0.0, 0.5]),
         np.array([0.0, 4e6]),
         np.array([0.0, 0.1, 0.5]),
@@ -209,13 +187,15 @@ def test_a_landing_with_a_loop_and_a_wall() -> None:
     )
     legs = np.array([(15.0, 8.0, -3.5), (-15.0, -8.0, -3.5)])
     seats = legs + np.array([0.0, 0.0, CENTRE[2] - 0.15])
-    wall = Wall(0.2, stiffness=3e6, angle=np.arctan(0.3), depth=1.0)
-    landing = Landing("barge", legs, Seats(seats, extent=6.0), loop, Frictionless(), wall=wall)
+    wall = hs.Wall(0.2, stiffness=3e6, angle=np.arctan(0.3), depth=1.0)
+    landing = hs.Landing(
+        "barge", legs, hs.Seats(seats, extent=6.0), loop, hs.Frictionless(), wall=wall
+    )
     assert apart({**lines(), "legs": landing}, current=0.0, heading=0.0) < 1e-9
 
 
 def test_tanks_that_are_pumped() -> None:
     shape = Box((-10.0, -6.0, -3.0), (10.0, 6.0, 1.0))
-    level = Plan(np.array([0.0, 25.0]), np.array([2.0, 0.5]))
-    tank = Tank("hold", shape, 2.0, plan=level)
+    level = hs.Plan(np.array([0.0, 25.0]), np.array([2.0, 0.5]))
+    tank = hs.Tank("hold", shape, 2.0, plan=level)
     assert apart(tanks=(tank,)) < 1e-9

@@ -8,39 +8,29 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import hydrosim as hs
 from hydrosim import simulate
 from hydrosim.elements import AppliedForce, Table
-from hydrosim.scene import (
-    Body,
-    Joint,
-    JointFriction,
-    JointResistance,
-    JointType,
-    LinearScenes,
-    Method,
-    Scene,
-    Solver,
-    Stops,
-)
+from hydrosim.scene import JointFriction, JointResistance, JointType, LinearScenes, Method, Stops
 
 MASS = 2.0
 INERTIA = np.diag([3.0, 4.0, 5.0])
 
 
-def sliding(step: float, method: Method = Method.RK4, **acting: object) -> Scene:
+def sliding(step: float, method: Method = Method.RK4, **acting: object) -> hs.Scene:
     """A body that slides along x on the earth."""
     return on_joint(JointType.SLIDER, step, method, **acting)
 
 
-def on_joint(kind: JointType, step: float, method: Method, **acting: object) -> Scene:
+def on_joint(kind: JointType, step: float, method: Method, **acting: object) -> hs.Scene:
     """A body on a joint to the earth through its centre of gravity, with the axis x."""
-    joint = Joint(kind, "body", axis=(1.0, 0.0, 0.0), resistances=(JointResistance(**acting),))
-    return Scene(
+    joint = hs.Joint(kind, "body", axis=(1.0, 0.0, 0.0), resistances=(JointResistance(**acting),))
+    return hs.Scene(
         "joint",
         6.0,
-        (Body("body", MASS, INERTIA),),
+        (hs.Body("body", MASS, INERTIA),),
         joints={"joint": joint},
-        solver=Solver(step=step, method=method, linear=LinearScenes.STEP),
+        solver=hs.Solver(step=step, method=method, linear=LinearScenes.STEP),
         output_step=0.1,
     )
 
@@ -148,12 +138,12 @@ def test_the_order_of_a_method_holds_through_stops_and_friction(method: Method) 
 def test_a_joint_told_from_its_other_side_is_the_same() -> None:
     """Body and to in exchange: the motion of `body` relative to `to` changes its sign."""
     acting = {"stiffness": 5.0, "damping": 0.4, "velocity": 0.3, "stops": Stops(-0.02, 0.03, 40.0)}
-    one = Body("one", 2.0, INERTIA, centre_of_gravity=(0.5, 0.0, 0.0))
-    other = Body("other", 5.0, 2.0 * INERTIA)
-    there = Joint(JointType.HINGE, "one", "other", (0.4, 0.1, 0.0), (0.0, 1.0, 0.0))
+    one = hs.Body("one", 2.0, INERTIA, centre_of_gravity=(0.5, 0.0, 0.0))
+    other = hs.Body("other", 5.0, 2.0 * INERTIA)
+    there = hs.Joint(JointType.HINGE, "one", "other", (0.4, 0.1, 0.0), (0.0, 1.0, 0.0))
     here = replace(there, body="other", to="one", point=(0.9, 0.1, 0.0))
     turned = dict(acting, velocity=-0.3, stops=Stops(-0.03, 0.02, 40.0))
-    base = Joint(JointType.HINGE, "other", None, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+    base = hs.Joint(JointType.HINGE, "other", None, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
     base = replace(base, resistances=(JointResistance(stiffness=9.0, velocity=0.2),))
     runs = [
         simulate(

@@ -31,10 +31,6 @@ from hydrosim.dofs import about_z
 from hydrosim.elements import AppliedForce, Coulomb, Harmonic, LinearMooring, StickSlip
 from hydrosim.report.sentences.sections import lines_of
 from hydrosim.scene import (
-    Active,
-    Body,
-    Environment,
-    Joint,
     JointFriction,
     JointResistance,
     JointType,
@@ -42,12 +38,7 @@ from hydrosim.scene import (
     LinearScenes,
     Method,
     RadiationModel,
-    Scene,
-    Solver,
-    Start,
-    Stream,
     Symmetry,
-    When,
     Window,
 )
 
@@ -66,11 +57,11 @@ FREE_AXES: dict[JointType, tuple[tuple[int, ...], tuple[int, ...]]] = {
 TYPES = [*FREE_AXES]
 
 
-def closing(joint: Joint, at: float = CLOSES) -> Joint:
-    return replace(joint, active=Active(When(at)))
+def closing(joint: hs.Joint, at: float = CLOSES) -> hs.Joint:
+    return replace(joint, active=hs.Active(hs.When(at)))
 
 
-def pair(**solver: object) -> Scene:
+def pair(**solver: object) -> hs.Scene:
     """Two blocks without symmetry that fly and tumble, and are off their places at rest."""
     a = block(2.0, name="a", velocity=moving(surge=1.0, heave=0.3, roll=0.4, yaw=-0.6))
     a = replace(a, position=moving(sway=0.2, pitch=0.3, yaw=0.5))
@@ -83,7 +74,7 @@ def rotations(run: xr.Dataset, k: int) -> list[np.ndarray]:
     return [Rotation.from_euler("ZYX", x[[5, 4, 3]]).as_matrix() for x in q]
 
 
-def mass_matrix(bodies: Sequence[Body], R: Sequence[np.ndarray]) -> np.ndarray:
+def mass_matrix(bodies: Sequence[hs.Body], R: Sequence[np.ndarray]) -> np.ndarray:
     M = np.zeros((6 * len(bodies),) * 2)
     for b, body in enumerate(bodies):
         k = 6 * b
@@ -93,7 +84,7 @@ def mass_matrix(bodies: Sequence[Body], R: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def held_rows(
-    joint: Joint, scene: Scene, run: xr.Dataset, k: int, R: list[np.ndarray] | None = None
+    joint: hs.Joint, scene: hs.Scene, run: xr.Dataset, k: int, R: list[np.ndarray] | None = None
 ) -> np.ndarray:
     """Rows (m, 6 nb) of the relative velocities that a joint between body 0 and another, or the
     earth, stops: at the point of body 0, along and about the axes of the joint there."""
@@ -138,7 +129,7 @@ def on_centre(impulse: np.ndarray, arm: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("type", TYPES)
 def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, to: str) -> None:
     """Of an independent model, 1e-12; impulse equal and opposite; what it stops stays stopped."""
-    joint = Joint(type, "a", to, (0.7, -0.2, 0.4), (1.0, 2.0, -0.5), (2.0, -1.0, 0.0))
+    joint = hs.Joint(type, "a", to, (0.7, -0.2, 0.4), (1.0, 2.0, -0.5), (2.0, -1.0, 0.0))
     free = pair(step=0.05)
     before = hs.simulate(free)
     run = hs.simulate(replace(free, joints={"pin": closing(joint)}))
@@ -168,7 +159,7 @@ def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, 
 def test_two_masses_that_meet_in_closed_form(method: Method) -> None:
     a = block(2.0, ("surge",), "a", velocity=moving(surge=1.0))
     b = block(3.0, ("surge",), "b", velocity=moving(surge=-0.5))
-    pin = closing(Joint(JointType.FIXED, "a", "b"), 0.4321)
+    pin = closing(hs.Joint(JointType.FIXED, "a", "b"), 0.4321)
     free = scene([a, b], {}, 1.0, 0.1, method=method)
     run = hs.simulate(replace(free, joints={"pin": pin}))
     reduced = 2.0 * 3.0 / 5.0
@@ -184,8 +175,8 @@ def test_two_masses_that_meet_in_closed_form(method: Method) -> None:
 def test_several_locks_close_at_once() -> None:
     """Three, two of which hold the same motions."""
     free = pair(step=0.05)
-    hinge = Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.0, 0.0, 1.0))
-    ball = Joint(JointType.BALL, "a", None, (0.1, 0.2, 0.3))
+    hinge = hs.Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.0, 0.0, 1.0))
+    ball = hs.Joint(JointType.BALL, "a", None, (0.1, 0.2, 0.3))
     joints = {"one": hinge, "same": hinge, "ball": ball}
     before = hs.simulate(free)
     run = hs.simulate(replace(free, joints={name: closing(j) for name, j in joints.items()}))
@@ -207,11 +198,11 @@ def test_a_lock_beside_a_joint_takes_its_body_along() -> None:
     """Bodies that a hinge joins from the start are stopped by a ball at one of them."""
     free = pair(step=0.05)
     a, b = free.bodies
-    hinge = Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.0, 0.0, 1.0))
+    hinge = hs.Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.0, 0.0, 1.0))
     a = replace(a, position=moving(), velocity=moving(), points=FRAME)  # the hinge carries it
     b = replace(b, position=moving(), points=FRAME, velocity=moving(surge=1.0, sway=0.3, yaw=0.5))
     free = replace(free, bodies=(a, b), joints={"hinge": hinge})
-    ball = Joint(JointType.BALL, "a", None, (0.1, 0.2, 0.3))
+    ball = hs.Joint(JointType.BALL, "a", None, (0.1, 0.2, 0.3))
     before = hs.simulate(free)
     run = hs.simulate(replace(free, joints={"hinge": hinge, "ball": closing(ball)}))
     k = int(np.searchsorted(before.time.values, CLOSES - 1e-9))
@@ -226,7 +217,7 @@ def test_a_lock_beside_a_joint_takes_its_body_along() -> None:
     assert np.abs(run.energy_residual).max() < 1e-6 * lost
 
 
-def lifted(law: object) -> Scene:
+def lifted(law: object) -> hs.Scene:
     """A block that rests on the floor with friction, and one that slides into it without."""
     still = block(3.0, ("surge", "heave"), "still")
     fast = block(2.0, ("surge",), "fast", velocity=moving(surge=1.0), location=(-1.0, 0.0))
@@ -234,7 +225,7 @@ def lifted(law: object) -> Scene:
     loads = {"floor": floor, "weight": steady("still", heave=-30.0)}
     found = scene([still, fast], loads, 1.0, 0.02, step=0.01, method=Method.RK4)
     pressed = replace(found.bodies[0], position=moving(heave=-1e-3))
-    pin = Joint(JointType.FIXED, "fast", "still", active=Active(When(CLOSES)))
+    pin = hs.Joint(JointType.FIXED, "fast", "still", active=hs.Active(hs.When(CLOSES)))
     return replace(found, bodies=(pressed, found.bodies[1]), joints={"pin": pin})
 
 
@@ -271,7 +262,7 @@ def test_a_pin_that_never_closes_changes_no_byte() -> None:
     """Except what names it: the joint, its states and its row of forces."""
     base = replace(scene_of("base"), duration=20.0)
     body = base.bodies[0].name
-    pin = Joint(JointType.FIXED, body, None, active=Active(When(1e4)))
+    pin = hs.Joint(JointType.FIXED, body, None, active=hs.Active(hs.When(1e4)))
     alone = hs.simulate(base)
     run = hs.simulate(replace(base, joints={"pin": pin}))
     new = {*run.variables} - {*alone.variables}
@@ -289,7 +280,7 @@ def test_a_pin_that_never_closes_changes_no_byte() -> None:
     assert not run.joint_force.values.any()
 
 
-def sprung(step: float, **window: float) -> Scene:
+def sprung(step: float, **window: float) -> hs.Scene:
     """Two masses on springs to the earth, that a pin joins where they pass slowly enough."""
     a = block(2.0, ("surge",), "a", position=moving(surge=0.6))
     b = block(3.0, ("surge",), "b", position=moving(surge=-0.4))
@@ -298,7 +289,7 @@ def sprung(step: float, **window: float) -> Scene:
         K = np.zeros((6, 6))
         K[0, 0] = k
         forces[name + "_spring"] = LinearMooring(name, K)
-    pin = Joint(JointType.FIXED, "a", "b", window=Window(**window))
+    pin = hs.Joint(JointType.FIXED, "a", "b", window=Window(**window))
     found = scene([a, b], forces, 4.0, 0.1, step=step, method=Method.RK4)
     return replace(found, joints={"pin": pin})
 
@@ -358,10 +349,10 @@ def test_the_time_of_closing_against_dop853() -> None:
 
 
 def test_a_run_continues_to_the_bit_across_a_closed_lock() -> None:
-    joint = Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (1.0, 2.0, -0.5))
+    joint = hs.Joint(JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (1.0, 2.0, -0.5))
     base = replace(pair(step=0.05), joints={"pin": closing(joint, 0.31)}, output_states=True)
     whole = hs.simulate(base)
-    rest = hs.simulate(replace(base, duration=0.5, initial=Start(whole, 0.5)))
+    rest = hs.simulate(replace(base, duration=0.5, initial=hs.Start(whole, 0.5)))
     for name in ("position", "velocity", "joint_force", "lock_loss", "lock_impulse", "lock_mode"):
         assert np.array_equal(rest[name].values, whole[name].sel(time=rest.time.values).values)
 
@@ -369,7 +360,7 @@ def test_a_run_continues_to_the_bit_across_a_closed_lock() -> None:
 def test_a_lock_lets_go_at_its_time() -> None:
     """Both masses then keep the common velocity; the spring of one pulls it alone."""
     base = sprung(0.01, gap=0.3)
-    pin = replace(base.joints["pin"], active=Active(None, When(2.0)))
+    pin = replace(base.joints["pin"], active=hs.Active(None, hs.When(2.0)))
     run = hs.simulate(replace(base, joints={"pin": pin}))
     k = int(np.searchsorted(run.time.values, 2.0 - 1e-9))
     x, v = run.position.values[k, :, 0], run.velocity.values[k, :, 0]
@@ -381,12 +372,12 @@ def test_a_lock_lets_go_at_its_time() -> None:
     assert run.lock_mode.values[-1, 0] == 0
 
 
-def wet(current: float, radiation: RadiationModel) -> Scene:
+def wet(current: float, radiation: RadiationModel) -> hs.Scene:
     """The free H-851 adrift in calm water or a current."""
     base = with_body(scene_of("base"), velocity=moving(surge=1.0, sway=0.4, yaw=0.03))
     base = with_body(base, radiation=radiation)
-    solver = Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
-    water = Environment(current=Stream(current, 0.5))
+    solver = hs.Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
+    water = hs.Environment(current=hs.Stream(current, 0.5))
     return replace(base, duration=40.0, environment=water, forces={}, solver=solver)
 
 
@@ -397,7 +388,7 @@ def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None
     closes."""
     free = wet(current, radiation)
     name = free.bodies[0].name
-    hinge = Joint(JointType.BALL, name, None, (40.0, 5.0, 2.0))
+    hinge = hs.Joint(JointType.BALL, name, None, (40.0, 5.0, 2.0))
     before = hs.simulate(replace(free, duration=20.0))
     run = hs.simulate(replace(free, joints={"pin": closing(hinge, 20.0)}))
     k = len(before.time) - 1
@@ -417,7 +408,7 @@ def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None
 def test_a_lock_in_linear_kinematics() -> None:
     """Small angles: J is constant, no place jumps, and momentum along x is kept."""
     base = pair(step=0.05, kinematics=Kinematics.LINEAR)
-    joint = closing(Joint(JointType.FIXED, "a", "b", (0.7, -0.2, 0.4)))
+    joint = closing(hs.Joint(JointType.FIXED, "a", "b", (0.7, -0.2, 0.4)))
     run = hs.simulate(replace(base, joints={"pin": joint}))
     v = run.velocity.values
     masses = np.array([2.0, 3.0])
@@ -436,7 +427,9 @@ def test_a_clearance_closes_a_pin() -> None:
 
     bodies = [replace(body, points={"eye": (0.0, 0.0, 0.0)}) for body in base.bodies]
     pin = replace(
-        base.joints["pin"], window=None, active=Active(When(channel="clearance.pin", below=0.3))
+        base.joints["pin"],
+        window=None,
+        active=hs.Active(hs.When(channel="clearance.pin", below=0.3)),
     )
     watched = {"pin": Clearance("eye of a", "eye of b")}
     run = hs.simulate(replace(base, bodies=bodies, joints={"pin": pin}, clearances=watched))
@@ -450,7 +443,7 @@ def test_a_joint_breaks_at_its_force() -> None:
     pull = AppliedForce(
         "a", (0.0, 0.0, 0.0), table([0.0, 2.0], np.array([[0.0] * 6, [10.0] + [0.0] * 5]))
     )
-    pin = Joint(JointType.FIXED, "a", breaks_at=3.0)
+    pin = hs.Joint(JointType.FIXED, "a", breaks_at=3.0)
     found = scene([block(2.0, ("surge",), "a")], {"pull": pull}, 2.0, 0.1, method=Method.RK4)
     run = hs.simulate(replace(found, joints={"pin": pin}))
     t = np.maximum(run.time.values - 0.6, 0.0)
@@ -468,8 +461,10 @@ def test_a_pin_takes_the_load_of_the_hinge_that_it_locks(method: Method) -> None
     it slow enough; from then on the pin bears the whole moment, and nothing changes."""
     friction = JointFriction(2.0, 1.5)
     resistances = (JointResistance(friction=friction),)
-    hinge = Joint(JointType.HINGE, "a", axis=(0.0, 1.0, 0.0), resistances=resistances)
-    pin = Joint(JointType.FIXED, "a", active=Active(When(2.0)), window=Window(gap=1.0, speed=0.01))
+    hinge = hs.Joint(JointType.HINGE, "a", axis=(0.0, 1.0, 0.0), resistances=resistances)
+    pin = hs.Joint(
+        JointType.FIXED, "a", active=hs.Active(hs.When(2.0)), window=Window(gap=1.0, speed=0.01)
+    )
     pin = replace(pin, point=(1.0, 0.0, 0.0))
     moment = {"pitch": Harmonic(6.0, 1.0)}
     load = AppliedForce("a", (0.0, 0.0, 0.0), moment)
@@ -495,13 +490,13 @@ def test_a_lock_between_jointed_bodies() -> None:
     free = pair(step=0.05)
     a, b = free.bodies
     start = JointResistance(velocity=1.2)
-    hinge = Joint(
+    hinge = hs.Joint(
         JointType.HINGE, "a", "b", (0.7, -0.2, 0.4), (0.3, 0.0, 1.0), resistances=(start,)
     )
     a = replace(a, position=moving(), velocity=moving(), points=FRAME)
     b = replace(b, position=moving(), points=FRAME, velocity=moving(surge=1.0, yaw=0.5))
     free = replace(free, bodies=(a, b), joints={"hinge": hinge})
-    stop = Joint(JointType.FIXED, "a", "b", (0.1, 0.2, 0.3))
+    stop = hs.Joint(JointType.FIXED, "a", "b", (0.1, 0.2, 0.3))
     before = hs.simulate(free)
     run = hs.simulate(replace(free, joints={"hinge": hinge, "stop": closing(stop)}))
     k = int(np.searchsorted(before.time.values, CLOSES - 1e-9))
@@ -523,7 +518,7 @@ def test_a_lock_between_jointed_bodies() -> None:
     assert np.abs(run.energy_residual).max() < 1e-5 * lost
 
 
-def pushed_in_a_sleeve(guide: Joint) -> xr.Dataset:
+def pushed_in_a_sleeve(guide: hs.Joint) -> xr.Dataset:
     """A block without symmetry on springs, pushed and turned; a point of it stays on an axis."""
     body = block(2.0, name="a")
     stiff = LinearMooring("a", np.diag([8.0, 6.0, 9.0, 0.0, 0.0, 0.0]))
@@ -534,7 +529,7 @@ def pushed_in_a_sleeve(guide: Joint) -> xr.Dataset:
 
 def test_a_guide_is_the_same_as_coordinates_and_as_a_lock() -> None:
     """A point slides on an axis and turns all ways: as a tree it needs no constraint."""
-    guide = Joint(JointType.GUIDE, "a", None, (0.2, -0.1, 0.3), (0.3, 0.2, 1.0))
+    guide = hs.Joint(JointType.GUIDE, "a", None, (0.2, -0.1, 0.3), (0.3, 0.2, 1.0))
     tree = pushed_in_a_sleeve(guide)
     lock = pushed_in_a_sleeve(closing(guide, 0.0))
     assert "lock_mode" not in tree
@@ -547,7 +542,7 @@ def test_a_window_does_not_count_a_slide_that_is_free() -> None:
     """Along its axis a guide may be anywhere, and as fast as it likes."""
     a = block(2.0, ("surge", "heave"), "a", position=moving(surge=0.5, heave=3.0))
     a = replace(a, velocity=moving(surge=-0.2, heave=2.0))
-    pin = Joint(JointType.GUIDE, "a", None, axis=(0.0, 0.0, 1.0), window=Window(0.1, 0.3))
+    pin = hs.Joint(JointType.GUIDE, "a", None, axis=(0.0, 0.0, 1.0), window=Window(0.1, 0.3))
     run = hs.simulate(replace(scene([a], {}, 4.0, 0.1, step=0.05), joints={"pin": pin}))
     assert run.lock_mode.values[[0, -1], 0].tolist() == [1, 3]
     assert run.position.values[-1, 0, 0] == pytest.approx(0.1, abs=1e-9)

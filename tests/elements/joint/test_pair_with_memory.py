@@ -14,17 +14,8 @@ import xarray as xr
 from jointed import FRAME, completed, joint, moved, scene
 from turning import points, turned, turned_back
 
-from hydrosim.scene import (
-    Body,
-    ConvolutionRadiation,
-    Environment,
-    Method,
-    Radiation,
-    RadiationModel,
-    Scene,
-    Stream,
-    Symmetry,
-)
+import hydrosim as hs
+from hydrosim.scene import ConvolutionRadiation, Method, Radiation, RadiationModel, Symmetry
 
 Figure = Callable[[str, float], None]
 BOX = Path(__file__).parents[3] / "hydro_db" / "box.nc"  # 100 m by 20 m, 5 m deep
@@ -35,7 +26,7 @@ MEMORIES: dict[str, RadiationModel | Radiation] = {
     "states": RadiationModel.STATE_SPACE,
     "convolution": ConvolutionRadiation(length=40.0),
 }
-CURRENT = Stream(0.8, 1.1)
+CURRENT = hs.Stream(0.8, 1.1)
 
 
 PIN = (APART / 2, 0.0, 0.0)
@@ -51,9 +42,9 @@ JOINTS = {
 }
 
 
-def barges(memory: str, current: Stream = CURRENT, held: str = "hinge") -> Scene:
+def barges(memory: str, current: hs.Stream = CURRENT, held: str = "hinge") -> hs.Scene:
     """Two barges end to end; each makes waves by itself."""
-    fore = Body(
+    fore = hs.Body(
         "fore",
         MASS,
         MASS * np.diag(np.square(RADII)),
@@ -67,7 +58,7 @@ def barges(memory: str, current: Stream = CURRENT, held: str = "hinge") -> Scene
     found = scene([fore, aft], pin, 60.0, output_step=0.5, method=Method.RK4, step=0.1)
     return replace(
         found,
-        environment=Environment(current=current),
+        environment=hs.Environment(current=current),
         solver=replace(found.solver, symmetry=Symmetry.IGNORE),
     )
 
@@ -82,7 +73,7 @@ def the_run(memory: str) -> xr.Dataset:
 @pytest.mark.parametrize("held", list(JOINTS))
 def test_with_memory_a_pair_never_gains_energy(held: str, memory: str, figure: Figure) -> None:
     """In still water: the waves have taken energy at any time, though the pair folds and turns."""
-    run = completed(barges(memory, Stream(), held))
+    run = completed(barges(memory, hs.Stream(), held))
     lost = run.energy_dissipated_radiation.values
     figure("lost", lost[-1] / run.energy_kinetic.values[0])
     assert np.ptp(run.joint_position.values, axis=0).max() > 1.0

@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, LinearMooring
 from hydrosim.scene import Active, Body, Joint, JointType, Kinematics, Method, Ratchet, Scene, When
 
 MASS, STIFFNESS = 2.0, 8.0
@@ -20,17 +19,17 @@ FORCE = np.array([0.0, 0.0, 10.0, -10.0, 12.0])
 TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
 
 
-def along(stiffness: float) -> LinearMooring:
+def along(stiffness: float) -> hs.LinearMooring:
     K = np.zeros((6, 6))
     K[0, 0] = stiffness
-    return LinearMooring("cart", K)
+    return hs.LinearMooring("cart", K)
 
 
 def driven(pitch: float = 0.0, step: float = 0.05, **changes: object) -> Scene:
     """A cart on a spring, thrown forward and then pushed and pulled; a ratchet lets it go +x."""
     cart = block(MASS, ("surge",), "cart", velocity=moving(surge=1.0))
     six = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
-    push = AppliedForce("cart", (0.0, 0.0, 0.0), table(CORNERS, six))
+    push = hs.AppliedForce("cart", (0.0, 0.0, 0.0), table(CORNERS, six))
     loads = {"spring": along(STIFFNESS), "push": push}
     found = scene([cart], loads, 8.0, 0.1, step=step, method=Method.RK4)
     pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, pitch))
@@ -134,7 +133,7 @@ def test_a_ratchet_about_an_axis(kinematics: Kinematics, pitch: float) -> None:
     wheel = Body("wheel", 1.0, np.diag([1.0, 1.5, 2.0]), velocity=moving(yaw=1.0))
     found = scene(
         [wheel],
-        {"spring": LinearMooring("wheel", K)},
+        {"spring": hs.LinearMooring("wheel", K)},
         2.0,
         0.1,
         step=0.01,
@@ -178,7 +177,7 @@ def test_the_axis_of_a_ratchet_without_teeth_stays_where_it_is() -> None:
     start = moving(surge=1.0, yaw=0.4)
     cart = block(MASS, ("surge", "sway", "yaw"), "cart", velocity=start)
     pushes = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
-    push = AppliedForce("cart", (0.0, 0.0, 0.0), table(CORNERS, pushes))
+    push = hs.AppliedForce("cart", (0.0, 0.0, 0.0), table(CORNERS, pushes))
     found = scene([cart], {"spring": along(STIFFNESS), "push": push}, 8.0, 0.1, step=0.05)
     pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, 0.0))
     run = hs.simulate(replace(found, joints={"pawl": pawl}))

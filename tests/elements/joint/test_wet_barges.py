@@ -13,7 +13,6 @@ import hydrosim as hs
 from hydrosim.analysis.seakeeping import LinearRequest, linear_analysis
 from hydrosim.compile.compile import Radiation
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Scene
 
 CASES = Path(__file__).parents[3] / "cases" / "hinged_barges"
 NAMES = ["fore", "aft"]
@@ -26,7 +25,7 @@ def barges() -> Barges:
     return Barges()
 
 
-def scene_of(**settings: object) -> Scene:
+def scene_of(**settings: object) -> hs.Scene:
     """The case in a regular wave, with other settings: keys have __ for dots."""
     changes = {key.replace("__", "."): value for key, value in settings.items()}
     return hs.load_case(CASES / "regular.yaml", changes).scene()

@@ -19,18 +19,7 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.dofs import about_z
-from hydrosim.scene import (
-    Body,
-    Environment,
-    Joint,
-    JointResistance,
-    JointType,
-    Method,
-    RadiationModel,
-    Scene,
-    Solver,
-    Symmetry,
-)
+from hydrosim.scene import JointResistance, JointType, Method, RadiationModel, Symmetry
 
 DATABASES = Path(__file__).parents[3] / "hydro_db"
 LAUNCH = (1.0, -0.5, 0.1, 0.02, 0.01, 0.03)
@@ -41,13 +30,13 @@ PAIRS = {  # database, length, mass, radii, whether the database has both
 }
 
 
-def drifting(pair: str, radiation: RadiationModel) -> Scene:
+def drifting(pair: str, radiation: RadiationModel) -> hs.Scene:
     """Two equal barges of a pair, hinged about the vertical between them, launched."""
     file, arm, mass, radii, both = PAIRS[pair]
     inertia = mass * np.diag(np.square(radii))
     own = {"hydrodynamics": DATABASES / file, "radiation": radiation}
     fore, aft = (
-        Body(
+        hs.Body(
             name,
             mass,
             inertia,
@@ -58,21 +47,21 @@ def drifting(pair: str, radiation: RadiationModel) -> Scene:
         )
         for name, x, number in (("fore", arm, 1), ("aft", -arm, 2))
     )
-    hinge = Joint(
+    hinge = hs.Joint(
         JointType.HINGE, "fore", "aft", (-arm, 0.0, 0.0), (0.0, 0.0, 1.0), resistances=(FOLDING,)
     )
-    return Scene(
+    return hs.Scene(
         "drifting pair",
         60.0,
         (fore, replace(aft, velocity=LAUNCH)),
-        Environment(water_density=1025.0),
+        hs.Environment(water_density=1025.0),
         joints={"hinge": hinge},
-        solver=Solver(Method.RK4, 0.05, symmetry=Symmetry.IGNORE),
+        solver=hs.Solver(Method.RK4, 0.05, symmetry=Symmetry.IGNORE),
         output_step=0.5,
     )
 
 
-def energy_of(scene: Scene, run: xr.Dataset) -> np.ndarray:
+def energy_of(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
     """Kinetic energy with A_inf, and what is stored, (nt,)."""
     compiled = compile_scene(scene)
     added = np.zeros((12, 12))

@@ -24,7 +24,6 @@ from scipy.integrate import solve_ivp
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Scene
 
 ROOT = Path(__file__).parents[3]
 MASS, RADII, HEIGHT = 164e3, np.array([5.8, 3.5, 4.7]), 4.0
@@ -32,7 +31,7 @@ ANGLE = np.radians(40.0)
 DURATION = 40.0
 
 
-def flap(**settings: object) -> Scene:
+def flap(**settings: object) -> hs.Scene:
     """The case by states of radiation, with other settings: keys have __ for dots."""
     changes = {"bodies.flap.radiation": "state_space", "duration": DURATION}
     changes |= {key.replace("__", "."): value for key, value in settings.items()}
@@ -71,7 +70,7 @@ def expected() -> np.ndarray:
     return np.asarray(found.y[0])
 
 
-def error_of(scene: Scene) -> float:
+def error_of(scene: hs.Scene) -> float:
     """Largest difference of the angle, of its range, and that the pitch is the joint's angle."""
     run = hs.simulate(scene)
     angle = run.joint_position.sel(joint_motion="hinge angle").values

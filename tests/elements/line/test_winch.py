@@ -29,7 +29,6 @@ from hydrosim.elements.line.drum import (
 )
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
-from hydrosim.scene import Active, Scene, Start, When
 
 Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
@@ -102,7 +101,7 @@ class Drum:
         """Length off the drum at which the set tension acts."""
         return SPAN / (1.0 + SET / self.EA)
 
-    def scene(self, step: float, **solver: Any) -> Scene:
+    def scene(self, step: float, **solver: Any) -> hs.Scene:
         control = TensionControl(SET, self.speed, self.dead_band, *self.friction)
         winch = Winch(
             *("block", ORIGIN, (-SPAN, 0.0, 0.0), self.EA, None, control, self.ends),
@@ -268,10 +267,10 @@ def test_a_wire_that_breaks_is_located() -> None:
     w = sqrt(k / MASS)
     end = v * sqrt(k * MASS) * 0.6
     length = Table(np.array([0.0, 50.0]), np.array([30.0, 30.0 - 50.0 * v]))
-    until = When(0.0, "spring_tension.line", above=end)
+    until = hs.When(0.0, "spring_tension.line", above=end)
     line = Spring(
         *("block", ORIGIN, (0.0, 0.0, 30.0), length, STRAIGHT, k * STRAIGHT),
-        active=Active(until=until),
+        active=hs.Active(until=until),
     )
     run = hs.simulate(scene(block(MASS, ("heave",)), {"line": line}, 1.0, 0.1, step=0.001))
     exact = np.arcsin(0.6) / w
@@ -286,9 +285,9 @@ def test_the_wire_of_a_winch_breaks_at_its_tension() -> None:
     v cos(wt), which tells the moment to 1e-10 s."""
     EA, v = 4e7, 1.5
     w = sqrt(EA / SPAN / MASS)
-    until = When(0.0, "winch_tension.winch", above=0.6 * v * w * MASS)
+    until = hs.When(0.0, "winch_tension.winch", above=0.6 * v * w * MASS)
     length = Table(np.zeros(1), np.full(1, SPAN))
-    wire = Winch(*("block", ORIGIN, (-SPAN, 0.0, 0.0), EA, length), active=Active(until=until))
+    wire = Winch(*("block", ORIGIN, (-SPAN, 0.0, 0.0), EA, length), active=hs.Active(until=until))
     body = block(MASS, ("surge",), velocity=moving(surge=v))
     run = hs.simulate(scene(body, {"winch": wire}, 1.0, 0.1, step=0.002))
     found = np.arccos(float(run.velocity[-1, 0, 0]) / v) / w
@@ -305,13 +304,13 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     mode = run.winch_mode.values[:, 0]
     for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN):
         time = float(run.time[np.flatnonzero(mode[:-1] == one)[-1]])
-        start = Start(tmp_path / "run.nc", time)
+        start = hs.Start(tmp_path / "run.nc", time)
         after = hs.simulate(replace(whole, duration=8.0 - time, initial=start))
         np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
         np.testing.assert_array_equal(after.winch_mode.values[-1], run.winch_mode.values[-1])
 
 
-def in_the_plane(angle: float) -> Scene:
+def in_the_plane(angle: float) -> hs.Scene:
     """A free block between two winches, mirror images of each other at ``angle`` 0, and turned."""
     turn = np.array([[cos(angle), -sin(angle), 0], [sin(angle), cos(angle), 0], [0, 0, 1]])
     control = TensionControl(1e5, 0.5, 0.0, 0.1, 0.1)

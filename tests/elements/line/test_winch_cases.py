@@ -13,7 +13,6 @@ import yaml
 import hydrosim as hs
 from hydrosim.elements import Compensation, SpeedControl, TensionControl, Winch
 from hydrosim.errors import InputError
-from hydrosim.scene import When
 
 DRUM = {"shortest": "5 m", "longest": "80 m"}
 WIRE: dict[str, Any] = {
@@ -102,7 +101,7 @@ def test_keys_become_the_winch(tmp_path: Path) -> None:
     assert (tugger.length, tugger.drum, tugger.capacity) == (None, (5.0, 80.0), 2e6)
     hoist = loaded(tmp_path, {**WIRE, "length": TABLE, "breaks_at": "3 MN"})
     np.testing.assert_array_equal(hoist.length.value, [50.0, 40.0])
-    assert hoist.active.until == When(0.0, "winch_tension.line", above=3e6)
+    assert hoist.active.until == hs.When(0.0, "winch_tension.line", above=3e6)
     speed = {"amplitude": "0.5 m/s", "period": "20 s"}
     driven = loaded(tmp_path, {**WIRE, "length": "50 m", "speed": speed, "drum": DRUM})
     assert isinstance(driven.control, SpeedControl)

@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from test_struts import load_on
 
 import hydrosim as hs
-from hydrosim.elements import Bushing, TorsionSpring
 from hydrosim.errors import SimulationError
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
@@ -26,7 +25,7 @@ ROOT = RNG.normal(size=(6, 6))
 STIFFNESS = 2e3 * (ROOT @ ROOT.T + np.eye(6))
 NO_DAMPING = np.zeros((6, 6))
 POINT = (0.6, -0.4, 0.9)
-JOINED = Bushing("block", POINT, STIFFNESS, NO_DAMPING, "other")
+JOINED = hs.Bushing("block", POINT, STIFFNESS, NO_DAMPING, "other")
 
 
 def energy_of(turns: list[Rotation], shifts: np.ndarray) -> float:
@@ -79,7 +78,7 @@ def test_small_vibrations_are_those_of_its_stiffness_at_the_centre(
     """Six periods of a body on a bushing to the earth beside its centre of gravity: eigenvalues of
     T^T K T and M, T from the centre to the bushing."""
     body = block(800.0)
-    held = Bushing("block", POINT, STIFFNESS, NO_DAMPING)
+    held = hs.Bushing("block", POINT, STIFFNESS, NO_DAMPING)
     modes = natural_modes(linearise(*hs.compile_scene(scene(body, {"it": held}, 1.0, 0.1))))
     x, y, z = POINT
     T = np.eye(6)
@@ -95,7 +94,7 @@ def test_small_vibrations_are_those_of_its_stiffness_at_the_centre(
 
 def test_half_a_turn_ends_the_run_or_is_refused() -> None:
     body = block(1e3, ("yaw",), velocity=moving(yaw=1.0))
-    free = Bushing("block", POINT, NO_DAMPING, np.diag([0, 0, 0, 0, 0, 1e-3]))
+    free = hs.Bushing("block", POINT, NO_DAMPING, np.diag([0, 0, 0, 0, 0, 1e-3]))
     turning = scene(body, {"it": free}, 5.0, 0.1, step=0.05)
     with pytest.raises(SimulationError, match=r"the force of it is lost: it has turned by half"):
         hs.simulate(turning)
@@ -110,9 +109,9 @@ def test_half_a_turn_ends_the_run_or_is_refused() -> None:
 def test_small_angles_are_linear_and_propagated(figure: Figure) -> None:
     """Two bodies on a bushing and a torsion spring, one on a bushing to the earth, all damped, by
     exact propagation and by steps: motions and losses."""
-    earth = Bushing("other", (0.3, 0.2, -0.5), 0.5 * STIFFNESS, 0.02 * STIFFNESS)
+    earth = hs.Bushing("other", (0.3, 0.2, -0.5), 0.5 * STIFFNESS, 0.02 * STIFFNESS)
     joined = replace(JOINED, damping=0.01 * STIFFNESS)
-    twist = TorsionSpring(
+    twist = hs.TorsionSpring(
         *("block", np.array([0.0, 1.0]), np.array([50.0, 4e3]), 3e2),
         axis=(0.3, 0.5, 0.9),
         to="other",

@@ -16,7 +16,6 @@ from hydrosim.elements import AppliedForce, Compensation, Compensator, Harmonic,
 from hydrosim.elements.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED, delay_factors
 from hydrosim.elements.link.gas import IN_STROKE, LOWER, SLACK_PIECE, UPPER
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Scene, Start
 
 Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
@@ -26,7 +25,7 @@ T0, STROKE, GAS_LENGTH, N, STOP = WEIGHT, 2.0, 1.6, 1.3, 4e6
 SWING = 2.0 * pi / 8.0  # rad/s
 
 
-def on_gas(step: float, start: float = 0.3, speed: float = 0.0, damping: float = 0.0) -> Scene:
+def on_gas(step: float, start: float = 0.3, speed: float = 0.0, damping: float = 0.0) -> hs.Scene:
     """A weight that hangs on a passive compensator, and starts off its middle."""
     gas = Compensator(
         *("block", ORIGIN, (0.0, 0.0, 20.0), 20.0, T0, STROKE, GAS_LENGTH),
@@ -117,7 +116,7 @@ def on_a_vessel(
     control: Compensation,
     duration: float = 40.0,
     drum: tuple[float, float] = (0.0, np.inf),
-) -> Scene:
+) -> hs.Scene:
     """A load on a winch under the tip of a heavy vessel, which heaves as its force makes it."""
     winch = Winch(
         *("block", ORIGIN, ORIGIN, EA, SLACK_LENGTH, control, drum),
@@ -197,5 +196,5 @@ def test_limits_of_speed_and_stroke_are_kept_as_events() -> None:
     assert np.abs(run.winch_length.values - SLACK_LENGTH).max() <= 1.2 + 1e-9
     assert run.energy_residual_relative <= 1e-5
     for time in (3.0, 7.3):
-        after = hs.simulate(replace(whole, duration=16.0 - time, initial=Start(run, time)))
+        after = hs.simulate(replace(whole, duration=16.0 - time, initial=hs.Start(run, time)))
         np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])

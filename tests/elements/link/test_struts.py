@@ -24,21 +24,7 @@ from hydrosim.linear.modes import natural_modes
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.results.dataset import write_run
 from hydrosim.run.step_limits import scene_step_limits
-from hydrosim.scene import (
-    Active,
-    Body,
-    ForceElement,
-    Joint,
-    JointType,
-    Kinematics,
-    Method,
-    Scene,
-    Start,
-    Symmetry,
-    Tolerance,
-    Weight,
-    When,
-)
+from hydrosim.scene import ForceElement, JointType, Kinematics, Method, Symmetry, Weight
 from hydrosim.scene import JointResistance as Resistance
 
 Figure = Callable[[str, float], None]
@@ -47,7 +33,7 @@ NONE = np.zeros(0)
 STRAIGHT = np.array([0.0, 1.0])
 M, K = 1e3, 4e4
 OMEGA = sqrt(K / M)
-TIGHT = Tolerance(1e-13, 1e-13, 1e-14)
+TIGHT = hs.Tolerance(1e-13, 1e-13, 1e-14)
 
 
 def strut(stiffness: float = K, **changes: Any) -> Strut:
@@ -61,7 +47,7 @@ def torsion(stiffness: float, axis: tuple[float, ...] = (0.0, 0.0, 1.0), **chang
     return replace(TorsionSpring("block", *points, axis=axis), **changes)
 
 
-def along(x: float, v: float, link: ForceElement, duration: float = 5.0, **solver: Any) -> Scene:
+def along(x: float, v: float, link: ForceElement, duration: float = 5.0, **solver: Any) -> hs.Scene:
     body = block(M, ("surge",), position=moving(surge=x), velocity=moving(surge=v))
     return scene(body, {"link": link}, duration, 0.05, **{"step": 0.01, **solver})
 
@@ -145,7 +131,9 @@ def test_a_torsion_pendulum_swings_by_several_turns(
     np.testing.assert_allclose(runs[-1].position[:, 0, axis], exact, atol=1e-5)
     assert runs[-1].energy_residual_relative < 1e-6
     for time in (1.0, 2.3):
-        after = hs.simulate(replace(whole[-1], duration=8.0 - time, initial=Start(runs[-1], time)))
+        after = hs.simulate(
+            replace(whole[-1], duration=8.0 - time, initial=hs.Start(runs[-1], time))
+        )
         rest = runs[-1].sel(time=slice(time - 1e-9, None))
         np.testing.assert_array_equal(after.position, rest.position)
         np.testing.assert_array_equal(after.torsion_angle, rest.torsion_angle)
@@ -204,7 +192,7 @@ def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure: Fi
     assert worst < 1e-7
 
 
-def pair(*, joined: dict[str, ForceElement], **changes: Any) -> Scene:
+def pair(*, joined: dict[str, ForceElement], **changes: Any) -> hs.Scene:
     left = block(2e3, location=(-3.0, 0.0), velocity=(-0.5, 0.2, 0.1, 0.9, -0.6, 0.4))
     right = block(5e3, name="other", location=(2.0, 1.0), velocity=(0.2, 0.0, -0.1, -0.5, 0.4, 0.3))
     solver = {"method": Method.DOPRI5, "tolerance": TIGHT, "step": 0.01}
@@ -251,7 +239,7 @@ def test_a_free_pair_keeps_its_momenta_and_its_energy(
     assert np.ptp(total) <= 1e-12 * float(total.max())
 
 
-def turned_body(body: Body, angle: float) -> Body:
+def turned_body(body: hs.Body, angle: float) -> hs.Body:
     turn = Rotation.from_euler("z", angle).as_matrix()
     location = turn @ [*body.location, 0.0]
     velocity = np.concatenate([turn @ body.velocity[:3], turn @ body.velocity[3:]])
@@ -293,7 +281,7 @@ def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
 C, FORCE, PERIOD = 3e3, 5e3, 4.0
 
 
-def absorbing(rotary: bool) -> tuple[Scene, float]:
+def absorbing(rotary: bool) -> tuple[hs.Scene, float]:
     """A driven oscillator that starts on its steady motion, and its amplitude squared."""
     w = 2 * pi / PERIOD
     amplitude = FORCE / complex(K - w * w * M, w * C)
@@ -391,7 +379,7 @@ def test_a_weight_stands_on_a_strut_or_hangs_on_it(side: float) -> None:
 def test_links_that_act_for_a_time() -> None:
     """Strut and torsion spring stretched as they begin, and let go stretched: energies booked, no
     event of their curves while they are absent, no load recorded."""
-    brief = Active(When(0.4), When(1.5))
+    brief = hs.Active(hs.When(0.4), hs.When(1.5))
     corner = replace(
         strut(), offset=np.array([-1.0, 0.2, 1.0]), force=np.array([-8e3, 0.0, 9e3]), active=brief
     )
@@ -446,7 +434,7 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     write_run(run, tmp_path / "run.nc")
     assert {0, 1} == {*run.link_segment.values[:, 0].tolist()}
     for time in run.time.values[4:-1:12]:
-        start = Start(tmp_path / "run.nc", float(time))
+        start = hs.Start(tmp_path / "run.nc", float(time))
         after = hs.simulate(replace(whole, duration=3.0 - time, initial=start))
         rest = run.sel(time=slice(time - 1e-9, None))
         for key in ("position", "velocity", "strut_force", "link_mode", "force_link"):
@@ -475,7 +463,7 @@ def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) 
     with the inertia about the hinge; then damped and on a strut too, where the ledger closes."""
     inertia = np.diag([2e3, 3e3, 4e3])
     k, rate = 4e4, 5.0
-    hinge = Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
+    hinge = hs.Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
     turning = replace(hinge, resistances=(Resistance(velocity=rate),))
     body = block(M, inertia=inertia)
     spring = torsion(k, (0.0, 1.0, 0.0))
@@ -526,5 +514,5 @@ def test_mirror_images() -> None:
         assert name in said
 
 
-def unfolded(whole: Scene) -> Scene:
+def unfolded(whole: hs.Scene) -> hs.Scene:
     return replace(whole, solver=replace(whole.solver, symmetry=Symmetry.IGNORE))
