@@ -344,16 +344,13 @@ def shifted(name: str, index: tuple[int, ...], share: float) -> HydroDatabase:
 
 
 def fenders(points: Any) -> hs.Scene:
-    base = scene_of("base")
-    interface = base.forces["interface"]
-    assert isinstance(interface, hs.Fender)
-    moved = replace(interface, points=np.array(points, dtype=float))
-    return replace(base, forces={**base.forces, "interface": moved})
+    interface = scene_of("base").forces["interface"]
+    return with_force(replace(interface, points=np.array(points, dtype=float)), "interface")
 
 
-def with_force(element: ForceElement) -> hs.Scene:
+def with_force(element: ForceElement, name: str = "extra") -> hs.Scene:
     base = scene_of("base")
-    return replace(base, forces={**base.forces, "extra": element})
+    return replace(base, forces={**base.forces, name: element})
 
 
 def sea_of(**changes: Any) -> hs.Scene:
@@ -369,6 +366,20 @@ def unfitted(**changes: Any) -> hs.Scene:
     return barge(radiation=RadiationModel.NONE, **changes)
 
 
+def loaded(name: str, index: tuple[int, ...], **changes: Any) -> hs.Scene:
+    return unfitted(hydrodynamics=shifted(name, index, 1e-3), **changes)
+
+
+def in_current(heading: float) -> hs.Scene:
+    base = scene_of("base")
+    environment = replace(base.environment, current=hs.Stream(1.0, heading))
+    return replace(base, environment=environment)
+
+
+def rigid(points: Any) -> ForceElement:
+    return replace(fenders(points).forces["interface"], friction=hs.Coulomb(0.3, 0.2))
+
+
 def matrix(i: int, j: int, value: float) -> np.ndarray:
     values = np.diag([1e6, 1e6, 0.0, 0.0, 0.0, 1e9])
     values[i, j] = values[j, i] = value
@@ -378,106 +389,53 @@ def matrix(i: int, j: int, value: float) -> np.ndarray:
 POINTS = [[20.0, 20.0, 7.5], [20.0, -20.0, 7.5], [-20.0, 20.0, 7.5], [-20.0, -20.0, 7.5]]
 PRODUCTS = np.array([[5.0, 1e-3, 0.0], [1e-3, 50.0, 0.0], [0.0, 0.0, 50.0]])
 WIND = hs.WindLoad("barge", (0.0, 3.0, 15.0), ALONG, np.cos(ALONG), np.sin(ALONG), 0.0 * ALONG)
+LINE = hs.Spring("barge", (0.0, 20.0, 5.0), (0.0, 90.0, 0.0), 80.0, *np.array([[0, 9], [0, 9]]))
+PUSH = replace(steady("barge", surge=1.0), point=(0.0, 1.0, 0.0))
+TUMBLING = hs.Body("b", 1.0, np.diag([3.0, 4.0, 6.0]), velocity=moving(pitch=1.0))
+LEVEL = ("surge", "sway", "heave")
+QTF = hs.WaveForces(second_order=SecondOrder.QTF)
+CHANGED = "interface has no mirror image"
+ADDED = "extra has no mirror image"
+COUPLES = " couples surge, heave, pitch with sway, roll, yaw"
+UNSTABLE = "sway, roll, yaw are not stable"
 ASYMMETRIC: dict[str, tuple[Callable[[], hs.Scene], str]] = {
     "oblique waves": (lambda: sea_of(heading=np.radians(1e-3)), "waves to 0.001 deg"),
     "waves from abeam": (lambda: sea_of(heading=np.pi / 2), "waves to 90 deg"),
     "spread sea": (lambda: sea_of(spreading=10.0), "deg and others"),
-    "one fender less": (lambda: fenders(POINTS[:3]), "interface has no mirror image"),
-    "two fenders on one side": (
-        lambda: fenders([*POINTS, POINTS[0]]),
-        "interface has no mirror image",
-    ),
-    "one fender off": (
-        lambda: fenders([[20.0, 20.01, 7.5], *POINTS[1:]]),
-        "interface has no mirror image",
-    ),
-    "line to one side": (
-        lambda: with_force(
-            hs.Spring(
-                "barge", (0.0, 20.0, 5.0), (0.0, 90.0, 0.0), 80.0, *np.array([[0, 9], [0, 9]])
-            )
-        ),
-        "extra has no mirror image",
-    ),
-    "push aside": (lambda: with_force(steady("barge", sway=1.0)), "extra has no mirror image"),
-    "moment": (lambda: with_force(steady("barge", yaw=1.0)), "extra has no mirror image"),
-    "push beside the plane": (
-        lambda: with_force(replace(steady("barge", surge=1.0), point=(0.0, 1.0, 0.0))),
-        "extra has no mirror image",
-    ),
-    "wind load beside the plane": (lambda: with_force(WIND), "extra has no mirror image"),
-    "coupled mooring": (
+    "one fender less": (lambda: fenders(POINTS[:3]), CHANGED),
+    "two fenders on one side": (lambda: fenders([*POINTS, POINTS[0]]), CHANGED),
+    "one fender off": (lambda: fenders([[20.0, 20.01, 7.5], *POINTS[1:]]), CHANGED),
+    "line to one side": (lambda: with_force(LINE), ADDED),
+    "push aside": (lambda: with_force(steady("barge", sway=1.0)), ADDED),
+    "moment": (lambda: with_force(steady("barge", yaw=1.0)), ADDED),
+    "push beside the plane": (lambda: with_force(PUSH), ADDED),
+    "wind load beside the plane": (lambda: with_force(WIND), ADDED),
+    "mooring": (
         lambda: with_force(hs.LinearMooring("barge", matrix(0, 5, 1e4))),
-        "extra couples surge, heave, pitch with sway, roll, yaw",
+        "extra" + COUPLES,
     ),
-    "coupled drag": (
+    "drag": (
         lambda: with_force(hs.QuadraticDamping("barge", matrix(1, 0, 1e4))),
-        "extra couples surge, heave, pitch with sway, roll, yaw",
+        "extra" + COUPLES,
     ),
-    "centre of gravity off the plane": (
-        lambda: unfitted(centre_of_gravity=(0.0, 0.1, -4.9)),
-        "added mass of ",
-    ),
-    "product of inertia": (
-        lambda: barge(inertia=1.6e9 * PRODUCTS),
-        "the products of inertia of barge",
-    ),
+    "centre off the plane": (lambda: unfitted(centre_of_gravity=(0, 0.1, -4.9)), "added mass of "),
+    "products": (lambda: barge(inertia=1.6e9 * PRODUCTS), "the products of inertia of barge"),
     "sway at the start": (lambda: barge(velocity=moving(sway=0.1)), "rate of sway of barge at the"),
     "roll at the start": (lambda: barge(position=moving(roll=1e-3)), "roll of barge at the start"),
-    "locked out of the plane": (
-        lambda: barge(position=moving(yaw=0.1), dofs=("surge", "sway", "heave")),
-        "are locked out of the plane",
-    ),
-    "added mass": (
-        lambda: unfitted(hydrodynamics=shifted("added_mass", (0, 1), 1e-3)),
-        " couples surge, heave, pitch with sway, roll, yaw",
-    ),
-    "radiation damping": (
-        lambda: unfitted(hydrodynamics=shifted("radiation_damping", (2, 3), 1e-3)),
-        " couples surge, heave, pitch with sway, roll, yaw",
-    ),
-    "stiffness": (
-        lambda: unfitted(hydrodynamics=shifted("hydrostatic_stiffness", (2, 3), 1e-3)),
-        "hydrostatic stiffness of ",
-    ),
-    "excitation": (
-        lambda: unfitted(hydrodynamics=shifted("excitation", (5,), 1e-3)),
-        "first-order loads of ",
-    ),
-    "mean drift": (
-        lambda: unfitted(hydrodynamics=shifted("mean_drift", (1,), 1e-3)),
-        "mean drift of ",
-    ),
-    "difference loads": (
-        lambda: unfitted(
-            hydrodynamics=shifted("qtf_difference", (3,), 1e-3),
-            wave_forces=hs.WaveForces(second_order=SecondOrder.QTF),
-        ),
+    "locked": (lambda: barge(position=moving(yaw=0.1), dofs=LEVEL), "are locked out of the plane"),
+    "added mass": (lambda: loaded("added_mass", (0, 1)), COUPLES),
+    "radiation damping": (lambda: loaded("radiation_damping", (2, 3)), COUPLES),
+    "stiffness": (lambda: loaded("hydrostatic_stiffness", (2, 3)), "hydrostatic stiffness of "),
+    "excitation": (lambda: loaded("excitation", (5,)), "first-order loads of "),
+    "mean drift": (lambda: loaded("mean_drift", (1,)), "mean drift of "),
+    "qtf": (
+        lambda: loaded("qtf_difference", (3,), wave_forces=QTF),
         "difference-frequency loads of ",
     ),
-    "current": (
-        lambda: replace(
-            scene_of("base"),
-            environment=replace(scene_of("base").environment, current=hs.Stream(1.0, 0.1)),
-        ),
-        "current to 5.72958 deg",
-    ),
-    "tumbling about the axis of the middle inertia": (
-        lambda: dry(
-            hs.Body("b", 1.0, np.diag([3.0, 4.0, 6.0]), velocity=moving(pitch=1.0)), {}, 1, 1
-        ),
-        "sway, roll, yaw are not stable",
-    ),
-    "capsizing": (
-        lambda: unfitted(centre_of_gravity=(0.0, 0.0, 25.0)),
-        "sway, roll, yaw are not stable",
-    ),
-    "rigid friction": (
-        lambda: with_force(
-            replace(fenders(POINTS[:1]).forces["interface"], friction=hs.Coulomb(0.3, 0.2))
-        ),
-        "extra has rigid friction beside the plane",
-    ),
+    "current": (lambda: in_current(0.1), "current to 5.72958 deg"),
+    "tumbling about the axis of the middle inertia": (lambda: dry(TUMBLING, {}, 1, 1), UNSTABLE),
+    "capsizing": (lambda: unfitted(centre_of_gravity=(0.0, 0.0, 25.0)), UNSTABLE),
+    "rigid": (lambda: with_force(rigid(POINTS[:1])), "extra has rigid friction beside the plane"),
 }
 
 
@@ -582,40 +540,34 @@ def whole() -> xr.Dataset:
     return hs.simulate(full(in_contact(END)))
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "memory"),
+    [
+        *((True, True, None), (True, False, None), (False, True, None)),
+        *((True, False, 20.0), (False, True, 20.0)),
+    ],
+)
+def test_a_restart_reduced_or_in_full_goes_on_as_one_in_full_from_0(
+    whole: xr.Dataset, first: bool, second: bool, memory: float | None, figure: Figure, tmp_path
+) -> None:
+    """With radiation by states, and by a convolution of that ``memory`` [s]."""
+    scene, path = in_contact(END), tmp_path / "before.nc"
+    if memory is not None:
+        scene = with_body(scene, radiation=ConvolutionRadiation(length=memory))
+        whole = hs.simulate(full(scene))
+    write_run(hs.simulate(replace(scene if first else full(scene), duration=BREAK)), path)
+    rest = replace(scene, duration=END - BREAK, initial=hs.Start(path))
+    after = hs.simulate(rest if second else full(rest))
+    assert after.attrs["initial_run"] == str(path)
+    assert after.attrs["solver_symmetry"].startswith("in the plane") == second
+    expected = whole.sel(time=slice(BREAK - 1e-9, None))
+    figure("difference", difference(after, expected))
+    assert difference(after, expected) <= ROUNDING
+    slipped = np.abs(after.fender_slip_distance - expected.fender_slip_distance)
+    assert slipped.max() <= ROUNDING
+
+
 class TestRestart:
-    """Runs before and after the break, each reduced or in full, go on as one in full from 0."""
-
-    @pytest.mark.parametrize(("first", "second"), [(True, True), (True, False), (False, True)])
-    def test_goes_on(
-        self, whole: xr.Dataset, first: bool, second: bool, figure: Figure, tmp_path: Any
-    ) -> None:
-        scene = in_contact(END)
-        before = replace(scene if first else full(scene), duration=BREAK)
-        write_run(hs.simulate(before), tmp_path / "before.nc")
-        start = hs.Start(tmp_path / "before.nc")
-        after = hs.simulate(
-            replace(scene if second else full(scene), duration=END - BREAK, initial=start)
-        )
-        assert after.attrs["initial_run"] == str(tmp_path / "before.nc")
-        assert after.attrs["solver_symmetry"].startswith("in the plane") == second
-        expected = whole.sel(time=slice(BREAK - 1e-9, None))
-        figure("difference", difference(after, expected))
-        assert difference(after, expected) <= ROUNDING
-        slipped = np.abs(after.fender_slip_distance - expected.fender_slip_distance)
-        assert slipped.max() <= ROUNDING
-
-    @pytest.mark.parametrize("first", [True, False])
-    def test_a_convolution_goes_on(self, first: bool, figure: Figure) -> None:
-        memory = ConvolutionRadiation(length=20.0)
-        scene = with_body(in_contact(END), radiation=memory)
-        before = replace(scene if first else full(scene), duration=BREAK)
-        start = hs.Start(hs.simulate(before))
-        second = full(scene) if first else scene
-        after = hs.simulate(replace(second, duration=END - BREAK, initial=start))
-        expected = hs.simulate(full(scene)).sel(time=slice(BREAK - 1e-9, None))
-        figure("difference", difference(after, expected))
-        assert difference(after, expected) <= ROUNDING
-
     def test_in_other_waves(self) -> None:
         """From a reduced run into oblique waves, as from a full one, and from there on in full."""
         scene = met_at_rest(replace(in_contact(END), duration=BREAK))
