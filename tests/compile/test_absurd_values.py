@@ -88,8 +88,7 @@ MISTAKES: list[Mistake] = [
 
 
 def said(case: str, key: str, value: Any) -> list[str]:
-    """What is told of a case with another value of one key: refusal or questions. Waves are left
-    out of the question where it is of forces or bodies."""
+    """The refusal or questions of a case with another value; waves only where they are meant."""
     try:
         scene = load_case(CASES / case, {key: value}).scene()
         notes = compile_scene(

@@ -66,8 +66,7 @@ def apart(run: xr.Dataset, other: xr.Dataset) -> float:
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
 def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None:
-    """The moored barge in a sea of all its degrees of freedom, against what is propagated exactly,
-    which takes no steps."""
+    """The moored barge in an oblique sea, against exact propagation, which takes no steps."""
     free = scene_of("base")
     forces = {"mooring": free.forces["mooring"]}
     barge = in_waves(replace(free, forces=forces, duration=300.0), SEA)
@@ -135,8 +134,7 @@ def test_duration_counts_where_nothing_restores_a_motion() -> None:
 
 
 def test_stiff_nodes_are_implicit() -> None:
-    """Nodes 100 times as stiff make explicit steps ten times as short; what a tight tolerance asks
-    for in any case is no reason."""
+    """Nodes 100 times as stiff make explicit steps short; a tight tolerance does in any case."""
     scene = in_contact(10.0)
     assert chosen(automatic(scene, 1e-6)) == (Method.DOPRI5, pytest.approx(1e-6))
     assert chosen(automatic(stiff(scene, 100.0), 1e-6)) == (Method.ESDIRK4, pytest.approx(1e-7))

@@ -74,8 +74,7 @@ def two_barges(database: HydroDatabase, radiation: RadiationModel, duration: flo
 @pytest.mark.usefixtures("fits_made_here")
 @pytest.mark.slow
 def test_bodies_without_coupling_move_as_with_a_database_each(radiation, figure) -> None:
-    """Both directions of the change of reference, all loads, all kinds of radiation. The fits are
-    made from numbers that differ by rounding."""
+    """Both changes of reference, all loads, all kinds of radiation; fits differ by rounding."""
     duration = 20.0 if radiation == RadiationModel.CONVOLUTION else 200.0
     found, expected = (
         hs.simulate(two_barges(database, radiation, duration)) for database in (uncoupled(), hull())

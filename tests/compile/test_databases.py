@@ -208,8 +208,7 @@ def test_symmetrising_mends_noise_and_nothing_else(two) -> None:
 
 
 def test_bodies_apart_are_by_themselves(two) -> None:
-    """One of them alone, at another place, as in a database of its own; and both without coupling,
-    as when the blocks of the coupling are zero."""
+    """One alone at another place as in its own database; both as with zero coupling."""
     apart = ChangedDatabase(two, Changes(bodies_apart=True))
     own = body_of(two, 1)
     scene = pair(two, ("heave",))

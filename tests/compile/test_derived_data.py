@@ -36,8 +36,7 @@ BEFORE = {  # what is asked of a scene before there is a model, and by whom
 
 
 def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Compiling a scene in waves and running it with all its checks asks for each fact as often as
-    there are models: in calm water, in the plane, in the sea."""
+    """Compiled and run with all checks: once each in calm water, in the plane, in the sea."""
     asked: Counter[str] = Counter()
 
     def counted(name: str) -> Any:

@@ -73,8 +73,7 @@ def test_a_function_of_the_user_is_asked_at_the_step_of_the_solver() -> None:
 
 
 def rest_of_cubics(series: np.ndarray, points: int) -> float:
-    """Largest difference, in standard deviations, of a finely sampled series from cubics through
-    every ``points``-th value, between the middle two of four."""
+    """Largest difference [sd] of a series from cubics through every ``points``-th value."""
     node = np.arange(0, len(series) - 3 * points, points)
     worst = 0.0
     for part in np.linspace(0.0, 1.0, 21):

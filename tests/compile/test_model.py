@@ -154,8 +154,7 @@ def test_any_number_of_fenders(points: np.ndarray, figure: Figure) -> None:
 
 @pytest.mark.parametrize("points", [PAIR, np.repeat(FOUR, 2, axis=0)], ids=["merged", "doubled"])
 def test_fenders_that_share_a_total_differently(points: np.ndarray) -> None:
-    """In waves along the barge a pair abreast is as good as one between, and two at one place as
-    good as one there, to rounding: they have all their events together."""
+    """In head waves a pair abreast is one between, and two at one place one there, to rounding."""
     four, other = (hs.simulate(in_contact(60.0, points=p)) for p in (FOUR, points))
     assert np.abs(motion(other) - motion(four)).max() < 1e-9
     totals = [run.fender_normal_force.sum("fender").values for run in (other, four)]
@@ -174,8 +173,7 @@ def test_locked_freedoms_leave_the_state() -> None:
 
 
 def test_what_cannot_move_is_not_fitted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A heave-only scene needs a fit of heave alone; a hull that lies across the earth's axes
-    radiates in sway where it is free in surge."""
+    """Heave alone for heave; a hull across the earth's axes radiates in sway, free in surge."""
     fitted: list[list[int]] = []
     real = fits.fit_group
 

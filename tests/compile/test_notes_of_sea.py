@@ -30,8 +30,7 @@ class Loads:
 
 
 def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], list[str]]:
-    """Warnings of a sea with a share of its energy above a database's frequencies, whose loads go
-    as this power of the frequency; and what is refused."""
+    """Warnings and refusals, if a share of energy is above a database; loads go as w^power."""
     body = replace(block(1.0), wave_forces=hs.WaveForces(**forces))
     frequency = np.linspace(0.1, 1.5 - share, 50)
     loads = np.tile(frequency[:, None, None] ** power + 0j, (1, 8, 6))
@@ -57,8 +56,7 @@ def test_energy_outside_a_database() -> None:
 
 
 def test_loads_outside_a_database() -> None:
-    """With loads as w^-2, those of the sea above 1.2 rad/s are (1.2^-3 - 1.5^-3) / (0.5^-3 -
-    1.5^-3) of all, by int w^-4 dw."""
+    """With loads as w^-2, those above 1.2 rad/s are int w^-4 dw from there over that of all."""
     share = (1.2**-3 - 1.5**-3) / (0.5**-3 - 1.5**-3)
     _, (found,) = said(0.3, -2.0)
     assert "29.9% of the waves' energy" in found
@@ -69,8 +67,7 @@ def test_loads_outside_a_database() -> None:
 
 
 def test_each_sea_is_in_one_line_of_check_run_and_report() -> None:
-    """Of a triangle from 0.5 to 2.5 around 1.5 times the lowest frequency of the database, the
-    eighth (0.5^2 / 2) is below it."""
+    """Of a triangle from 0.5 to 2.5 about 1.5 of the lowest frequency an eighth is below it."""
     base = scene_of("base")
     low = float(hull().frequency[0])
     triangle = SpectrumTable(low * np.array([0.5, 1.5, 2.5]), np.array([0.0, 1e-2, 0.0]) / low)

@@ -247,8 +247,7 @@ def test_a_mass_that_cannot_float_is_refused_unless_accepted(ratio: float) -> No
 
 
 def test_a_sea_beyond_the_database_is_refused_unless_accepted() -> None:
-    """Short waves that load the barge with nothing; a sea of 5 s, of which 5 per cent are outside,
-    with a thousandth of the loads, is none."""
+    """Short waves that load nothing; not a sea of 5 s with 5 per cent outside."""
     short = in_sea(hs.Jonswap(0.2, 2.5))
     with pytest.raises(InputError, match=r"environment\.waves: found .*accept: \[range\]"):
         compile_scene(short)

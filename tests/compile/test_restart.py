@@ -109,8 +109,7 @@ def test_tables_and_ramps_keep_their_phase() -> None:
 
 
 def test_the_ledger_of_a_restart_is_its_own(whole: xr.Dataset) -> None:
-    """Sums go on, but the residual is what this run has done: it begins at 0, and is compared with
-    what was exchanged in this run."""
+    """Sums go on, but the residual begins at 0 and is of what was exchanged in this run."""
     after, expected = continued(in_contact(END)), rest_of(whole)
     residual = expected.energy_residual - expected.energy_residual[0]
     size = float(after.energy_wave_absolute[-1] - after.energy_wave_absolute[0])
@@ -122,8 +121,7 @@ def test_the_ledger_of_a_restart_is_its_own(whole: xr.Dataset) -> None:
 
 @pytest.mark.parametrize("method", few([Method.RK4, Method.RK2], 1))
 def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
-    """Its nodes, sums and the slopes at events are the same ones; within the length of its memory,
-    before and after its integrals are counted anew, and beyond it."""
+    """The same nodes, sums and slopes at events; within the length of its memory and beyond."""
     memory = ConvolutionRadiation(length=40.0)
     scene = with_body(in_contact(END), radiation=memory)
     scene = replace(scene, solver=hs.Solver(method=method, step=0.1))
@@ -140,8 +138,7 @@ def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
 
 
 def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
-    """Its past is made anew from the grid that the run kept, on which velocities are polynomials:
-    2e-10 m of 0.1 m were seen."""
+    """Its past is made anew from the run's grid of polynomials: 2e-10 m of 0.1 m were seen."""
     scene = with_body(in_contact(30.0), radiation=ConvolutionRadiation(length=40.0))
     whole = hs.simulate(replace(scene, output_states=True))
     after = hs.simulate(replace(scene, duration=10.0, initial=hs.Start(whole, 20.0)))
@@ -151,8 +148,7 @@ def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
 
 
 def test_an_adaptive_method_goes_on_within_its_tolerance(figure: Figure) -> None:
-    """The controller forgets its pace: other steps, each with an error of 1e-6 m or 1e-6 of the
-    motion at most."""
+    """The controller forgets its pace: other steps, each with an error of 1e-6 at most."""
     scene = replace(in_contact(END), solver=hs.Solver(method=Method.DOPRI5, step=0.1))
     difference = np.abs(continued(scene).position - rest_of(hs.simulate(scene)).position)
     figure("difference", float(difference.max()))
@@ -160,8 +156,7 @@ def test_an_adaptive_method_goes_on_within_its_tolerance(figure: Figure) -> None
 
 
 def test_what_may_be_another(whole: xr.Dataset) -> None:
-    """Solver, steps, friction, moorings and elements: the motion goes on from where it was, and
-    the sums of elements of the same names; what is new has done nothing yet."""
+    """The motion goes on, and sums of elements of the same names; new ones have done nothing."""
     scene = in_contact(END)
     fender = scene.forces["interface"]
     assert isinstance(fender, hs.Fender)

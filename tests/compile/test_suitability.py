@@ -191,8 +191,7 @@ bodies:
 
 @pytest.fixture(scope="module")
 def weightless(two) -> HydroDatabase:
-    """One body with a stiffness of buoyancy alone, (I - V d) rho g, of which the lever is the
-    larger, as OpenFAST's files have it."""
+    """A stiffness of buoyancy alone, (I - V d) rho g, with a long lever, as OpenFAST has it."""
     own = slice(0, 6)
     absent = ("added_mass_zero", "added_mass_infinite", "froude_krylov")
     unknown = ("inertia_matrix", "drift_imbalance", "mean_drift_held")

@@ -67,8 +67,7 @@ def with_solver(scene: hs.Scene, **changes: Any) -> hs.Scene:
 
 
 def full(scene: hs.Scene) -> hs.Scene:
-    """With sway, roll and yaw; waves meet the bodies where they do in the plane, at rest, while by
-    default they would follow a yaw that nothing holds."""
+    """With sway, roll and yaw; waves meet bodies at rest: by default they would follow a yaw."""
     return with_solver(met_at_rest(scene), symmetry=Symmetry.IGNORE)
 
 
@@ -92,8 +91,7 @@ def reasons(scene: hs.Scene) -> str:
 
 
 def difference(found: xr.Dataset, expected: xr.Dataset) -> float:
-    """Largest difference of a coordinate in the plane over its range, for all bodies; those out of
-    the plane are zero in ``found``."""
+    """Largest difference in the plane over its range; out of it ``found`` has zeros."""
     assert not found.position.sel(dof=list(LATERAL)).any()
     assert not found.velocity.sel(dof=list(LATERAL)).any()
     here, there = (run.position.sel(dof=IN_PLANE) for run in (found, expected))
@@ -131,8 +129,7 @@ def moored(**changes: Any) -> hs.Scene:
 
 class TestAgreement:
     def test_the_base_case(self, base_run: xr.Dataset, validated: Callable[..., None]) -> None:
-        """Through contact, stick and slip; without the states of what does not move: those of sway,
-        roll and yaw."""
+        """Through contact, stick and slip; without the states of sway, roll and yaw."""
         expected = hs.simulate(full(scene_of("base")))
         error = difference(base_run, expected)
         claim, against = "base case in its plane, of its range", "six degrees of freedom"
@@ -159,8 +156,7 @@ class TestAgreement:
 
     @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
     def test_convolution_through_contact(self, method: Method, figure: Figure) -> None:
-        """The retardation functions of sway, roll and yaw are not summed. Zeros have no error, so
-        that an adaptive method takes the same steps."""
+        """Lateral functions are not summed. Zeros have no error: adaptive steps are the same."""
         memory = ConvolutionRadiation(length=40.0)
         scene = with_solver(with_body(in_contact(40.0), radiation=memory), method=method)
         found, expected = agrees(scene, figure)
@@ -171,8 +167,7 @@ class TestAgreement:
         agrees(moored(radiation=ConstantRadiation(8.0)), figure)
 
     def test_lines_and_fenders_in_pairs_off_the_earths_origin(self, figure: Figure) -> None:
-        """Beside the earth's origin, where mirror images are so to rounding; the fenders are two
-        elements with walls that are not level."""
+        """Mirror images are so to rounding there; fenders are two elements on oblique walls."""
         y = 37.3
         scene = moored(location=(0.0, y))
         lines = {
@@ -222,8 +217,7 @@ class TestAgreement:
 
     @pytest.mark.slow
     def test_two_bodies_in_line(self, figure: Figure) -> None:
-        """That share a database, with all couplings in the plane and out of it, a hawser, and a
-        fender between them."""
+        """One database with all couplings, a hawser, and a fender between them."""
         found, _ = agrees(in_line(), figure)
         assert found.sizes["body"] == 2
         assert {0, 1, 2} == set(np.unique(found.fender_mode))
@@ -329,8 +323,7 @@ def in_line() -> hs.Scene:
 
 
 def shifted(name: str, index: tuple[int, ...], share: float) -> HydroDatabase:
-    """The hull's database with one coupling of the plane with what leads out of it, or a load out
-    of the plane, a share of what is there."""
+    """The hull's database with a share of a coupling, or of a load, out of the plane."""
     values = getattr(hull(), name).copy()
     if values.shape[-2:] == (6, 6):
         i, j = index
@@ -497,8 +490,7 @@ def test_the_last_digits_of_a_table_are_no_asymmetry(name: str, index: tuple[int
 
 @pytest.mark.slow
 def test_a_small_asymmetry_moves_the_full_scene_by_as_much(figure: Figure) -> None:
-    """What the tolerance lets pass, measured at its size: in the plane nothing is seen (the square
-    of it), aside motions of about it."""
+    """In the plane nothing is seen (the square of it), aside motions of about its size."""
     loads = shifted("excitation", (1,), 0.9 * SYMMETRY_RTOL)
     scene = moored(hydrodynamics=loads)
     found, expected = hs.simulate(scene), hs.simulate(full(scene))
@@ -588,8 +580,7 @@ class TestRestart:
     def test_contacts_that_are_stretched_before(
         self, direction: int, sides: tuple[int, int], symmetric: bool
     ) -> None:
-        """Bodies in the plane, the first two points a pair: stretches along it are equal, across it
-        opposite, or friction leads aside."""
+        """The first two points a pair: stretches along the plane are equal, across it opposite."""
         scene = replace(in_contact(BREAK), duration=BREAK)
         before = hs.simulate(full(scene))
         value = before.state_value.copy()

@@ -307,8 +307,7 @@ def test_names_are_new_ones() -> None:
 
 @pytest.mark.parametrize("kinematics", Kinematics)
 def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) -> None:
-    """A function that pulls two turning bodies together at points of theirs, and one that gives
-    the force of a point: places, velocities, wrenches and axes are those of the elements."""
+    """Turning bodies pulled at points: places, velocities, wrenches and axes are the element's."""
     here, there = (0.4, -0.3, 0.8), (0.5, 0.2, -1.0)
     curve = np.array([0.0, 9.0]), np.array([0.0, 900.0])
     line = hs.Spring("block", here, there, 1.0, *curve, damping=50.0, anchor_body="other")

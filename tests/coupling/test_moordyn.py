@@ -107,8 +107,7 @@ PATHS: dict[str, Callable[[float], float]] = {
 def test_chains_are_those_of_moordyns_own_run(
     name: str, file: Path, figure: Callable[[str, float], None]
 ) -> None:
-    """A heavy body that stays, or that a force swings along a closed path. What is held over the
-    step after an output time is MoorDyn's force at that time."""
+    """On a heavy body that stays, or is swung: MoorDyn's force at the output time is held."""
     omega = 2.0 * np.pi / PERIOD
     drive = Harmonic(HEAVY * SWING * omega**2, PERIOD, phase=np.pi / 2.0)
     forces = {"drive": AppliedForce("barge", (0.0, 0.0, 0.0), {"surge": drive})}
@@ -125,8 +124,7 @@ def test_chains_are_those_of_moordyns_own_run(
 def test_the_coupling_has_the_stated_orders(
     file: Path, figure: Callable[[str, float], None]
 ) -> None:
-    """A body that the lines do move, from rest, against a run at a finer step. A start with a speed
-    would give the dampers of the lines a blow that the first step holds."""
+    """From rest, as a start with a speed would be a blow that the first step holds."""
     file.write_text(LINES.replace("0.005 dtM", "0.0025 dtM"))
     push = AppliedForce("barge", (0.0, 0.0, 0.0), {"surge": Harmonic(5e7, 8.0)})
 

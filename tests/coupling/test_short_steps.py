@@ -47,8 +47,7 @@ def pushed(step: float, corner: float, method: Method = Method.RK4) -> Scene:
 def test_a_corner_at_the_end_of_a_step_makes_no_short_step(
     step: float, corner: float, coupling: str, method: Method
 ) -> None:
-    """The speed is the impulse of the push over the mass; the smoothed force has about a
-    thousandth of it."""
+    """The speed is the push's impulse over the mass; the smoothed force has a thousandth."""
     force = hs.External("block", SmoothedForce(), coupling=coupling)
     run = hs.simulate(pushed(step, corner, method), forces={"smoothed": force})
     speed = PUSH * (corner + 0.5 * (END - corner)) / 1000.0
@@ -65,8 +64,7 @@ def test_the_times_of_records_are_those_of_the_grid(step: float, corner: float) 
 
 
 def test_a_force_that_is_continued_too_far_is_told() -> None:
-    """A corner cuts a step of 2 s after 0.4 s, in which the force has jumped from 0 to 1 N. It is
-    continued for 1.6 s, with the slope over a quarter of a step, 0.5 s: to 4.2 N."""
+    """0 to 1 N at a corner 0.4 s into 2 s: on by 1.6 s at a slope over 0.5 s: 4.2 N."""
     force = hs.External("block", lambda t, _: [float(t > 10.2), 0, 0, 0, 0, 0], "extrapolated")
     run = hs.simulate(pushed(2.0, 10.4), forces={"jumping": force})
     assert "the force of jumping was continued to 4.2 times" in run.attrs["warnings"]
@@ -74,8 +72,7 @@ def test_a_force_that_is_continued_too_far_is_told() -> None:
 
 
 def test_alternating_forces_are_told_and_held_ones_are_not() -> None:
-    """A force that alternates between 1 and -1 N is called after a quarter of a step: the line goes
-    on for three quarters, to 7 N. Its moment of 1e-10 N m is rounding."""
+    """Between 1 and -1 N each quarter of a step: to 7 N. A moment of 1e-10 N m is rounding."""
     corners = 0.0125 + 0.05 * np.arange(20)
     push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(corners, 0.0 * corners)})
     cut = scene(block(1000.0, ("surge",)), {"push": push}, 1.0, 0.05)

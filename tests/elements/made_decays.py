@@ -163,8 +163,7 @@ def _draw_noise(
 
 
 def draw_no_decay(seed: int) -> Made:
-    """A record that holds no decay: noise of waves alone, a steady roll, a roll that creeps back
-    without a swing, a growing roll."""
+    """Noise of waves alone, a steady roll, one that creeps back without a swing, a growing one."""
     rng = np.random.default_rng(seed)
     kind = NO_DECAYS[seed % len(NO_DECAYS)]
     period = rng.uniform(4.0, 15.0)

@@ -105,8 +105,7 @@ def test_current_on_each_element() -> None:
 
 
 def test_current_on_a_line_is_the_mean_over_its_upper_half() -> None:
-    """From 2 to 22 m deep: 1.8, 1 and 0.9 m/s at 2, 10 and 12 m. A short line that is level feels
-    the current at its depth."""
+    """2 to 22 m deep: 1.8, 1, 0.9 m/s at 2, 10, 12 m; level lines feel that of their depth."""
     segment = [np.array([x]) for x in (75.0, 300.0, 3e7, 0.0, 0.24)]
     for anchor, expected in (((60.0, 0.0, -22.0), 1.31), ((60.0, 0.0, -2.0), 1.8)):
         line = Catenary("block", (0.0, 0.0, -2.0), anchor, *segment)

@@ -158,8 +158,7 @@ def test_ratio_of_critical_on_a_mooring_of_a_natural_period(validated: Callable[
 
 
 def test_ratio_of_critical_of_a_floating_barge(figure: Figure) -> None:
-    """C = 2 r sqrt(k (I + a(w))), hydrostatics in k and the added mass at w^2 = k / (I + a(w)); the
-    decay of roll gets about as much more, though it is coupled to sway."""
+    """C = 2 r sqrt(k (I + a(w))) at w^2 = k / (I + a(w)); roll, coupled to sway, about as much."""
     calm = in_waves(scene_of("free_floating"))
     ratio = hs.LinearDamping("barge", damping_ratio=RATIO * (np.arange(6) == 3))
     damped = replace(calm, forces={**calm.forces, "roll": ratio})

@@ -38,8 +38,7 @@ def test_damping_is_right_or_refused_and_intervals_hold_as_often_as_they_say() -
 
 @pytest.mark.slow
 def test_each_interval_holds_as_often_as_it_says() -> None:
-    """150 made decays, with the bounds that 99.9 % of counts keep where each interval holds with
-    90 %."""
+    """150 made decays, with the bounds that 99.9 % of counts keep where each holds with 90 %."""
     outcomes = [try_fit(draw(seed)) for seed in range(120_000, 120_150)]
     holds = np.mean([outcome.holds for outcome in outcomes if not outcome.refusal], axis=0)
     assert holds.min() > 0.81

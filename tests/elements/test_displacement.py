@@ -221,8 +221,7 @@ def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, flo
 
 @pytest.mark.parametrize("pulled", [False, True])
 def test_a_body_that_does_not_weigh_what_it_displaces(pulled: bool) -> None:
-    """Of 80 % of the weight it rises by 20 % of its draught, or is pulled back to it at its centre
-    of gravity: its rolling is by rho g (I + V (z_B - z_G)) of where it floats."""
+    """At 80 % of its weight it rises by 20 % of its draught and rolls as it floats there."""
     draught = DRAUGHT if pulled else 0.8 * DRAUGHT
     start = moving(heave=DRAUGHT - draught)
     body = afloat(BOX, 0.8 * MASS, weight=Weight.CARRIED, position=start)

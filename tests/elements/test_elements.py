@@ -127,8 +127,7 @@ RESTING = [  # prescribed forces act at rest; so may what supplies, has weight, 
 
 
 def two_bodies(at_rest: bool = False) -> tuple[Body, Body]:
-    """A block that is pressed into the carrier's deck, and the earth's plane, both turned and
-    moving; at rest it hovers."""
+    """A moving block pressed into a moving carrier's deck and the earth; at rest it hovers."""
     above = block(2e3, location=(0.5, -0.2), centre_of_gravity=(0.0, 0.0, 2.0))
     below = block(5e3, name="carrier", location=(0.3, 0.1), centre_of_gravity=(0.0, 0.0, -0.3))
     if at_rest:
@@ -364,8 +363,7 @@ def yawed(body: Body, at_rest: bool) -> Body:
     ("name", "mode"), [case for case in CASES if case[0] not in {*IN_BODY_AXES, *EXAMPLES}]
 )
 def test_everything_turns_with_the_scene(name, mode):
-    """Rotation about z and a shift; what a mooring does on angles is not a vector's, so a mooring
-    has nothing there (see the next test)."""
+    """About z, and shifted; moorings on angles are no vectors: they have none here (see below)."""
     element = ELEMENTS[name]
     if isinstance(element, hs.LinearMooring):
         K, C = (block_diag(A[:3, :3], np.zeros((3, 3))) for A in (STIFFNESS, DAMPING))
@@ -389,8 +387,7 @@ def test_everything_turns_with_the_scene(name, mode):
 
 
 def test_springs_on_angles_turn_with_the_scene_to_first_order():
-    """Angles are no vector: the moment of a linear spring turns with the scene up to a part that
-    is proportional to the angles."""
+    """The moment of a linear spring turns up to a part that is proportional to the angles."""
 
     def difference(size: float) -> float:
         body = block(2e3, position=(0.0, 0.0, 0.0, 0.1 * size, -0.12 * size, 0.3 * size))

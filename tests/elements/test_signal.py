@@ -136,8 +136,7 @@ def test_motion_under_a_table_is_exact(time: np.ndarray) -> None:
 
 
 def test_a_record_keeps_the_order_of_rk4(figure: Figure) -> None:
-    """Against the antiderivatives of scipy's spline; steps and values of the record do not fall
-    together."""
+    """Against the antiderivatives of scipy's spline; steps miss the record's values."""
     time = np.linspace(0.0, 20.0, 53)
     record = Recorded(time, np.sin(time) + 0.3 * np.sin(2.3 * time))
     at = 0.5 * np.arange(41)

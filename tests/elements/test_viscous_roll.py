@@ -141,8 +141,7 @@ def roll_ratio(calm: Scene) -> float:
 def test_the_total_is_that_of_the_test_with_the_waves_of_a_database(
     dofs: tuple[str, ...], heading: float
 ) -> None:
-    """The mode of roll has the ratio p1 / (2 w), whether or not it is coupled to sway: the mass and
-    the damping of the mode are of first order in the damping."""
+    """Its ratio is p1 / (2 w), coupled to sway or not: mass and damping change at second order."""
     body = replace(afloat(None, dofs).bodies[0], heading=heading)
     mode = roll_mode(body, np.zeros((6, 6)), hull())
     p1 = 0.16 * mode.frequency
@@ -214,8 +213,7 @@ def test_linear_analysis_in_a_sea_takes_the_mean_power() -> None:
 
 
 def test_ikeda_scales_as_its_equation_says() -> None:
-    """Equivalent linear damping of the quadratic part is B_E of the reference, and friction that of
-    Kato's, written out."""
+    """The equivalent damping of the quadratic part is B_E of the reference; friction is Kato's."""
     L, B, d, OG, rho, R0, w = 90.0, 27.0, 4.0, -3.0, 1025.0, 0.15, 0.8
     barge = SharpBarge(L, B, d)
     H0 = B / (2 * d)

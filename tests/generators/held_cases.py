@@ -137,8 +137,7 @@ def _clamp(d: Draw, seed: int, period: float) -> Case:
 
 
 def _wire(d: Draw, mass: float, period: float, swing: float) -> tuple[Case, float]:
-    """A stiff wire along x, and the peak of a push that swings its tension by ``swing`` [N] when
-    all is steady. It is damped, so that this is soon."""
+    """A stiff damped wire along x, and the peak of a push that swings it by ``swing`` [N]."""
     omega = 2.0 * pi / period
     stiffness = mass * (STIFF * omega) ** 2
     length = d.between(10.0, 50.0)

@@ -348,8 +348,7 @@ def _lift(d: Draw, mass: float, duration: float, forces: Case) -> None:
 
 
 def _link(d: Draw, bodies: Case, forces: Case) -> float:
-    """Links between topside and barge, along a level line and about the vertical; their fastest
-    rate [rad/s]."""
+    """Links of topside and barge, level and about the vertical; their fastest rate [rad/s]."""
     mass = bodies["topside"]["mass"]
     up = bodies["topside"]["centre_of_gravity"][2] - bodies["barge"]["centre_of_gravity"][2]
     rates = [0.0]

@@ -274,8 +274,7 @@ def _judged(read: Read, path: Path) -> Outcome:
 
 
 def _is_silent(paper: str, path: Path) -> bool:
-    """Whether a file of another program, of which a name was changed, is read as something else
-    without a word on it."""
+    """Whether a foreign file with a changed name is read as something else without a word."""
     found = papers()[paper].read(path)
     if not isinstance(found, mutant_files.Reading):
         return False

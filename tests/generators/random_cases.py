@@ -194,8 +194,7 @@ def _afloat(s: Sketch) -> None:
 
 
 def float_hulls(s: Sketch, beams_apart: float = 0.0) -> Hull:
-    """Place hulls side by side, in the water of their databases, closely or some beams apart.
-    Returns the first."""
+    """Place hulls side by side in the water of their databases; the first is returned."""
     d = s.draw
     hulls = d.one(((LAUNCH_BARGE,), (BOX,), (SPHERE,), (SHALLOW,), PAIR), 30, 30, 15, 10, 15)
     if hulls is not PAIR:

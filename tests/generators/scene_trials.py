@@ -99,8 +99,7 @@ def _run(scene: Scene) -> xr.Dataset:
 
 
 def _is_finite(values: xr.DataArray) -> bool:
-    """Whether all is finite but what does not apply, as the draught of a body without a family: it
-    is no number at any time."""
+    """Whether all is finite but what does not apply, as the draught of a body without a family."""
     applies = ~np.isnan(values).all("time")
     return bool(np.isfinite(values.where(applies, 0.0)).all())
 
@@ -116,8 +115,7 @@ def _wrong(run: xr.Dataset) -> Iterator[str]:
 
 
 def _not_continued(number: int, scene: Scene, run: xr.Dataset) -> Iterator[str]:
-    """A run from a state at a random time goes on to the bit, with a method that does not choose
-    its steps. The record of a convolution has its memory at the end alone."""
+    """From a random time on to the bit, with equal steps; a convolution's memory is at the end."""
     if scene.solver.method.adapts or "memory_row" in run.dims:
         return
     first = int(np.random.default_rng(number).integers(1, run.time.size - 1))

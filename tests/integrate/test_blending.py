@@ -57,8 +57,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
 
 
 def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> hs.Body:
-    """The barge with the mass of 4 m, ``heave`` above a ``draught``, in the frame of which it is
-    described."""
+    """The barge with the mass of 4 m, ``heave`` above a ``draught``, in the frame of that."""
     hull = Hull(barge_with_deck(box(60.0, 20.0, draught), 8.0))
     body = hs.Body(
         "barge",
@@ -97,8 +96,7 @@ def test_a_decay_between_two_draughts_is_that_of_the_database_there(
 
 
 def blends(count: int) -> list[Callable[[float], float]]:
-    """Slow heaves over time, from draught to draught: sums of two random sines; a fifth of them at
-    twice the natural frequency of heave, or of roll."""
+    """Slow heaves from draught to draught: two random sines, a fifth of them at resonance."""
     draw, found = np.random.default_rng(7), []
     for k in range(count):
         w, phase = draw.uniform(0.1, 3.0, 2), draw.uniform(0.0, 2.0 * np.pi, 2)

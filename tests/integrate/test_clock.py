@@ -30,8 +30,7 @@ before it, twice."""
 
 
 def pushed(step: float, corner: float, duration: float, **solver: object) -> Scene:
-    """A block on a damped line, which is pushed by two tables with equal corners but for rounding,
-    and moored from the ``corner`` on for half a second."""
+    """A block on a damped line, pushed by two tables, moored from the ``corner`` for 0.5 s."""
     times = np.array([0.0, corner, corner + 0.31])
     force = np.array([-3e3, -3e3, -4e3])
     push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(times, force)})
@@ -44,8 +43,7 @@ def pushed(step: float, corner: float, duration: float, **solver: object) -> Sce
 
 
 def paid_line(corner: float) -> Spring:
-    """A taut line from the block, heaved in at 0.2 m/s for a second until the ``corner``, then paid
-    out at 0.3 m/s."""
+    """A taut line, heaved in at 0.2 m/s until the ``corner``, then paid out at 0.3 m/s."""
     times = np.array([corner - 1.0, corner, corner + 10.0])
     length = Table(np.maximum(times, 0.0), LENGTH + np.array([0.2, 0.0, 3.0]))
     curve = np.array([0.0, 99.0]), np.array([0.0, 99.0 * STIFFNESS])
@@ -104,8 +102,7 @@ def paid_out(corner: float, end: float) -> np.ndarray:
 def test_a_rate_that_jumps_at_the_end_of_a_step_keeps_the_order(
     step: float, corner: float, side: float, figure: Callable[[str, float], None]
 ) -> None:
-    """Damping sees the speed of the line, which jumps. The points of the grid are behind the
-    corner by rounding, or before it."""
+    """Damping sees the line's speed jump; grid points are behind or before it by rounding."""
     steps = [step, step / 2.0]
     assert [np.sign(round(corner / step) * step - corner) for step in steps] == [side, side]
     end = step * round((corner + 0.7) / step)

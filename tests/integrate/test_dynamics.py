@@ -34,8 +34,7 @@ def test_energy_of_the_base_case(base_run: xr.Dataset, validated: Callable[..., 
 
 
 def test_energy_residual_has_the_order_of_the_method(figure: Figure) -> None:
-    """RK4 keeps order 4 through contact, stick and slip, because steps are cut at the events; steps
-    that run past them lose it."""
+    """RK4 keeps order 4 as steps are cut at events; steps that run past them lose it."""
     steps = (0.05, 0.025, 0.0125)
     runs = [hs.simulate(in_contact(duration=60.0, step=step)) for step in steps]
     residual = np.array([np.abs(run.energy_residual).max() for run in runs])
@@ -127,8 +126,7 @@ def test_lift_fixed_to_the_earth_does_not(x: float, figure: Figure) -> None:
 
 
 def test_the_implicit_method_solves_for_radiation_pole_by_pole(figure: Figure) -> None:
-    """The barge in waves has a hundred states of radiation and few of motion: by esdirk4 it moves
-    as by dopri5, within the tolerances of both, and Jacobians cost little."""
+    """A hundred states of radiation: esdirk4 moves as dopri5, and Jacobians cost little."""
     scene = replace(in_waves(scene_of("free_floating"), WaveTrain(SEA, ramp=20.0)), duration=60.0)
     runs = []
     for method in (Method.ESDIRK4, Method.DOPRI5):

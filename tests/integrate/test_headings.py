@@ -61,8 +61,7 @@ def rotation(angles: np.ndarray) -> np.ndarray:
 
 
 def impulses(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
-    """Of the body and the water that it moves: linear impulse in x and y, angular impulse about the
-    earth's z axis, (nt, 3)."""
+    """Of body and water: impulse in x and y, and about the earth's z axis, (nt, 3)."""
     model = compile_scene(scene).model
     mass, inertia = model.bodies.each[0]["mass"], model.bodies.each[0]["inertia"]
     found = []
@@ -79,8 +78,7 @@ def impulses(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
 def test_a_spinning_drifting_body_keeps_impulse_and_energy(
     dofs: tuple[str, ...], launch: tuple[float, ...]
 ) -> None:
-    """Without memory nothing is lost, whatever way the body turns; rk4 at 0.05 s leaves 1e-11, in
-    heave, roll and pitch, which are faster, 1e-9 of the energy."""
+    """Without memory nothing is lost; rk4 at 0.05 s leaves 1e-11, of the energy 1e-9."""
     scene = barge(dofs=dofs, velocity=launch, radiation=RadiationModel.NONE)
     scene = replace(scene, solver=replace(SOLVER, step=0.05))
     run = hs.simulate(scene)
@@ -93,8 +91,7 @@ def test_a_spinning_drifting_body_keeps_impulse_and_energy(
 @pytest.mark.parametrize("radiation", ["state_space", "convolution"])
 @pytest.mark.parametrize("dofs", [PLANAR, DOFS])
 def test_with_memory_it_never_gains_energy(radiation: str, dofs: tuple[str, ...]) -> None:
-    """What radiation took since the start is never negative: the memory is passive in axes that
-    turn as in axes that do not."""
+    """What radiation took is never negative: memory is passive in axes that turn, too."""
     scene = barge(dofs=dofs, velocity=TUMBLE, radiation=RadiationModel(radiation))
     scene = replace(scene, bodies=(replace(scene.bodies[0], dofs=dofs),))
     run = hs.simulate(scene)
@@ -125,8 +122,7 @@ def test_a_roll_decay_does_not_know_the_heading(radiation: str) -> None:
 
 
 def test_a_current_carries_the_water_along() -> None:
-    """Seen from the water, a body that spins in a current is one that spins in still water: the
-    same motions but for U t. (With memory it would matter how it came there.)"""
+    """In a current, without memory, a spinning body moves as in still water but for U t."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
     changes = {"radiation": RadiationModel.NONE, "position": moving(yaw=0.4)}
     still = hs.simulate(barge(velocity=TUMBLE, **changes))
@@ -141,8 +137,7 @@ def test_a_current_carries_the_water_along() -> None:
 def test_munks_moment_and_no_memory_of_a_steady_stream(
     radiation: str, validated: Callable[..., None]
 ) -> None:
-    """On a body held in a stream: u w (A_sway - A_surge) on yaw, and nothing else begins to act
-    that has not been there before the start."""
+    """u w (A_sway - A_surge) on yaw, and nothing else begins to act after the start."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
     place = moving(yaw=0.4)
     scene = barge(position=place, radiation=RadiationModel(radiation), dofs=("yaw",))
@@ -168,8 +163,7 @@ def stream_of(velocity: np.ndarray) -> hs.Stream:
 
 
 def turned_scene(scene: hs.Scene, by: float) -> hs.Scene:
-    """The whole scene turned about the vertical through the earth's origin: bodies, waves, streams,
-    moorings, planes and anchors."""
+    """Turned about the origin's vertical: bodies, waves, streams, moorings, planes, anchors."""
     P, R = turn(by), turn(by)[:3, :3]
 
     def body(b: hs.Body) -> hs.Body:
@@ -244,8 +238,7 @@ def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
 
 @pytest.mark.parametrize("by", few([random.uniform(0.0, 360.0) for _ in range(6)], 2))
 def test_ratios_of_critical_damping_and_natural_periods_turn(by: float) -> None:
-    """Moorings and dampers whose ratios differ along surge and sway, a mooring of natural periods,
-    on a hull whose added mass differs along them."""
+    """Ratios and periods that differ along surge and sway, where added mass differs too."""
     scene = in_waves(in_contact(40.0), hs.WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
     stiffness = np.diag([4e5, 2e5, 0.0, 0.0, 0.0, 1e9])
     stiffness[0, 1] = stiffness[1, 0] = 1e5

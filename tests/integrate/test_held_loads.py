@@ -134,8 +134,7 @@ def test_dry_friction_of_a_joint_gives_way_at_every_peak(
 def test_a_fixed_step_meets_every_peak(
     period: float, excess: float, output_step: float, figure: Figure
 ) -> None:
-    """Also where it records each step, and where a peak is shorter than a step. Between events its
-    error is that of rk4."""
+    """Also where it records each step, and where a peak is shorter; the error is rk4's."""
     settings = {"method": Method.RK4, "step": 0.1}
     force = Harmonic(excess * STATIC, period)
     run = hs.simulate(slider(force, duration_of(period, output_step), output_step, **settings))

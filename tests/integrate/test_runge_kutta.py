@@ -77,8 +77,7 @@ def test_order_on_textbook_problems(
 
 
 def conditions(m: Tableau) -> list[tuple[int, float, float]]:
-    """Order, sum and its wanted value for all trees up to five nodes (Hairer, Norsett & Wanner
-    1993, table II.2.1)."""
+    """Order, sum, wanted value: all trees to five nodes (Hairer et al. 1993, table II.2.1)."""
     A, b, c = m.a, m.b, m.c
     return [
         (1, b.sum(), 1),

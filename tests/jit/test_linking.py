@@ -171,8 +171,7 @@ def digest_anew() -> str:
 
 @pytest.fixture
 def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
-    """LLVM's engine with a cache of its own, in which SIGTERM comes while LLVM hands code over, or
-    asks for it: once, if "code" is in this list."""
+    """LLVM's engine with its own cache; SIGTERM comes as it hands code over or asks for it."""
     monkeypatch.setenv("HYDROSIM_CACHE_DIR", str(tmp_path))
     hooks = JITCodeLibrary._object_compiled_hook, JITCodeLibrary._object_getbuffer_hook
     set_hooks = linked_kernels.scaled.dispatcher.targetctx.codegen()._engine.set_object_cache
@@ -208,8 +207,7 @@ def doubled(x):
 
 
 def run(cache: Path, program: str = PROGRAM, first: Path | None = None) -> list[str]:
-    """What a program prints in a new process with this cache folder. Modules in the folder
-    ``first`` replace those here."""
+    """What a program prints in a new process with this cache; ``first`` replaces modules."""
     here = Path(__file__).parent
     folders = [*([first] if first else []), here.parents[1], here.parent, here]
     paths = {"PYTHONPATH": ":".join(map(str, folders)), "HYDROSIM_CACHE_DIR": str(cache)}

@@ -142,8 +142,7 @@ def test_a_wheel_is_not_built_with_a_folder_that_has_no_kernels(
 def motions(
     package: Path, case: str, folder: Path, cache: str | None = "new"
 ) -> tuple[xr.Dataset, int, str]:
-    """Those of a case that the package in this folder runs, how many kernels it compiled, and what
-    it warned of; with a ``cache`` in ``folder``, or that of the tests."""
+    """Motions of a case in this folder's package, kernels compiled, warnings; with a ``cache``."""
     place = {"PYTHONPATH": str(package)}
     if cache is not None:
         place["HYDROSIM_CACHE_DIR"] = str(folder / cache)

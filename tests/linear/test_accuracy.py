@@ -101,8 +101,7 @@ def test_a_run_is_as_wrong_as_it_says(
 
 
 def seen(decay: float, mode: int) -> tuple[float, float]:
-    """Amplitude, and how long it lasts [s], of a vibration of 5 rad/s that sticks, in 40 s of a run
-    in contact in this ``mode``, where it dies out at the rate ``decay`` [1/s]."""
+    """Amplitude and time [s] of a 5 rad/s vibration that dies out at ``decay`` in this ``mode``."""
     sticking = np.array([[STICK, 0, 0]])
     one = np.ones(1)
     vibration = Vibration("all contacts sticking", sticking, 5.0j, "surge", one, one + 0.0j)
@@ -134,8 +133,7 @@ def test_slow_forces_on_a_fast_mode_are_no_reason_to_warn() -> None:
 
 
 def float_over(step: float) -> hs.Scene:
-    """A topside of 20 000 t that stands on the barge in four legs of 4e8 N/m, put down without any
-    compression, in waves of 3 m: it bounces at 9 rad/s, and nothing damps that."""
+    """A topside of 20 000 t bounces on four legs at 9 rad/s in waves of 3 m, undamped."""
     base, mass = scene_of("free_floating"), 2e7
     waves = hs.WaveTrain(replace(SEA, significant_height=3.0), ramp=50.0)
     barge = with_body(in_waves(base, waves), wave_forces=hs.WaveForces(first_order=True))
@@ -159,8 +157,7 @@ def float_over(step: float) -> hs.Scene:
 
 @pytest.mark.slow
 def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure: Figure) -> None:
-    """Far below the limit of stability, and 20 % off; at the step that is asked for, within 1e-3 of
-    a quarter of it, and nothing is said. The summary of `check` has both limits."""
+    """Far below the limit, 20 % off; nothing at the step asked for. `check` has both limits."""
     run, scene = hs.simulate(float_over(0.1)), float_over(0.1)
     (warning,) = told(run)
     assert "heave of topside at 9.14 rad/s" in warning
@@ -183,8 +180,7 @@ def test_many_runs_are_warned_too() -> None:
 
 
 def test_the_memory_of_a_convolution_damps_what_it_should() -> None:
-    """K^(i w) of the table is i w (A(w) - A_inf) + B(w), of the state-space model within 1e-3; so
-    the heave of the barge dies out where waves are convolved, too."""
+    """K^(i w) is i w (A(w) - A_inf) + B(w) within 1e-3; so heave dies out by convolution, too."""
     still = in_waves(scene_of("free_floating"))
     convolved, _ = hs.compile_scene(with_body(still, radiation=RadiationModel.CONVOLUTION))
     model, state = hs.compile_scene(with_body(still, radiation=RadiationModel.STATE_SPACE))

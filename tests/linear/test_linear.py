@@ -105,8 +105,7 @@ def test_natural_periods_of_the_barge(
 def test_natural_periods_make_inertia_balance_stiffness(
     modes: dict[str, NaturalMode], validated: Callable[..., None]
 ) -> None:
-    """Against the roots of the undamped equation of motion; the state space is within 1e-3 of the
-    database's A(w) - A_inf, and A_inf within about as much of its own. Yaw has no stiffness."""
+    """Roots of the undamped equation; A_inf is within 1e-3 of A(w)'s. Yaw has no stiffness."""
     found = sorted(mode.natural_period for mode in modes.values())
     expected = FrequencyDomain().natural_periods()
     assert len(expected) == 5
@@ -173,8 +172,7 @@ def largest_errors(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
 
 
 def test_regular_waves_give_the_linear_response(steady: list[xr.Dataset], figure: Figure) -> None:
-    """Amplitude and phase, against the linearised scene under X(w) of the database: the same
-    radiation model, so that only the time integration is between them."""
+    """Amplitude and phase, with the same X(w): only the time integration is between them."""
     linear = linear_of(first_order(in_waves(scene_of("free_floating"))))
     load = CubicSpline(hull().frequency, hull().excitation[:, 0])
     found = np.array([harmonic(run, T) for run, T in zip(steady, PERIODS, strict=True)])

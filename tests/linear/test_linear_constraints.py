@@ -111,8 +111,7 @@ def test_response_and_reaction_of_a_pendulum() -> None:
 
 
 def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None:
-    """All six coordinates, reactions, normal force and loads on one arm, all out of line: M and the
-    derivative of all wrenches, with own rotations, and an explicit basis of what is allowed."""
+    """All six coordinates on one arm: M and derivatives of wrenches, with own rotations."""
     arm, n = np.array([0.4, -0.3, 1.7]), np.array([1.0, 0.0, 0.0])
     force, tangents = 35.0, np.eye(3)[1:]
     K = np.diag([40.0, 20.0, 30.0, 200.0, 150.0, 100.0])
@@ -155,8 +154,7 @@ def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None
 
 
 def joined(kinematics: Kinematics = Kinematics.LINEAR) -> tuple[Scene, np.ndarray, np.ndarray]:
-    """Two bodies on springs, and three points on planes that leave no relative motion; K and M of
-    all twelve coordinates."""
+    """Two bodies on springs, held together by three points on planes; K and M (12, 12)."""
     random = np.random.default_rng(3).standard_normal
     K = [x @ x.T + 5.0 * np.eye(6) for x in random((2, 6, 6))]
     inertias = [2.0 * INERTIA, 5.0 * INERTIA]
@@ -257,8 +255,7 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
 
 
 def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
-    """Small swings of a push, three periods long: only the square of 1e-4 rad
-    is left out of the linear motion."""
+    """Small swings, three periods long: the square of 1e-4 rad is left out."""
     start = pendulum()
     (body,) = start.bodies
     w = 2 * pi / hs.natural_modes(linear_of(start))[0].natural_period
@@ -273,8 +270,7 @@ def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
 
 
 def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None:
-    """Forced below resonance, from the steady motion on: friction is the weight and the amplitude
-    that the linear analysis gives."""
+    """Below resonance, steady: friction is the weight plus the linear amplitude."""
     w, size = 1.1, 1e-3
     push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"sway": Harmonic(size, 2 * pi / w)})
     still = pendulum()

@@ -107,8 +107,7 @@ def test_modes_of_two_bodies_are_kept_apart() -> None:
 
 
 def random_linear(seed: int, n: int, others: int) -> Linear:
-    """A stable system with other states, such as those of a memory, of which two pairs are as good
-    as equal: their eigenvectors are nearly parallel."""
+    """A stable system with other states; two pairs have nearly parallel eigenvectors."""
     random = np.random.default_rng(seed).standard_normal
     M, K = (x @ x.T + n * np.eye(n) for x in random((2, n, n)))
     A = np.zeros((2 * n + others, 2 * n + others))
@@ -123,8 +122,7 @@ def random_linear(seed: int, n: int, others: int) -> Linear:
 
 @pytest.mark.parametrize("defective", [False, True])
 def test_dynamic_stiffness_by_diagonalising_is_that_by_solving(defective: bool) -> None:
-    """D(w) from the whole matrix, D q = M G^-1 q with G the top right block of (i w - J)^-1; where
-    the states of a memory cannot be told apart (a Jordan block) too."""
+    """D q = M G^-1 q, G the top right block of (i w - J)^-1; with a Jordan block too."""
     n, linear = 3, random_linear(1, 3, 8)
     if defective:
         linear.jacobian[2 * n :, 2 * n :] = -np.eye(8) + np.eye(8, k=1)

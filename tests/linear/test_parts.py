@@ -145,8 +145,7 @@ def selected(dofs: np.ndarray, linear: Linear) -> np.ndarray:
 
 @pytest.mark.parametrize("forces", [{}, {"line": line(30.0)}], ids=["apart", "on a line"])
 def test_changes_of_components_are_those_of_the_whole(forces: dict[str, hs.Spring]) -> None:
-    """Databases of one body and of two, in an order of their own, of which not all coordinates are
-    free."""
+    """Databases of one body and of two, in an order of their own, partly locked."""
     free = (DOFS, ("sway", "roll", "yaw"), ("surge",))
     bodies = [block(2.0, own, name) for own, name in zip(free, NAMES, strict=True)]
     moored = {f"k {name}": hs.LinearMooring(name, np.diag(np.arange(5.0, 11.0))) for name in NAMES}

@@ -74,8 +74,7 @@ def dry(
 
 
 def barge(step: float = 0.1, **changes: Any) -> hs.Scene:
-    """The moored H-851 in surge, heave and pitch, in its sea with second-order loads; the ramp ends
-    between two records."""
+    """The H-851 in its plane in its sea, second order too; the ramp ends between records."""
     loads = hs.WaveForces(second_order=SecondOrder.NEWMAN)
     scene = with_body(scene_of("free_floating"), dofs=PLANAR, wave_forces=loads)
     scene = in_waves(scene, hs.WaveTrain(SEA, ramp=73.33))

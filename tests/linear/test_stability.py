@@ -34,8 +34,7 @@ DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
     [(RK2, pi, 2.0), (HEUN, pi, 2.0), (RK4, pi, 2.7853), (RK4, pi / 2, 2 * sqrt(2))],
 )
 def test_limits_on_the_axes(method: methods.IntegrationMethod, angle: float, limit: float) -> None:
-    """Closed forms (Hairer & Wanner 1996, IV.2); the rays are looked at every 0.005, and growth of
-    a thousandth per period is let pass."""
+    """Closed forms (Hairer & Wanner 1996, IV.2); growth of a thousandth per period may pass."""
     assert ray_limits(method, np.array([angle]))[0] == pytest.approx(limit, abs=0.01)
 
 
@@ -83,8 +82,7 @@ def test_a_run_diverges_where_the_limit_says(method: Method, z: float) -> None:
 
 
 def test_the_thesis_numerical_oscillation() -> None:
-    """Four friction slopes of 1e9 N s/m on the barge's mass and A(inf): the step of 0.1 s is at
-    2.47 of rk2's 2, in surge."""
+    """Four slopes of 1e9 N s/m on the barge: the step of 0.1 s is at 2.47 of rk2's 2, in surge."""
     base = scene_of("base")
     fender = base.forces["interface"]
     assert isinstance(fender, hs.Fender)
@@ -124,8 +122,7 @@ def stuck_block(slope: float) -> Scene:
 
 
 def stuck_barge(slope: float) -> Scene:
-    """The barge in calm water, lifted by 1.5 m and in equilibrium there, 0.5 m into the fenders of
-    the thesis, in all six degrees of freedom and with radiation."""
+    """The barge in calm water at rest, 0.5 m into the thesis' fenders, with radiation."""
     base, lift, k = scene_of("base"), 1.5, 33026e3
     fender = base.forces["interface"]
     assert isinstance(fender, hs.Fender)
@@ -147,8 +144,7 @@ def stuck_barge(slope: float) -> Scene:
 
 
 def sliding_block(law: hs.StickSlip, opened: bool, step: float) -> Scene:
-    """Nothing slows it down. It stretches the node of its contact until that slips, at 2 s, or the
-    contact opens, at 3 s; then 300 steps."""
+    """The node stretches until it slips, at 2 s, or contact opens, at 3 s; then 300 steps."""
     press = hs.PrescribedNormal(
         Table(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4]))
     )
@@ -259,8 +255,7 @@ def limit_of(**more: Any) -> float:
 
 
 def test_no_element_changes_what_limits_another() -> None:
-    """Points at other heights, and a bumper ahead that nothing touches but in thought: each is
-    pressed by itself, and the limit stays that of the contact nodes."""
+    """Points at other heights, and a bumper that nothing touches: each is pressed by itself."""
     fender, alone = scene_of("base").forces["interface"], limit_of()
     assert isinstance(fender, hs.Fender)
     points = fender.points.copy()
@@ -300,8 +295,7 @@ def feet(*places: tuple[float, float]) -> Compiled:
 
 
 def test_of_equal_contacts_those_farthest_out_are_looked_at_alone() -> None:
-    """The farther out a foot, the more it moves under a load; so 100 feet need no more looks than
-    their corners, and have the same limit."""
+    """The farther out, the more a foot moves: 100 need no more looks than their corners."""
     grid = [(x, y) for x in np.linspace(-3.0, 3.0, 10) for y in np.linspace(-1.0, 2.0, 10)]
     many, corners = feet(*grid), feet(grid[0], grid[9], grid[-10], grid[-1])
     found = scene_combinations(many, each_alone=True)

@@ -21,8 +21,7 @@ from tests.generators.stable_steps import (
 @pytest.mark.parametrize("seed", few([0, 16], 1))
 @pytest.mark.slow
 def test_runs_diverge_where_it_is_said(seed: int, convolved: bool) -> None:
-    """Seven fenders of which a contact node sets the limit, and five of which a friction slope
-    does: 5 % below it no run diverges and none is refused, 5 % above it one does."""
+    """Limits of a contact node and of a friction slope: 5 % below none diverges, above one does."""
     scene = random_scene(seed)
     if convolved:
         scene = with_radiation(scene, ConvolutionRadiation())

@@ -146,11 +146,7 @@ def test_locked_angles(free: tuple[int, ...], figure: Figure) -> None:
 
 
 def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
-    """Position (nt, 12) of two moored and pushed bodies, one dropped on the other, that start
-    ``size`` away from touching at rest.
-
-    The contact and its friction are homogeneous: forces double with the motion.
-    """
+    """Positions (nt, 12) of two moored bodies, ``size`` apart at rest; contact is homogeneous."""
     stiffness = np.diag([9.0, 8.0, 30.0, 40.0, 50.0, 20.0])
     stiffness[1, 3] = stiffness[3, 1] = 4.0
     push = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [1.0, 2.0, -3.0, 1.0, 2.0, 0.5]])

@@ -152,8 +152,7 @@ class Exact:
 
 
 def integrate(block: Block, times: np.ndarray, resolution: float = 0.02) -> Exact:
-    """The motion by DOP853 at a relative tolerance of 1e-12, in pieces of at most ``resolution``
-    so that no change of mode is overlooked."""
+    """The motion by DOP853 at 1e-12, in pieces of at most ``resolution`` to see every change."""
     y = np.array([*block.start, 0.0])
     mode = STICK if block.grip(STICK, 0.0, y) >= 0.0 else SLIP
     mode = mode if block.touches(0.0, y) > 0.0 else OPEN

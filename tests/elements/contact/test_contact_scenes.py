@@ -312,8 +312,7 @@ def momenta(run: xr.Dataset, masses: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 @pytest.mark.parametrize("law", LAWS)
 def test_two_bodies_keep_their_momentum(law, figure: Figure):
-    """Momentum to rounding, since a step adds equal and opposite forces; angular momentum, which is
-    not linear in the state, at the order of the method."""
+    """Momentum to rounding; angular momentum, not linear in the state, at the method's order."""
     masses, drifts = np.array([1e4, 3e4]), []
     for step in (0.01, 0.005):  # the node relaxes in less than ten of either
         run = hs.simulate(with_step(collision(LAWS[law]), step))
@@ -365,8 +364,7 @@ def tumbling(turn: np.ndarray, shift: np.ndarray, law: Law) -> Scene:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_run_turns_with_its_scene(law):
-    """Through stick, slip, contact and corners. Events are located to 1e-10 of a margin's range,
-    and impacts multiply that: hence 1e-6, and 1e-11 for the forces of one instant."""
+    """Events are located to 1e-10, which impacts multiply: 1e-6; 1e-11 for forces at an instant."""
     here = hs.simulate(tumbling(np.eye(3), np.zeros(3), LAWS[law]))
     there = hs.simulate(tumbling(TURN, SHIFT, LAWS[law]))
     assert there.solver_events == here.solver_events >= 10
@@ -379,8 +377,7 @@ def test_a_run_turns_with_its_scene(law):
 
 
 def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figure):
-    """The laws of contact know no size: a scene scaled by e moves by e times the same in linear
-    kinematics, and to e^2 in exact kinematics."""
+    """Scaled by e it moves by e times the same in linear kinematics, and to e^2 in exact ones."""
 
     def run(size: float, kinematics: Kinematics) -> np.ndarray:
         whole = tumbling(np.eye(3), np.zeros(3), STEEL)
@@ -417,8 +414,7 @@ def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figu
 
 
 def pressed_barge(**law: float) -> Scene:
-    """As heavy and as stiffly held as the reverse float-over: four fenders, lifted through contact
-    while swell pushes and heaves."""
+    """Four fenders as stiff as the reverse float-over's, pressed while swell pushes and heaves."""
     rng, t = np.random.default_rng(1), np.arange(0.0, 200.5, 0.5)
     force = np.zeros((t.size, 6))
     for w, a, p in zip(
@@ -461,8 +457,7 @@ BARGES = {
 
 @pytest.mark.parametrize("name", few(BARGES, 1))
 def test_stiff_fenders_of_the_base_case(name, figure: Figure):
-    """Order 4 down from the base case's own step of 0.1 s, with the same events at every step, and
-    far from it without events."""
+    """Order 4 down from 0.1 s with the same events at every step; far from it without events."""
     barge = pressed_barge(**BARGES[name])
     fine = hs.simulate(with_step(barge, 0.005))
     span, steps = np.ptp(surge(fine)), (0.1, 0.05, 0.025)

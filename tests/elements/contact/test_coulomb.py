@@ -71,8 +71,7 @@ class Piece:
 
 
 def closed_form(amplitude: float, duration: float) -> Iterator[Piece]:
-    """Pieces of the block under amplitude * sin: rest until the push exceeds the friction, slip
-    until the speed is zero, whose time is the root of a closed form."""
+    """Pieces under amplitude * sin: rest until the push exceeds the friction, slip until v = 0."""
     w = 2 * np.pi / PERIOD
     piece = Piece(0.0, 0.0, 0.0)
     while piece.start < duration:
@@ -165,8 +164,7 @@ def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]
 
 
 def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float]:
-    """Place at every half period and the number of stops in the last ``cycles``, by DOP853 from
-    event to event."""
+    """Places at half periods, and the number of stops in the last ``cycles``, by DOP853."""
     f, x, v, t, sign, count = friction, 0.0, 0.0, 0.0, 0.0, 0
     half = np.pi / ratio
     end, places = 2 * cycles * half, [0.0]

@@ -23,8 +23,7 @@ HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
 def test_a_node_far_beyond_its_step_limit(method: Method) -> None:
-    """K2 / C2 is 190 1/s, and the step 0.05 s: what relaxes grows instead, until nothing is finite
-    any more. By steps that adapt it comes to its end."""
+    """K2 / C2 is 190 1/s, the step 0.05 s: what relaxes grows; steps that adapt come to the end."""
     law = hs.StickSlip(0.14, 0.12, stiffness=1.9e8, damping=1e6)
     surge = 4300.0 * np.cos(HEADINGS)
     elements = {
@@ -62,8 +61,7 @@ def test_a_node_that_comes_to_stick_on_the_kinetic_cone_stays() -> None:
 
 
 def test_a_drawbar_without_length_is_no_reason_to_stop() -> None:
-    """A block that bounces while it slips sideways: its normal force goes through zero, with which
-    the drawbar of its node turns ever faster."""
+    """A bouncing, slipping block: as N goes through zero the node's drawbar turns ever faster."""
     law = hs.StickSlip(0.34, 0.2, 2e7, 0.0)
     elements = {
         "weight": steady(heave=-8e4),
@@ -79,8 +77,7 @@ def test_a_drawbar_without_length_is_no_reason_to_stop() -> None:
 
 
 def test_what_begins_to_slide_heads_for_where_it_is_pushed() -> None:
-    """A block on a block that is free sideways, rigid friction between them, static and kinetic
-    alike: at break-away what is left of the velocity is its rounding, and has no direction."""
+    """A block on a free one, rigid friction: at break-away the velocity left is rounding alone."""
     below = block(1966.0, ["surge", "sway", "yaw"], "below", position=moving(yaw=-2.244))
     above = block(4525.7, ["surge", "heave"], "above", centre_of_gravity=(0.0, 0.0, 1.0))
     deck = hs.Plane((0.0, 0.0, 0.3), (0.0, 0.0, 1.0), "below")

@@ -154,8 +154,7 @@ def test_the_loss_is_the_area_of_the_loop():
 
 @pytest.mark.parametrize("top", [0.12, 0.145, 0.165])
 def test_a_quasi_static_loop_loses_its_area(top):
-    """Pressed to ``top`` and let go, by the law alone: what is booked where a branch ends and
-    begins is the area between the branches, to rounding."""
+    """Pressed to ``top`` and let go, by the law alone: the area between the branches is booked."""
     point, segments = point_of(LOOP)
     f, line, back = (0, 1), point.line, (point.last + 1, point.back)
     at = find_segment(*f, segments, top)
@@ -366,8 +365,7 @@ SWAY = np.diag([0.0, 1e4, 0.0, 1e4, 0.0, 0.0])
 
 
 def test_symmetry_sees_legs_and_what_they_remember():
-    """In its plane, the body comes down as in all its degrees of freedom; where one leg is pressed
-    deeper at the start it is not in its plane."""
+    """It comes down in its plane as in all degrees of freedom, unless one leg starts deeper."""
     scenes = two_legs((2.0, -2.0), heave=0.1), two_legs((2.0, -1.9), heave=0.1)
     fell, beside = (hs.simulate(scene) for scene in scenes)
     free = hs.simulate(with_step(scenes[0], 0.005, symmetry=Symmetry.IGNORE))

@@ -101,8 +101,7 @@ LAWS = {
 
 @pytest.mark.parametrize("name", LAWS)
 def test_slip_and_lift_off(name: str, figure: Figure) -> None:
-    """A block that bounces while it is pushed: modes change, the ledger closes, traction stays
-    inside its bound and dissipation only grows."""
+    """A pushed block that bounces: ledger, bound of traction, growing dissipation."""
     law = LAWS[name]
     body = block(1.0, ("surge", "heave"), position=moving(heave=0.01))
     curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e3]))

@@ -38,8 +38,7 @@ def pressed(law: Law, period: float, phase: float, method: Method, step: float) 
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("period", few(PERIODS, 1))
 def test_a_force_that_touches_zero(name: str, period: float) -> None:
-    """Contact lets go at most once at each touch, whether or not a method sees that N is zero for a
-    moment, and all methods have the same motion."""
+    """Contact lets go at most once at each touch, seen or not; all methods move alike."""
     law = LAWS[name]
     for phase in (0.0, -0.5 * np.pi):
         there = hs.simulate(pressed(law, period, phase, Method.DOPRI5, 0.1))

@@ -29,8 +29,7 @@ def between(low: float, high: float) -> st.SearchStrategy[float]:
 
 @st.composite
 def stick_slips(draw: Any, stiffness: float) -> hs.StickSlip:
-    """From light to heavy damping, with and without slip damping, static friction as kinetic or
-    larger; for a total normal stiffness."""
+    """Light to heavy damping, with or without slip damping, static friction as kinetic or more."""
     static = draw(between(0.05, 1.0))
     kinetic = static * draw(st.sampled_from([1.0, 0.8, 0.5, 0.2]))
     K2 = stiffness * draw(between(0.3, 3.0))
@@ -49,8 +48,7 @@ def law_of(friction: hs.StickSlip, kind: int) -> hs.StickSlip | hs.FrictionSlope
 
 @st.composite
 def scenes(draw: Any) -> hs.Scene:
-    """A block of one to four fenders that falls on a slope, with or without a corner in its curve,
-    pushed to and fro, moored softly."""
+    """A block of one to four fenders on a slope, with or without a corner in its curve."""
     count, k = draw(st.integers(1, 4)), MASS * 10 ** draw(between(1.5, 3.0))
     friction = draw(stick_slips(k))
     steeper = draw(st.sampled_from([1.0, 3.0]))

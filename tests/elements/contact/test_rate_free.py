@@ -69,8 +69,7 @@ def test_steps_far_longer_than_the_drawbar_turns_in(figure: Figure) -> None:
 
 
 def windy(**solver: object) -> Scene:
-    """A body in surge that the wind blows against a plane which faces none of the axes: its point
-    goes to and fro on a straight line, obliquely to the axes of the plane."""
+    """A body in surge blown against an oblique plane: it slides aslant to the plane's axes."""
     law = hs.StickSlip(0.14, 0.12, 1.9e8, 0.0)
     curve = hs.NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
     plane = hs.Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))

@@ -137,8 +137,7 @@ def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
 
 
 def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
-    """By rk2 with long steps a block enters and leaves the slope within a step. Its motion is that
-    of a plain loop which takes the smaller of both forces."""
+    """By rk2 with long steps: as a plain loop that takes the smaller of both forces."""
     mass, grip, slope, push, h = 1e6, 2e5, 1e6, 4e5, 0.5
     normal = hs.PrescribedNormal(constant(grip / 0.2))
     forces = {

@@ -28,8 +28,7 @@ TIGHT = hs.Tolerance(1e-12, 1e-12, 1e-12)
 def carried(
     name: str, mass: float, inertia: ArrayLike, place: Sequence[float], **changes: Any
 ) -> hs.Body:
-    """A dry body with weight. At rest its centre of gravity is at ``place``; ``inertia`` (3,) or
-    (3, 3) is about it."""
+    """A dry body with weight, at rest at ``place``; ``inertia`` (3,) or (3, 3) about its centre."""
     matrix = np.asarray(inertia, float)
     matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
     x, y, z = place

@@ -181,8 +181,7 @@ class SliderCrank(FourBar):
 def hinges(
     bars: Mapping[str, Bar], ends: Mapping, starts: Mapping[str, float], turn: Rotation
 ) -> dict[str, Joint]:
-    """Hinges about the normal of the plane: name of each, its bodies and its place; the rate at
-    the ``starts`` of those of the tree."""
+    """Hinges about the plane's normal: name, bodies, place; rates at the tree's ``starts``."""
     normal = tuple(turn.apply([0.0, 0.0, 1.0]))
     return {
         name: joint(

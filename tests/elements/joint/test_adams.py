@@ -104,8 +104,7 @@ def run_on(kind: str) -> xr.Dataset:
 
 
 def reaction_on_the_ground(pendulum: Pendulum, run: xr.Dataset) -> np.ndarray:
-    """Ours as the data have it (nt, 6): `joint_force` is the wrench on the body, about the joint's
-    point on the body, in the earth's axes."""
+    """`joint_force` as the data have it (nt, 6): on the body, about its point, in earth's axes."""
     wrench = run.joint_force.sel(joint="pin").values
     on_body = places(run, "rod") - rotations(run, "rod") @ np.array(pendulum.centre)
     arm = on_body - np.array(pendulum.point)
@@ -155,8 +154,7 @@ def motion_of_data(pendulum: Pendulum) -> Fall:
 
 
 def distances(ours: Fall, theirs: Fall) -> tuple[float, float, float]:
-    """Largest differences of places over their range, of quaternions, and of loads over the
-    largest: those of the slider are constant."""
+    """Largest differences: of places, over their range; quaternions; loads, over the largest."""
     place = np.abs(ours.place - theirs.place).max() / np.ptp(theirs.place, axis=0).max()
     q, p = (each.rotation.as_quat() for each in (ours, theirs))
     turn = np.abs(q * np.sign(np.sum(q * p, axis=1))[:, None] - p).max()  # q and -q are the same
@@ -201,8 +199,7 @@ def test_ball_and_universal_joint(pendulum: Pendulum, validated: Callable[..., N
 
 
 def test_only_the_data_of_the_hinge_keep_their_energy() -> None:
-    """J omega^2 / 2 + m g z, with omega from the reaction along the rod, m l omega^2 + m g z / l.
-    What is lost belongs to the data: the joints have no friction."""
+    """J omega^2 / 2 + m g z, omega from the reaction along the rod: m l omega^2 + m g z / l."""
     kept = {}
     for pendulum in PENDULUMS[:3]:
         place, _, load = motion_of_data(pendulum)

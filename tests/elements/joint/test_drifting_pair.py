@@ -128,8 +128,7 @@ def impulses_and_energy(run: xr.Dataset) -> np.ndarray:
 
 
 def _headings(run: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Yaw of the first body, and that with the joint's turn about the vertical: the twist of its
-    rotation about z, of a vertical hinge its angle."""
+    """Yaw of the first body, and that with the joint's turn: the twist of its rotation about z."""
     first = run.position.sel(body="fore", dof="yaw").values
     R = np.einsum("tji,tjk->tik", rotations(run, "fore"), rotations(run, "aft"))
     quaternion = Rotation.from_matrix(R).as_quat()

@@ -141,8 +141,7 @@ def test_a_start_at_rest_has_no_rate(tmp_path: Path) -> None:
 
 
 def test_a_load_that_two_joints_share_is_warned_of(tmp_path: Path) -> None:
-    """Two fixed joints between the same bodies; a joint beside locked directions is no such
-    pair."""
+    """Two fixed joints between the same bodies; not a joint beside locked directions."""
     second = "c: {type: fixed, body: b, to: a, point: [1 m, 0 m, 0 m]}"
     path = case(tmp_path, "one: {type: fixed, body: b, to: a}\n" + second)
     text = path.read_text().replace("dofs: [surge],", "")
@@ -209,8 +208,7 @@ def test_a_case_is_turned_as_a_whole() -> None:
     "number", [*few(range(FIRST, FIRST + 40), 12), *few(range(LINKED_FROM, LINKED_FROM + 40), 6)]
 )
 def test_a_random_articulated_scene(number: int) -> None:
-    """It runs or says why not; its ledger is closed; turned, it turns; it goes on to the bit from a
-    state on the way."""
+    """It runs or says why not; its ledger closes; turned, it turns; it goes on to the bit."""
     trial = tried(articulated_case, number)
     assert trial.status in ("complete", "failed", "refused"), trial.said
     assert trial.said or trial.status == "complete"

@@ -94,8 +94,7 @@ def chain(kinds: Sequence[str], seed: int) -> Scene:
 
 
 def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], list[Link]]:
-    """The bodies and joints of a scene at output time ``k`` of its run, by places, rotations and
-    velocities."""
+    """Bodies and joints of a scene at output time ``k``, by places, rotations and velocities."""
     number = {body.name: b for b, body in enumerate(scene.bodies)}
     rigid = []
     for body in scene.bodies:
@@ -146,8 +145,7 @@ def test_joint_forces_are_the_multipliers(
 
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
 def test_trees_hold_identically(kinds: Sequence[str], figure: Figure) -> None:
-    """At a coarse step motions are wrong by far more than joints open. The loads are those of the
-    multipliers at the end of it, too."""
+    """At a coarse step, too, where motions are wrong by far more than joints open."""
     whole = by_rk4(replace(chain(kinds, 7), duration=1.0, output_step=0.05), 0.05)
     run = completed(whole)
     last = run.time.size - 1
@@ -163,8 +161,7 @@ def test_trees_hold_identically(kinds: Sequence[str], figure: Figure) -> None:
 
 
 def test_what_acts_in_a_joint_is_no_part_of_its_load(figure: Figure) -> None:
-    """Springs and dampers of hinges are moments on both bodies. With them the multipliers are what
-    `joint_force` has: nothing about the hinge's own axis."""
+    """Springs and dampers of hinges are moments on both bodies, and none of `joint_force`."""
     whole = chain(("hinge", "hinge", "hinge"), 5)
     joints = {name: _sprung(held) for name, held in whole.joints.items()}
     run = completed(replace(whole, joints=joints))

@@ -26,8 +26,7 @@ TREE = ("hull", "arm", "hand", "leg", "foot", "drum")
 
 
 def tree() -> Scene:
-    """A moored hull with an arm, a hand, a leg, a foot and a drum on joints of five types, held by
-    springs and dampers and pushed; every body has its own heading."""
+    """A moored hull with five bodies on joints of five types, sprung, damped, pushed and turned."""
     rest = {
         "hull": (20.0, (0.0, 0.0, 0.0), 0.3),
         "arm": (2.0, (3.0, 1.0, 0.5), -0.8),
@@ -90,8 +89,7 @@ def tree() -> Scene:
 
 
 def damped(motions: list[JointResistance]) -> list[JointResistance]:
-    """The motions of a ball joint with damping, which keeps the hand from tumbling: as a root its
-    pitch must stay below 85 deg."""
+    """A ball joint with damping: as a root the hand's pitch must stay below 85 deg."""
     return [replace(motion, damping=4.0) for motion in motions]
 
 

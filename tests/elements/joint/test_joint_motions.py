@@ -236,8 +236,7 @@ HINGE_TILT = np.radians(30.0)
 
 
 def spinning(axis: tuple[float, float, float]) -> np.ndarray:
-    """Roll, pitch and yaw (nt, 3) of a body that turns about an axis through its centre of gravity,
-    and the angle of its hinge."""
+    """Roll, pitch, yaw and hinge angle (nt, 4) of a body that turns about its centre of gravity."""
     body = carried("body", 2.0, [3.0, 4.0, 6.0], (0.0, 0.0, 0.0))
     hinge = joint("hinge", "body", None, JointResistance(velocity=TURN_RATE), axis=axis)
     run = completed(scene([body], {"hinge": hinge}, 6.0))

@@ -36,8 +36,7 @@ def pendulum(side: float = 0.0, **changes: object) -> hs.Scene:
 
 
 def test_a_pendulum_at_rest_and_its_frequency() -> None:
-    """tan(angle) = F / mg; w^2 = m g' l / (I + m l^2), with the geometric stiffness of the
-    hinge."""
+    """tan(angle) = F / mg; w^2 = m g' l / (I + m l^2), with the hinge's geometric stiffness."""
     side = 5.0
     compiled = compile_scene(pendulum(side, at_rest=True))
     angle = np.arctan2(side, MASS * G)
@@ -64,8 +63,7 @@ def test_the_limit_of_steps_is_that_of_the_motions_that_joints_leave() -> None:
 
 
 def test_small_angles_keep_joints_and_are_propagated() -> None:
-    """`kinematics: linear`: J is constant, so the exact propagation applies, and agrees with
-    steps; the joint stays closed to rounding."""
+    """J is constant: exact propagation applies and agrees with steps; the joint stays closed."""
     K = np.zeros((6, 6))
     K[4, 4], K[0, 0] = 60.0, 8.0
     spring = hs.LinearMooring("bob", K)

@@ -52,8 +52,7 @@ def closing(run: xr.Dataset) -> int:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_order_of_the_alternatives(seed: int) -> None:
-    """Pin and lines keep the barge near its place. Friction, and a clamp that comes late, let it
-    crawl against the waves; a ratchet against that lets it go as far with them."""
+    """Pins and lines hold it; friction and a late clamp let it crawl, a ratchet let it go."""
     end = {name: surge(run_of(name, seed))[-1] for name in FILES}
     assert abs(end["lines"]) < 0.1
     assert abs(end["pins"]) < 0.15
@@ -140,8 +139,7 @@ def test_the_ratchet_never_goes_back_beyond_its_last_tooth(seed: int) -> None:
 
 @pytest.mark.parametrize("name", LOCKED)
 def test_explain_books_the_lock(name: str) -> None:
-    """Forces sum to the change of momentum over each stage, and works to that of the kinetic
-    energy, with what closing stops."""
+    """Forces sum to the change of momentum, works to that of kinetic energy, closing included."""
     run = run_of(name, 1)
     found = explain_run(run)
     forces = found.mean_force.sel(dof="surge", force="joints")

@@ -86,8 +86,7 @@ def mass_matrix(bodies: Sequence[hs.Body], R: Sequence[np.ndarray]) -> np.ndarra
 def held_rows(
     joint: hs.Joint, scene: hs.Scene, run: xr.Dataset, k: int, R: list[np.ndarray] | None = None
 ) -> np.ndarray:
-    """Rows (m, 6 nb) of the relative velocities that a joint between body 0 and another, or the
-    earth, stops: at the point of body 0, along and about the axes of the joint there."""
+    """Rows (m, 6 nb) of the relative velocities that a joint between body 0 and another stops."""
     R = R or rotations(run, k)
     place = run.position.values[k, :, :3] + run.reference_position.values
     arms = [R[0] @ np.array(joint.point)]
@@ -112,8 +111,7 @@ def held_rows(
 
 
 def plastic(M: np.ndarray, J: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, float]:
-    """Velocities after a plastic impact, and the energy lost: v+ is nearest to v by kinetic energy
-    among all velocities with J v+ = 0, by the null space of J."""
+    """Velocities v+ nearest to v by kinetic energy with J v+ = 0, and the energy lost."""
     _, sizes, V = np.linalg.svd(J)
     N = V[int((sizes > 1e-10 * sizes[0]).sum()) :].T
     after = N @ np.linalg.solve(N.T @ M @ N, N.T @ M @ v) if N.size else 0.0 * v
@@ -230,8 +228,7 @@ def lifted(law: object) -> hs.Scene:
 
 
 def test_a_rigid_fender_that_sticks_bears_no_impulse() -> None:
-    """Its normal force is finite: both slide on with the common velocity, and friction of 0.3 N
-    brakes them, until it holds both."""
+    """Its normal force is finite: both slide on, and friction of 0.3 N brakes them to rest."""
     run = hs.simulate(lifted(Coulomb(0.4, 0.3)))
     t = run.time.values
     after = t > CLOSES + 1e-9
@@ -244,8 +241,7 @@ def test_a_rigid_fender_that_sticks_bears_no_impulse() -> None:
 
 
 def test_a_stick_slip_fender_is_tested_again_after_the_impulse() -> None:
-    """Its damper C2 alone exceeds static friction after the jump: it slips at once, and the
-    impulse is that of both masses."""
+    """Its damper C2 exceeds static friction after the jump: it slips with both masses' impulse."""
     law = StickSlip(0.4, 0.3, 1e5, damping=500.0, slip_damping=0.0)
     assert 500.0 * 0.4 > 0.4 * 30.0  # N
     run = hs.simulate(with_step(lifted(law), 1e-3))
@@ -384,8 +380,7 @@ def wet(current: float, radiation: RadiationModel) -> hs.Scene:
 @pytest.mark.parametrize("radiation", [RadiationModel.NONE, RadiationModel.CONVOLUTION])
 @pytest.mark.parametrize("current", [0.0, 0.8])
 def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None:
-    """The added mass takes part, in a current as well; the memory does not jump, and the ledger
-    closes."""
+    """Added mass takes part, in a current too; the memory does not jump, and the ledger closes."""
     free = wet(current, radiation)
     name = free.bodies[0].name
     hinge = hs.Joint(JointType.BALL, name, None, (40.0, 5.0, 2.0))
@@ -457,8 +452,7 @@ def test_a_joint_breaks_at_its_force() -> None:
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])
 def test_a_pin_takes_the_load_of_the_hinge_that_it_locks(method: Method) -> None:
-    """Dry friction in the hinge holds less than the moment. It slides to and fro, until a pin finds
-    it slow enough; from then on the pin bears the whole moment, and nothing changes."""
+    """Friction does not hold the moment; a pin that finds it slow bears all from then on."""
     friction = JointFriction(2.0, 1.5)
     resistances = (JointResistance(friction=friction),)
     hinge = hs.Joint(JointType.HINGE, "a", axis=(0.0, 1.0, 0.0), resistances=resistances)
@@ -485,8 +479,7 @@ def test_a_pin_takes_the_load_of_the_hinge_that_it_locks(method: Method) -> None
 
 
 def test_a_lock_between_jointed_bodies() -> None:
-    """Two blocks on a hinge fly; a lock stops the hinge, and both turn on as one body: the loss is
-    that of an independent model, and momentum is kept."""
+    """Blocks on a hinge that a lock stops: the loss is an independent model's, momentum is kept."""
     free = pair(step=0.05)
     a, b = free.bodies
     start = JointResistance(velocity=1.2)

@@ -109,8 +109,7 @@ def test_the_load_of_a_joint_is_newtons_of_what_is_behind_it() -> None:
 
 
 def test_redundant_constraints_are_dropped_and_named() -> None:
-    """The hinges of the tree leave turns in the plane: the loop holds five motions, two of them
-    freely."""
+    """The tree's hinges leave turns in the plane: the loop holds five motions, two freely."""
     scene = FourBar().scene(ANGLE, SPEED, 0.1, 0.01, IN_PLANE)
     compiled = compile_scene(scene)
     told = [text for text in compiled.notes.warnings if "constraints" in text]

@@ -37,8 +37,7 @@ TIME = np.linspace(0.0, DURATION, 101)
 
 
 class Rod(NamedTuple):
-    """A rod: mass, inertia across and along it, distance from its upper joint to its centre of
-    gravity and to its lower joint."""
+    """Mass, inertia across and along, distance from the upper joint to the centre and the lower."""
 
     mass: float
     across: float
@@ -175,8 +174,7 @@ LONG = np.linspace(0.0, 40.0, 201)
 
 
 class Shaking(NamedTuple):
-    """A force on the pivot that alone would shake it up and down by ``heave`` [m] at
-    ``frequency``."""
+    """A force on the pivot that alone would shake it by ``heave`` [m] at ``frequency``."""
 
     frequency: float
     heave: float = 0.5

@@ -98,8 +98,7 @@ def test_a_ratchet_against_dop853() -> None:
 
 
 def test_the_times_of_a_ratchet_against_dop853() -> None:
-    """It stops at v = 0, a quarter of a period; it lets go at 2.8 s; 1e-9 s, from modes at
-    output times on either side."""
+    """It stops at v = 0, a quarter of a period; it lets go at 2.8 s: 1e-9 s, from modes."""
     times, _ = reference(8.0)
     run = hs.simulate(driven(step=0.0125, output_step=0.0125))
     closed = (run.lock_mode.values[:, 0] == 3).astype(int)
@@ -112,8 +111,7 @@ def test_the_times_of_a_ratchet_against_dop853() -> None:
 
 
 def test_teeth_catch_with_a_loss() -> None:
-    """From its turn at 0.5 m the cart falls back on the tooth at 0.45 m: it loses what the spring
-    has given."""
+    """From 0.5 m the cart falls back on the tooth at 0.45 m: it loses what the spring has given."""
     base = driven(0.15, step=0.005)
     base = replace(base, duration=1.6, forces={"spring": along(STIFFNESS)})
     run = hs.simulate(base)
@@ -172,8 +170,7 @@ def test_a_ratchet_continues_to_the_bit() -> None:
 
 
 def test_the_axis_of_a_ratchet_without_teeth_stays_where_it_is() -> None:
-    """On the earth, while the body turns by half a turn: it pushes along x alone, wherever it
-    closes."""
+    """On the earth, while the body turns by half a turn: it pushes along x, wherever it closes."""
     start = moving(surge=1.0, yaw=0.4)
     cart = block(MASS, ("surge", "sway", "yaw"), "cart", velocity=start)
     pushes = np.column_stack([FORCE, *[0.0 * FORCE] * 5])

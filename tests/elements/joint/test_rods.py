@@ -36,8 +36,7 @@ def rod(body: str, to: str | None = None, **place: Any) -> Joint:
 
 
 def hung_block(out: float = 0.5, **changes: Any) -> tuple[Body, Joint]:
-    """A block that hangs from a rod, whose other end is at the origin. At rest the rod slopes by
-    the angle ``out``, and the block is upright."""
+    """A block on a rod from the origin, which at rest slopes by ``out``; the block is upright."""
     place = (-LENGTH * sin(out), 0.0, -LENGTH * cos(out) - EYE)
     block = carried("block", MASS, (12.0, ABOUT, 11.0), place, **changes)
     return block, rod("block", None, point=(0.0, 0.0, EYE), to_point=(0.0, 0.0, 0.0))

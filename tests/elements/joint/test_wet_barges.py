@@ -97,8 +97,7 @@ def test_regular_waves_against_the_frequency_domain(barges, validated, figure, k
 
 
 def harmonic(w: float, kinematics: str) -> np.ndarray:
-    """Complex amplitudes (6,) per wave amplitude of the motions `IN_PLANE` in a small wave, over
-    its last twenty periods."""
+    """Complex amplitudes (6,) of `IN_PLANE` per wave amplitude, over the last twenty periods."""
     period = 2.0 * pi / w
     scene = scene_of(
         environment__waves__amplitude=SMALL,

@@ -80,8 +80,7 @@ def error_of(scene: hs.Scene) -> float:
 
 
 def test_decay_from_a_large_angle(validated: Callable[..., None]) -> None:
-    """It swings back to more than 30 deg, where the moment of weight and buoyancy is no more
-    linear: a stiffness would miss 8 per cent of it at 40 deg."""
+    """It swings back beyond 30 deg: a linear stiffness would miss 8 per cent of the moment."""
     assert np.degrees(expected().min()) < -30.0
     validated(
         Kind.INDEPENDENT,

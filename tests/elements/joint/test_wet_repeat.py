@@ -111,8 +111,7 @@ def test_joints_do_not_know_where_north_is(case: str, figure: Callable[[str, flo
 
 
 def test_a_float_above_its_spar_is_where_its_database_has_it() -> None:
-    """Their distance is that of the centres of gravity, 21 m, though one is above the other: a tilt
-    of 4 deg is no reason for a warning. One of 15 deg is."""
+    """Their centres of gravity are 21 m apart, as there, at a tilt of 4 deg too; not at 15 deg."""
     scene = scene_of("point_absorber/irregular")
     assert "waves between them" not in str(hs.simulate(scene).attrs.get("warnings"))
     spar, above = scene.bodies

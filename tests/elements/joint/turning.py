@@ -19,8 +19,7 @@ MIRRORED = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.
 
 
 def turned(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scene:
-    """The whole scene turned about the vertical through the origin, then shifted. Joints are in the
-    frames of their bodies and stay as they are."""
+    """The scene turned about the vertical through the origin, then shifted; joints stay."""
     R = about_z(by)
     water = scene.environment
     return replace(

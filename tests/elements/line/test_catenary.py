@@ -373,8 +373,7 @@ output: {step: 0.1 s}
 
 
 def test_drag_is_the_fixed_point_that_the_run_has(tmp_path: Path) -> None:
-    """c = 8/(3 pi) a 1/2 rho C D L/4, with the amplitude a of the velocity across the line in the
-    run itself; kept by a run that continues."""
+    """8/(3 pi) a 1/2 rho C D L/4 with the run's own amplitude a; a run that continues keeps it."""
     path = tmp_path / "ball.yaml"
     path.write_text(SEA.replace("DATABASE", str(DATABASE)))
     run = hs.simulate(path)

@@ -97,8 +97,7 @@ def error_of(p: LinePull, row: dict[str, float]) -> float:
 
 
 def test_extended_precision(validated: Callable[..., None]) -> None:
-    """300 random lines: slack to taut, stiff to soft, heavy and floating, up to five pieces with
-    clumps, on the bed and off it."""
+    """300 lines: slack to taut, soft to stiff, up to five pieces with clumps, on the bed or off."""
     errors = [error_of(pull(case), row) for case, row in exact_lines()]
     assert len(errors) == 300
     claim = "pull of 300 random mooring lines, of the tension"
@@ -251,8 +250,7 @@ def test_energy_is_work(name: str) -> None:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_points(name: str) -> None:
-    """A fine polygon leads to the anchor; its tension and weight make the stored energy, and its
-    lowest point is on the bed or above."""
+    """A fine polygon leads to the anchor, on the bed or above; its tension and weight make U."""
     case = KINDS[name]
     pieces, x, _, bed, _ = case
     p = pull(case)

@@ -39,8 +39,7 @@ SPAN = 60.0  # m
 
 
 def test_hoist_at_constant_speed_in_closed_form() -> None:
-    """A mass at rest on a line of stiffness k, heaved in at v from 1 s on: its lag behind the
-    drum is v/w sin w(t - 1), and the drum gives the work of it."""
+    """Heaved in at v from 1 s on: its lag behind the drum is v/w sin w(t - 1)."""
     k, v = 4e6, 0.5
     w = sqrt(k / MASS)
     length = Table(np.array([1.0, 5.0]), np.array([30.0, 30.0 - 4.0 * v]))
@@ -216,8 +215,7 @@ def test_a_slipping_drum_is_that_of_an_independent_integration(
 
 
 def test_the_drum_slips_between_700_and_1100_tonnes() -> None:
-    """The manual's example: 1000 t, friction 0.3 inwards and 0.1 outwards. Work is T0 l0', loss is
-    f T0 |l0'|, and both together are what the wire gives."""
+    """The manual's 1000 t, friction 0.3 in, 0.1 out: work T0 l0', loss f T0 |l0'|, of the wire."""
     run = hs.simulate(Drum(speed=inf, duration=7.0).scene(0.0125))
     mode = run.winch_mode.values[:, 0]
     tension = run.winch_tension.values[:, 0] / 9810.0

@@ -121,8 +121,7 @@ def test_corners_of_a_damped_line_are_told(tmp_path: Path) -> None:
 
 
 def test_a_winch_at_rest_is_stuck_with_the_weight(tmp_path: Path) -> None:
-    """From a case file with `initial: at_rest`: the drum does not turn, and the load hangs by its
-    weight."""
+    """With `initial: at_rest`: the drum does not turn, and the load hangs by its weight."""
     path = tmp_path / "case.yaml"
     line = {**TUGGER, "tension": "981 kN", "friction": {"in": 0.1, "out": 0.1}}
     solver = {"method": "rk4", "step": "0.05 s"}

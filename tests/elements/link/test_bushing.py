@@ -39,8 +39,7 @@ def energy_of(turns: list[Rotation], shifts: np.ndarray) -> float:
 def test_the_load_is_the_gradient_of_the_energy_at_large_rotations(
     figure: Figure, validated: Callable[..., None]
 ) -> None:
-    """Coupled stiffness, relative rotations up to 170 deg: forces and moments on both bodies
-    against differences of the energy, and the energy itself."""
+    """Coupled stiffness, to 170 deg: forces and moments against differences of the energy."""
     random = np.random.default_rng(4)
     eps, worst, largest = 1e-5, 0.0, 0.0
     for _ in range(10):
@@ -75,8 +74,7 @@ def test_the_load_is_the_gradient_of_the_energy_at_large_rotations(
 def test_small_vibrations_are_those_of_its_stiffness_at_the_centre(
     figure: Figure, validated: Callable[..., None]
 ) -> None:
-    """Six periods of a body on a bushing to the earth beside its centre of gravity: eigenvalues of
-    T^T K T and M, T from the centre to the bushing."""
+    """Six periods beside its centre: eigenvalues of T^T K T and M, T from centre to bushing."""
     body = block(800.0)
     held = hs.Bushing("block", POINT, STIFFNESS, NO_DAMPING)
     modes = natural_modes(linearise(*hs.compile_scene(scene(body, {"it": held}, 1.0, 0.1))))
@@ -107,8 +105,7 @@ def test_half_a_turn_ends_the_run_or_is_refused() -> None:
 
 
 def test_small_angles_are_linear_and_propagated(figure: Figure) -> None:
-    """Two bodies on a bushing and a torsion spring, one on a bushing to the earth, all damped, by
-    exact propagation and by steps: motions and losses."""
+    """Bushings and a torsion spring on two damped bodies, propagated and stepped."""
     earth = hs.Bushing("other", (0.3, 0.2, -0.5), 0.5 * STIFFNESS, 0.02 * STIFFNESS)
     joined = replace(JOINED, damping=0.01 * STIFFNESS)
     twist = hs.TorsionSpring(

@@ -76,8 +76,7 @@ def rates(t: float, y: np.ndarray, mode: str) -> list[float]:
 def test_a_gas_spring_is_that_of_an_independent_integration(
     speed: float, seen: set[int], figure: Figure, validated: Callable[..., None]
 ) -> None:
-    """Within its stroke, and through both stops and slack: to 1e-9 and 1e-8 of the
-    stroke, at order 4."""
+    """Within its stroke, and through stops and slack: to 1e-9 and 1e-8 of the stroke, order 4."""
     steps = (0.01, 0.005, 0.0025)
     runs = [hs.simulate(on_gas(h, speed=speed)) for h in steps]
     exact, modes = integrate(rates, ends_of, "gas", [0.3, speed], runs[0].time.values)
@@ -93,8 +92,7 @@ def test_a_gas_spring_is_that_of_an_independent_integration(
 
 
 def test_the_gas_keeps_p_v_to_the_n_and_its_energy() -> None:
-    """At 0.4 m off its middle: tension and stored energy of the closed form; slow motion has n = 1
-    and the energy T0 h ln(V0 / V)."""
+    """At 0.4 m: tension and energy of the closed form; slow motion has n = 1, T0 h ln(V0 / V)."""
     run = hs.simulate(on_gas(0.01, start=-0.4)).isel(time=0)
     assert float(run.compensator_tension[0]) == pytest.approx(gas_force(0.4), rel=1e-13)
     ratio = GAS_LENGTH / (GAS_LENGTH - 0.4)
@@ -165,8 +163,7 @@ def test_the_delay_turns_phases_alone() -> None:
 def test_gain_and_delay_against_the_closed_form(
     gain: float, delay: float, validated: Callable[..., None]
 ) -> None:
-    """Heave of the load over that of the vessel: 1 - gain exp(-i w tau), seen through the wire
-    with k = EA / l0, its damping and the mass of the load."""
+    """1 - gain exp(-i w tau), seen through the wire k = EA / l0, its damping and the load."""
     control = Compensation("tip of vessel", gain / (1.0 + STRAIN), delay)
     run = hs.simulate(on_a_vessel(0.01, control, duration=48.0))
     t = run.time.values

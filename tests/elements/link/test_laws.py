@@ -36,8 +36,7 @@ SLIDER: dict[str, Any] = {"joint": "it"}
 
 
 def on(coordinate: dict[str, Any], x: float, rate: float, **forces: ForceElement) -> Scene:
-    """A mass that moves along a line towards its anchor, about an axis or in a slider, from
-    ``x``, with a mass or inertia of `MASS`."""
+    """A `MASS` or inertia from ``x`` along a line to its anchor, about an axis or in a slider."""
     if coordinate is AXIS:
         inertia = np.diag([MASS, MASS, MASS])
         body = block(

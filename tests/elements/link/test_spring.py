@@ -266,8 +266,7 @@ def test_other_methods_go_through_the_same_events(method: Method) -> None:
 
 
 def test_an_elastic_pendulum(figure: Figure) -> None:
-    """A body on a line swings in three dimensions as scipy's DOP853 has it; the line goes slack on
-    the way."""
+    """A body on a line in three dimensions as DOP853 has it; the line goes slack on the way."""
     m, g, k, L = 1e3, 9.81, 4e4, 10.0
     steps = (0.005, 0.0025, 0.00125)
     start, speed = np.array([6.0, 0.0, 8.5]), np.array([0.0, 1.0, 0.0])
@@ -318,8 +317,7 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
 
 
 def two_bodies(step: float, **changes: Any) -> Scene:
-    """Two bodies in all their degrees of freedom that fly apart on a line between corners of them,
-    and turn each other."""
+    """Two free bodies that fly apart on a line between corners of them, and turn each other."""
     left = block(2e3, location=(-3.0, 0.0), velocity=(-1.0, 0.2, 0.1, 0.3, -0.2, 0.1))
     right = block(5e3, name="other", location=(4.0, 1.0), velocity=(0.5, 0.0, -0.2, 0.0, 0.1, -0.2))
     spring = Spring(
@@ -343,8 +341,7 @@ def momenta(run: xr.Dataset, bodies: tuple[Body, ...]) -> tuple[np.ndarray, np.n
 
 
 def test_two_bodies_keep_their_momentum(figure: Figure) -> None:
-    """A line between two bodies does not change the momentum of both, and the angular momentum but
-    for the error of the integration, of order 4; nor their energy."""
+    """Momentum is kept; angular momentum and energy but for an error of order 4."""
     drifts, losses, steps = [], [], (0.02, 0.01)
     for step in steps:
         whole = two_bodies(step)
@@ -382,8 +379,7 @@ def turned(body: Body, angle: float, turn: np.ndarray) -> Body:
 
 
 def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
-    """Bodies and anchors turned about z, with the points on the bodies: motion and wrenches turn,
-    through five events; the angles but for yaw are the same."""
+    """Bodies, anchors and points turned about z: motion and wrenches turn, through five events."""
     angle = 1.1
     turn = Rotation.from_euler("z", angle).as_matrix()
     here = two_bodies(0.01)
@@ -478,8 +474,7 @@ def test_lines_and_fenders_keep_their_own_modes(figure: Figure) -> None:
 
 
 def test_rigid_friction_holds_a_block_on_a_line() -> None:
-    """The line stops and returns the block, which comes to rest where friction is more than the
-    tension; the ledger closes."""
+    """The line stops and returns the block, which rests where friction exceeds the tension."""
     thrown = on_a_floor(Coulomb(0.3, 0.2), -0.005, stern=STERN)
     floor = replace(thrown.forces["floor"], points=np.zeros((1, 3)))
     run = hs.simulate(replace(thrown, forces={**thrown.forces, "floor": floor}))
@@ -495,8 +490,7 @@ def on_steps(step: float, **springs: Spring) -> Scene:
 
 
 def test_step_limits_are_those_of_slack_and_of_the_steepest_piece() -> None:
-    """RK4's 2 sqrt(2) over sqrt(k/m) of the last piece, wherever the line is at the start; a strong
-    damper's 2.785 over the larger root of s^2 + (c/m) s + k/m."""
+    """2 sqrt(2) over sqrt(k/m) of the last piece; 2.785 over the larger root of a strong damper."""
     steep = replace(
         line((10.0, 0.0, 0.0), 12.0, 1.0),
         extension=np.array([0.0, 1.0, 2.0]),

@@ -105,8 +105,7 @@ def test_order_four_through_the_corner_of_a_curve(
 def test_a_torsion_pendulum_swings_by_several_turns(
     dof: str, figure: Figure, validated: Callable[..., None]
 ) -> None:
-    """phi = phi0 cos(w t) with phi0 of 1.5 turns: a linear moment at any angle, beyond half turns;
-    a restart goes on to the bit."""
+    """phi0 cos(w t), phi0 of 1.5 turns: linear at any angle; a restart goes on to the bit."""
     axis = 3 + ("roll", "pitch", "yaw").index(dof)
     inertia = np.diag([2e3, 3e3, 4e3])
     k, amplitude = 8e3, 3.0 * pi
@@ -140,8 +139,7 @@ def test_a_torsion_pendulum_swings_by_several_turns(
 
 
 def load_on(element: ForceElement, turns: list[Rotation], shift: np.ndarray) -> tuple[Any, float]:
-    """Wrench (2, 6) of an element on two bodies with these rotations, the first one shifted, and
-    the energy that it stores."""
+    """Wrench (2, 6) on two bodies with these rotations, the first one shifted, and the energy."""
     bodies = [
         block(1e3, name=name, position=(*at, *turn.as_euler("ZYX")[::-1]))
         for name, turn, at in zip(("block", "other"), turns, (shift, np.zeros(3)), strict=True)
@@ -164,8 +162,7 @@ def wrapped(angle: float) -> float:
 
 
 def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure: Figure) -> None:
-    """At twelve pairs of rotations, up to nearly half a turn: moments on both bodies against
-    differences of k phi^2 / 2 by quaternions, for turns of either body about each axis."""
+    """Twelve pairs of rotations: moments against differences of k phi^2 / 2 by quaternions."""
     random = np.random.default_rng(3)
     axis = np.array([0.3, -0.5, 0.8])
     axis /= np.linalg.norm(axis)
@@ -377,8 +374,7 @@ def test_a_weight_stands_on_a_strut_or_hangs_on_it(side: float) -> None:
 
 
 def test_links_that_act_for_a_time() -> None:
-    """Strut and torsion spring stretched as they begin, and let go stretched: energies booked, no
-    event of their curves while they are absent, no load recorded."""
+    """Begun and let go stretched: energies booked, no event and no load while absent."""
     brief = hs.Active(hs.When(0.4), hs.When(1.5))
     corner = replace(
         strut(), offset=np.array([-1.0, 0.2, 1.0]), force=np.array([-8e3, 0.0, 9e3]), active=brief
@@ -459,8 +455,7 @@ def test_the_record_says_what_it_holds() -> None:
 
 
 def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) -> None:
-    """A flap on a hinge to the earth with a torsion spring about it, 120 deg to both sides: a sine
-    with the inertia about the hinge; then damped and on a strut too, where the ledger closes."""
+    """To 120 deg on both sides: a sine; then damped and on a strut too: the ledger closes."""
     inertia = np.diag([2e3, 3e3, 4e3])
     k, rate = 4e4, 5.0
     hinge = hs.Joint(JointType.HINGE, "block", None, (0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
@@ -484,8 +479,7 @@ def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) 
 
 
 def test_mirror_images() -> None:
-    """A strut to each side, a torsion spring about any axis of the plane or across it, a bushing
-    in the plane: solved in the plane. One strut alone, a crooked axis or bushing are not."""
+    """Pairs of struts, springs about the plane's axes, a bushing in it; none crooked or alone."""
     body = block(M, inertia=np.diag([2e3, 3e3, 4e3]), velocity=moving(heave=1.0, pitch=0.3))
     sides = {
         f"strut_{side:g}": strut(point=(1.0, side, 0.5), anchor=(9.0, 4.0 * side, 2.0))
