@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim import load_case
@@ -29,7 +30,17 @@ from hydrosim.elements import (
     Table,
     constant,
 )
-from hydrosim.scene import Body, ForceElement, Jonswap, LinearScenes, Scene, Solver, WaveTrain
+from hydrosim.results.dataset import write_run
+from hydrosim.scene import (
+    Body,
+    ForceElement,
+    Jonswap,
+    LinearScenes,
+    Scene,
+    Solver,
+    Start,
+    WaveTrain,
+)
 
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])  # per unit of mass [m^2]
 ROOT = Path(__file__).parents[1]
@@ -185,3 +196,31 @@ def _shared(fender: Fender, points: np.ndarray) -> Fender:
 def motion(run: xr.Dataset, body: int = 0) -> np.ndarray:
     """Position (nt, 6) of a body."""
     return run.position.values[:, body]
+
+
+def momenta(run: xr.Dataset, bodies: Sequence[Body]) -> tuple[np.ndarray, np.ndarray]:
+    """Linear and angular momentum (nt, 3) about the earth's origin."""
+    linear, angular = np.zeros((run.time.size, 3)), np.zeros((run.time.size, 3))
+    for i, body in enumerate(bodies):
+        q, v = run.position.values[:, i], run.velocity.values[:, i]
+        R = Rotation.from_euler("ZYX", q[:, :2:-1]).as_matrix()
+        spin = np.einsum("tij,jk,tlk,tl->ti", R, body.inertia, R, v[:, 3:])
+        p, place = body.mass * v[:, :3], q[:, :3] + run.reference_position.values[i]
+        linear, angular = linear + p, angular + spin + np.cross(place, p)
+    return linear, angular
+
+
+def assert_continues(
+    whole: Scene, run: xr.Dataset, times: ArrayLike, *names: str, file: Path | None = None
+) -> None:
+    """Started from the states of its run at ``times``, a scene goes on to the bit; ``names`` are
+    compared at all times, states at the end. With a ``file`` the run is written and read there."""
+    if file is not None:
+        write_run(run, file)
+    for time in np.asarray(times, float):
+        start = Start(file or run, float(time))
+        after = hs.simulate(replace(whole, duration=whole.duration - time, initial=start))
+        rest = run.sel(time=slice(time - 1e-9, None))
+        for name in names:
+            np.testing.assert_array_equal(after[name].values, rest[name].values, err_msg=name)
+        np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])

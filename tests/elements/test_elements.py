@@ -47,10 +47,7 @@ LAWS = {
     "frictionless": hs.Frictionless(),
 }
 
-
 PUSH = [3e3, -2e3, 5e3, 1e3, -4e3, 2e3]
-
-
 SLACKENING = np.array([-0.3, 0.1, 0.4]), np.array([0.0, 5e3, 4e4])  # extension, tension
 
 
@@ -63,14 +60,15 @@ def push(body_fixed: bool) -> hs.AppliedForce:
 ANGLES = np.radians([10.0, 80.0, 130.0, 200.0, 290.0])
 SHAPE = (np.array([9.0, 2.0, -4.0, -8.0, 3.0]), RNG.normal(size=5), RNG.normal(size=5))
 STREAM_TABLE = (ANGLES, *(1e2 * x for x in SHAPE))
+HEAD, LOW, HIGH = (0.4, -0.3, 0.8), (0.4, -0.3, -0.8), (0.4, -0.3, 2.8)
 IN_BODY_AXES = {
     "linear damping": hs.LinearDamping("block", DAMPING),
     "linear damping through the water": hs.LinearDamping(
         "block", DAMPING, relative_to_current=True
     ),
     "quadratic damping": hs.QuadraticDamping("block", DAMPING),
-    "current load": hs.CurrentLoad("block", (0.4, -0.3, -0.8), *STREAM_TABLE),
-    "wind load": hs.WindLoad("block", (0.4, -0.3, 2.8), *STREAM_TABLE),
+    "current load": hs.CurrentLoad("block", LOW, *STREAM_TABLE),
+    "wind load": hs.WindLoad("block", HIGH, *STREAM_TABLE),
 }
 STREAMS = Environment(current=Stream(0.8, 0.5), wind=Stream(12.0, 2.0))
 ELEMENTS = {
@@ -78,24 +76,18 @@ ELEMENTS = {
     "linear mooring": hs.LinearMooring("block", STIFFNESS, DAMPING),
     "applied force": push(body_fixed=False),
     "applied force, body-fixed": push(body_fixed=True),
-    "spring to the earth": hs.Spring(
-        "block", (0.4, -0.3, 0.8), (0.5, 0.3, 6.0), 4.2, *SLACKENING, damping=2e3
-    ),
+    "spring to the earth": hs.Spring("block", HEAD, (0.5, 0.3, 6.0), 4.2, *SLACKENING, 2e3),
     "spring to another body": hs.Spring(
-        "block", (0.4, -0.3, 0.8), (0.5, 0.2, 5.0), 2.7, *SLACKENING, 2e3, "carrier"
+        "block", HEAD, (0.5, 0.2, 5.0), 2.7, *SLACKENING, 2e3, "carrier"
     ),
-    **{
-        f"fender on {where}, {name}": hs.Fender("block", POINTS, plane, KNEES, law)
-        for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
-        for name, law in LAWS.items()
-    },
     **{
         f"fender on {where}, {name}": hs.Fender("block", POINTS, plane, curve, law)
+        for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
         for name, curve, law in (
+            *((name, KNEES, law) for name, law in LAWS.items()),
             ("prescribed normal force", PRESSED, LAWS["stick-slip"]),
             ("rate-free", replace(KNEES, damping=0.0), hs.StickSlip(0.4, 0.3, 2e5, 0.0)),
         )
-        for where, plane in (("earth", EARTH_PLANE), ("a body", DECK))
     },
     **all_examples(),
 }
@@ -132,17 +124,9 @@ def two_bodies(at_rest: bool = False) -> tuple[Body, Body]:
     below = block(5e3, name="carrier", location=(0.3, 0.1), centre_of_gravity=(0.0, 0.0, -0.3))
     if at_rest:
         return above, below
-    above = replace(
-        above,
-        position=(0.1, -0.2, -1.6, 0.1, -0.12, 0.3),
-        velocity=(0.7, -0.5, -0.4, 0.2, 0.3, -0.25),
-    )
-    below = replace(
-        below,
-        position=(-0.1, 0.05, 0.2, -0.08, 0.1, -0.2),
-        velocity=(-0.3, 0.2, 0.15, -0.1, 0.2, 0.3),
-    )
-    return above, below
+    q, v = (0.1, -0.2, -1.6, 0.1, -0.12, 0.3), (0.7, -0.5, -0.4, 0.2, 0.3, -0.25)
+    p, u = (-0.1, 0.05, 0.2, -0.08, 0.1, -0.2), (-0.3, 0.2, 0.15, -0.1, 0.2, 0.3)
+    return replace(above, position=q, velocity=v), replace(below, position=p, velocity=u)
 
 
 def scene_of(
@@ -194,9 +178,8 @@ def evaluate(
     if mode != OPEN:
         state.modes[state.modes[:, 0] != OPEN, 0] = mode
     fenders = model.elements.fenders
-    points = state.y[fenders.state :][: CONTACT_STATES * fenders.points.size].reshape(
-        -1, CONTACT_STATES
-    )
+    states = state.y[fenders.state :][: CONTACT_STATES * fenders.points.size]
+    points = states.reshape(-1, CONTACT_STATES)
     if mode != OPEN and isinstance(next(iter(scene.forces.values())).friction, hs.StickSlip):
         points[:, :2] = stretch
     work, dy = new_work(model), np.zeros(model.size)
@@ -280,13 +263,12 @@ def turned_body(body: Body) -> Body:
     """The body in a scene that is turned by `TURN` and then moved by `SHIFT`."""
     R = TURN @ Rotation.from_euler("ZYX", body.position[:2:-1]).as_matrix() @ TURN.T
     angles = Rotation.from_matrix(R).as_euler("ZYX")[::-1]
-    location = TURN @ [*body.location, 0.0] + SHIFT
     return replace(
         body,
         inertia=TURN @ body.inertia @ TURN.T,
-        location=tuple(location[:2]),
+        location=tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2]),
         position=(*(TURN @ body.position[:3]), *angles),
-        velocity=(*(TURN @ body.velocity[:3]), *(TURN @ body.velocity[3:])),
+        velocity=tuple(turned_wrench(np.array(body.velocity))),
     )
 
 
@@ -328,13 +310,12 @@ def test_elements_in_body_axes_turn_with_the_body(name, at_rest):
     axes of bodies, and between bodies. The bodies have another heading at rest, or at the start."""
     if not at_rest and isinstance(ELEMENTS[name], hs.Strut | hs.Bushing | hs.SpringDamper):
         pytest.skip("its length or place at rest depends on the headings there")
+    streams = (STREAMS.current, STREAMS.wind)
+    current, wind = (replace(stream, heading=stream.heading + 1.1) for stream in streams)
     turned = replace(
         scene_of({"element": ELEMENTS[name]}),
         bodies=tuple(yawed(body, at_rest) for body in two_bodies()),
-        environment=Environment(
-            current=replace(STREAMS.current, heading=STREAMS.current.heading + 1.1),
-            wind=replace(STREAMS.wind, heading=STREAMS.wind.heading + 1.1),
-        ),
+        environment=Environment(current=current, wind=wind),
     )
     here, there = evaluate(scene_of({"element": ELEMENTS[name]})), evaluate(turned)
     expected = turned_wrench(here.wrench[ELEMENT])
@@ -348,14 +329,12 @@ def yawed(body: Body, at_rest: bool) -> Body:
     position = np.concatenate([TURN @ body.position[:3], body.position[3:]])
     heading = 1.1 if at_rest else 0.0
     position[5] += 1.1 - heading
-    velocity = np.concatenate([TURN @ body.velocity[:3], TURN @ body.velocity[3:]])
-    location = TURN @ [*body.location, 0.0] + SHIFT
     return replace(
         body,
-        location=tuple(location[:2]),
+        location=tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2]),
         heading=heading,
         position=tuple(position),
-        velocity=tuple(velocity),
+        velocity=tuple(turned_wrench(np.array(body.velocity))),
     )
 
 
@@ -393,11 +372,8 @@ def test_springs_on_angles_turn_with_the_scene_to_first_order():
         body = block(2e3, position=(0.0, 0.0, 0.0, 0.1 * size, -0.12 * size, 0.3 * size))
         springs = {"mooring": hs.LinearMooring("block", STIFFNESS)}
         original = scene(body, springs, 10.0, 0.5)
-        other = replace(
-            original,
-            bodies=(turned_body(body),),
-            forces={"mooring": turned_element(replace(springs["mooring"], damping=DAMPING))},
-        )
+        turned = turned_element(replace(springs["mooring"], damping=DAMPING))
+        other = replace(original, bodies=(turned_body(body),), forces={"mooring": turned})
         here, there = (evaluate(s).wrench[ELEMENT] for s in (original, other))
         return float(np.abs(there - turned_wrench(here)).max() / np.abs(here).max())
 
@@ -411,13 +387,9 @@ IDLE = {
     "linear damping": hs.LinearDamping("block", np.zeros((6, 6))),
     "quadratic damping": hs.QuadraticDamping("block", np.zeros((6, 6))),
     "wind load": hs.WindLoad("block", (0.0, 0.0, 1.0), ANGLES, *np.zeros((3, 5))),
-    "spring": hs.Spring(
-        "block", (0.4, -0.3, 0.8), (50.0, 0.0, 0.0), 100.0, *SLACKENING, damping=2e3
-    ),
+    "spring": hs.Spring("block", HEAD, (50.0, 0.0, 0.0), 100.0, *SLACKENING, damping=2e3),
     **{
-        f"fender, {name}": hs.Fender(
-            "block", POINTS, hs.Plane((0.0, 0.0, -50.0), (0.0, 0.0, 1.0)), KNEES, law
-        )
+        f"fender, {name}": hs.Fender("block", POINTS, hs.Plane((0, 0, -50), (0, 0, 1)), KNEES, law)
         for name, law in LAWS.items()
     },
 }

@@ -136,11 +136,9 @@ def den_hartog(ratio: float, friction: float) -> tuple[float, float]:
 def oscillator(ratio: float, friction: float, phase: float, start: float, cycles: int) -> hs.Scene:
     """Mass 1, stiffness 1, force cos(ratio t + phase), recorded at every half period."""
     half = np.pi / ratio
-    push = hs.AppliedForce(
-        "block", (0, 0, 0), {"surge": Harmonic(1.0, 2 * half, phase=phase + np.pi / 2)}
-    )
+    swing = {"surge": Harmonic(1.0, 2 * half, phase=phase + np.pi / 2)}
     forces = {
-        "push": push,
+        "push": hs.AppliedForce("block", (0, 0, 0), swing),
         "spring": hs.LinearMooring("block", np.diag([1.0, 0, 0, 0, 0, 0])),
         "fender": pressed(hs.Coulomb(1.0, 1.0), friction),
     }
@@ -196,11 +194,7 @@ def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float
 
             turned.terminal, turned.direction = True, -1
             piece = solve_ivp(
-                *(rates, (t, end), [x, v], "DOP853"),
-                events=turned,
-                rtol=1e-12,
-                atol=1e-14,
-                dense_output=True,
+                *(rates, (t, end), [x, v], "DOP853", None, True, turned), rtol=1e-12, atol=1e-14
             )
             new, dense = piece.t[-1], lambda s, p=piece: p.sol(s)[0]
             x, v = piece.y[0, -1], 0.0
@@ -220,29 +214,22 @@ def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float
 def test_stops_per_cycle(ratio: float, friction: float, figure: Figure) -> None:
     """Slow or sticky: the motion stops, once or several times in every half cycle."""
     places, count = stops(ratio, friction, cycles=6)
-    run = hs.simulate(oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6))
+    whole = oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6)
+    run = hs.simulate(whole)
     error = np.abs(surge(run) - places).max()
     figure(f"places at {ratio:g}", error)
     assert error <= 1e-6 * np.ptp(places)
-    fine = hs.simulate(_recorded_finely(oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6)))
+    fine = hs.simulate(replace(whole, output_step=whole.solver.step))
     mode = fine.fender_mode.values[:, 0]
     figure(f"stops at {ratio:g}", count)
     assert np.count_nonzero((mode[1:] == STICK) & (mode[:-1] == SLIP)) == count
 
 
-def _recorded_finely(whole: hs.Scene) -> hs.Scene:
-    return replace(whole, output_step=whole.solver.step)
-
-
 def test_a_block_thrown_along_the_floor_stops_straight(figure: Figure) -> None:
     g, mu, v = 9.81, 0.3, np.array([3.0, 4.0])
     forces = {"weight": steady(heave=-g), "fender": on_floor(1e3, hs.Coulomb(mu, mu))}
-    body = block(
-        1.0,
-        ("surge", "sway", "heave"),
-        velocity=moving(surge=v[0], sway=v[1]),
-        position=moving(heave=-g / 1e3),
-    )
+    start = {"position": moving(heave=-g / 1e3), "velocity": moving(surge=v[0], sway=v[1])}
+    body = block(1.0, ("surge", "sway", "heave"), **start)
     run = hs.simulate(scene(body, forces, 3.0, 0.1, step=0.05))
     way = v * np.hypot(*v) / (2 * mu * g)
     error = np.abs(run.position.values[-1, 0, :2] - way).max()
@@ -259,11 +246,8 @@ ARM, STIFFNESS, G = 1.0, 400.0, 9.81
 
 def rocking(duration: float, step: float) -> hs.Scene:
     """A body on one rough point below its centre of gravity, tilted."""
-    body = block(
-        1.0,
-        ("surge", "heave", "pitch"),
-        position=moving(surge=ARM * np.sin(0.1), heave=ARM * np.cos(0.1) - G / 400, pitch=0.1),
-    )
+    start = moving(surge=ARM * np.sin(0.1), heave=ARM * np.cos(0.1) - G / 400, pitch=0.1)
+    body = block(1.0, ("surge", "heave", "pitch"), position=start)
     forces = {
         "weight": steady(heave=-G),
         "spring": hs.LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0])),
@@ -302,9 +286,8 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
 
 def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) -> None:
     """All six DOFs, three dimensions: the point stays, the energy stays."""
-    body = block(
-        1.0, position=moving(heave=0.0, pitch=0.3, roll=-0.2), velocity=moving(heave=-0.5, yaw=0.2)
-    )
+    start = {"position": moving(pitch=0.3, roll=-0.2), "velocity": moving(heave=-0.5, yaw=0.2)}
+    body = block(1.0, **start)
     arm = [0.05, -0.03, 0.2]
     forces = {
         "spring": hs.LinearMooring("block", np.diag([0, 0, 0, 3.0, 3.0, 3.0])),
@@ -328,9 +311,8 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
     cart = block(3.0, ("surge",), name="cart")
     body = block(1.0, ("surge", "heave"), position=moving(heave=-0.1))
     push = hs.AppliedForce("cart", (0, 0, 0), {"surge": Harmonic(6.0, 5.0, phase=np.pi / 2)})
-    fender = on_floor(
-        100.0, hs.Coulomb(0.4, 0.4), plane=hs.Plane((0, 0, 0), (0, 0, 1), body="cart")
-    )
+    top = hs.Plane((0, 0, 0), (0, 0, 1), body="cart")
+    fender = on_floor(100.0, hs.Coulomb(0.4, 0.4), plane=top)
     forces = {"push": push, "weight": steady(heave=-10.0), "fender": fender}
     run = hs.simulate(scene((body, cart), forces, 10.0, 0.1, step=0.05))
     w, t = 2 * np.pi / 5.0, run.time.values
@@ -339,16 +321,12 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
     figure("as one body [m]", np.abs(run.position.values[:, :, 0] - exact[:, None]).max())
     assert np.abs(run.position.values[:, :, 0] - exact[:, None]).max() < 2e-7  # Simpson
     assert np.all(run.velocity.values[:, 0, 0] == run.velocity.values[:, 1, 0])
-    loose = {**forces, "fender": _weaker(fender)}
+    loose = {**forces, "fender": replace(fender, friction=hs.Coulomb(0.12, 0.08))}
     run = hs.simulate(scene((body, cart), loose, 10.0, 0.1, step=0.05))
     assert {*np.unique(run.fender_mode.values)} == {STICK, SLIP}
     momentum = run.velocity.values[:, 0, 0] + 3.0 * run.velocity.values[:, 1, 0]
     assert np.abs(momentum - 6.0 / w * np.sin(w * t)).max() < 1e-6
     assert run.attrs["energy_residual_relative"] < 1e-6
-
-
-def _weaker(fender: hs.Fender) -> hs.Fender:
-    return replace(fender, friction=hs.Coulomb(0.12, 0.08))
 
 
 def test_friction_on_what_cannot_slide_does_nothing() -> None:

@@ -8,8 +8,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import xarray as xr
-from in_plane import Driven, Exact, integrate
+from in_plane import Driven, integrate_in_plane
 from markers import few
+from modes_apart import ModalMotion
 from scenes import block, scene, with_step
 
 import hydrosim as hs
@@ -28,15 +29,15 @@ STEPS = (0.0125, 0.00625)  # s
 
 
 @lru_cache
-def exact(driven: Driven, times: bytes) -> Exact:
+def exact(driven: Driven, times: bytes) -> ModalMotion:
     """At the times, once for all runs."""
-    return integrate(driven, np.frombuffer(times))
+    return integrate_in_plane(driven, np.frombuffer(times))
 
 
 def trail(driven: Driven, run: xr.Dataset) -> float:
     """How far the node is from where it should be at the worst, over the drawbar."""
     law, there = driven.law, exact(driven, run.time.values.tobytes())
-    assert run.solver_events == there.events.size
+    assert run.solver_events == len(there.events)
     node = driven.place(run.time.values) - there.states[:, :2]
     apart = np.linalg.norm(run.fender_node.values[:, 0, :2] - node, axis=1)
     return float(apart.max() * law.stiffness / (law.kinetic * driven.normal))

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from modes_apart import Event, integrate
-from scenes import block, moving, observed_orders, scene, steady, surge
+from modes_apart import Event, ModalMotion, integrate
+from scenes import assert_continues, block, moving, observed_orders, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -28,7 +28,6 @@ from hydrosim.elements.line.drum import (
     STUCK,
 )
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.results.dataset import write_run
 
 Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
@@ -172,7 +171,7 @@ class Drum:
         way = 1.0 if side == "out" else -1.0
         return lambda t, y: side if way * self.pull(y, side)[1] > 0.0 else "stuck"
 
-    def integrate(self, times: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    def integrate(self, times: np.ndarray) -> ModalMotion:
         first = [0.0, 0.0, self.start, 0.0, 0.0]
         return integrate(self.rates, self.ends_of, "stuck", first, times)
 
@@ -196,13 +195,9 @@ def test_a_slipping_drum_is_that_of_an_independent_integration(
     drum, step = DRUMS[name]
     steps = (step, step / 2.0, step / 4.0)
     runs = [hs.simulate(drum.scene(h)) for h in steps]
-    exact, modes = drum.integrate(runs[0].time.values)
-    own = [
-        np.stack(
-            [surge(r), r.winch_length[:, 0], r.winch_work[:, 0], r.winch_friction_loss[:, 0]], 1
-        )
-        for r in runs
-    ]
+    exact, modes, _ = drum.integrate(runs[0].time.values)
+    parts = [(r.winch_length, r.winch_work, r.winch_friction_loss) for r in runs]
+    own = [np.stack([surge(r), *(x[:, 0] for x in p)], 1) for r, p in zip(runs, parts, strict=True)]
     ranges = np.ptp(exact[:, [0, 2, 3, 4]], axis=0)
     errors = np.array([np.abs((x - exact[:, [0, 2, 3, 4]]) / ranges).max() for x in own])
     figure("order", observed_orders(steps, errors)[-1])
@@ -265,11 +260,9 @@ def test_a_wire_that_breaks_is_located() -> None:
     w = sqrt(k / MASS)
     end = v * sqrt(k * MASS) * 0.6
     length = Table(np.array([0.0, 50.0]), np.array([30.0, 30.0 - 50.0 * v]))
-    until = hs.When(0.0, "spring_tension.line", above=end)
-    line = Spring(
-        *("block", ORIGIN, (0.0, 0.0, 30.0), length, STRAIGHT, k * STRAIGHT),
-        active=hs.Active(until=until),
-    )
+    active = hs.Active(until=hs.When(0.0, "spring_tension.line", above=end))
+    curve = (STRAIGHT, k * STRAIGHT)
+    line = Spring("block", ORIGIN, (0.0, 0.0, 30.0), length, *curve, active=active)
     run = hs.simulate(scene(block(MASS, ("heave",)), {"line": line}, 1.0, 0.1, step=0.001))
     exact = np.arcsin(0.6) / w
     speed = float(run.velocity[-1, 0, 2])
@@ -298,14 +291,9 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     """From stuck, slipping and fast drums, through files."""
     whole = replace(Drum(damping=0.03, duration=8.0).scene(0.0125), output_states=True)
     run = hs.simulate(whole)
-    write_run(run, tmp_path / "run.nc")
     mode = run.winch_mode.values[:, 0]
-    for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN):
-        time = float(run.time[np.flatnonzero(mode[:-1] == one)[-1]])
-        start = hs.Start(tmp_path / "run.nc", time)
-        after = hs.simulate(replace(whole, duration=8.0 - time, initial=start))
-        np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
-        np.testing.assert_array_equal(after.winch_mode.values[-1], run.winch_mode.values[-1])
+    at = [np.flatnonzero(mode[:-1] == one)[-1] for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN)]
+    assert_continues(whole, run, run.time.values[at], "winch_mode", file=tmp_path / "run.nc")
 
 
 def in_the_plane(angle: float) -> hs.Scene:
@@ -319,10 +307,9 @@ def in_the_plane(angle: float) -> hs.Scene:
         )
         for name, side in (("port", 1.0), ("starboard", -1.0))
     }
-    pull = {
-        dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5)
-        for dof, f in zip(("surge", "sway"), 1e5 * turn[:2, 0], strict=True)
-    }
+    swing = zip(("surge", "sway"), 1e5 * turn[:2, 0], strict=True)
+    pull = {dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5) for dof, f in swing}
+
     inertia = turn @ np.diag([4e4, 6e4, 8e4]) @ turn.T
     body = block(2e4, inertia=inertia, velocity=(*(turn @ (0.3, 0.0, 0.0)), 0.0, 0.0, 0.0))
     forces = {**winches, "pull": AppliedForce("block", ORIGIN, pull)}

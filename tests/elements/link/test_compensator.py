@@ -79,7 +79,7 @@ def test_a_gas_spring_is_that_of_an_independent_integration(
     """Within its stroke, and through stops and slack: to 1e-9 and 1e-8 of the stroke, order 4."""
     steps = (0.01, 0.005, 0.0025)
     runs = [hs.simulate(on_gas(h, speed=speed)) for h in steps]
-    exact, modes = integrate(rates, ends_of, "gas", [0.3, speed], runs[0].time.values)
+    exact, modes, _ = integrate(rates, ends_of, "gas", [0.3, speed], runs[0].time.values)
     errors = [np.abs(r.position.values[:, 0, 2] - exact[:, 0]).max() / STROKE for r in runs]
     claim = "weight on a gas spring with stops, of its stroke"
     validated(Kind.INDEPENDENT, claim, "DOP853 by events", errors[-1], 1e-8, Feature.WINCHES)

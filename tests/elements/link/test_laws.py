@@ -70,7 +70,7 @@ def judge(
     """Error, of the range, of the finest of three runs, whose order is 3.8 or more."""
     runs = [hs.simulate(replace(whole, solver=replace(whole.solver, step=h))) for h in STEPS]
     rates, ends, mode = apart
-    exact, modes = integrate(rates, ends, mode, start, runs[0].time.values)
+    exact, modes, _ = integrate(rates, ends, mode, start, runs[0].time.values)
     assert len(modes) - 1 >= events
     assert [int(run.solver_events) for run in runs] == [len(modes) - 1] * len(runs)
     errors = np.array([np.abs(place(run, coordinate) - exact[:, 0]).max() for run in runs])
@@ -218,7 +218,7 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure: Figu
         return [(lambda t, y, m: sign * y[1], lambda t, y: "sticks")]
 
     runs = [hs.simulate(replace(whole, solver=replace(whole.solver, step=h))) for h in STEPS]
-    exact, modes = integrate(rates, ends, "sticks", (0.6, 0.0, 0.6), runs[0].time.values)
+    exact, modes, _ = integrate(rates, ends, "sticks", (0.6, 0.0, 0.6), runs[0].time.values)
     assert len(modes) >= 6
     assert [int(run.solver_events) for run in runs] == [len(modes) - 1] * len(runs)
     errors = np.array([np.abs(place(run, coordinate) - exact[:, 0]).max() for run in runs]) / 1.2

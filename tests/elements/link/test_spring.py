@@ -11,14 +11,24 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import block, moving, observed_orders, on_floor, scene, steady, surge, with_step
-from scipy.integrate import solve_ivp
+from modes_apart import Event, integrate
+from scenes import (
+    assert_continues,
+    block,
+    momenta,
+    moving,
+    observed_orders,
+    on_floor,
+    scene,
+    steady,
+    surge,
+    with_step,
+)
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim.elements import Coulomb, Signal, Spring, StickSlip, Table
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.results.dataset import write_run
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
 
@@ -46,9 +56,8 @@ def test_force_and_moment_at_a_known_place() -> None:
     (1, 2, 3). The anchor at (4, 0, 16) is 13 m away, 3 m more than the length: with 5 kN/m and
     the end going at 0.1 m/s away from the anchor, 15 kN and 0.1 of 2 kN s/m."""
     away = -np.array([3.0, -4.0, 12.0]) / 13.0
-    body = block(
-        1e3, position=(1.0, 2.0, 3.0, 0.0, 0.0, pi / 2), velocity=(*(0.1 * away), 0.0, 0.0, 0.0)
-    )
+    velocity = (*(0.1 * away), 0.0, 0.0, 0.0)
+    body = block(1e3, position=(1.0, 2.0, 3.0, 0.0, 0.0, pi / 2), velocity=velocity)
     spring = line((4.0, 0.0, 16.0), 10.0, 5e3, point=(2.0, 0.0, 1.0), damping=2e3)
     run = first_instant(body, spring)
     force = -15.2e3 * away
@@ -89,9 +98,8 @@ def test_a_damper_feels_the_pay_out() -> None:
     body = block(1e3, ("heave",), velocity=moving(heave=0.2))
     spring = line((0.0, 0.0, 10.5), length, 1e3, damping=1e3)
     run = hs.simulate(scene(body, {"line": spring}, 2.0, 0.01))
-    assert float(run.spring_tension[0, 0]) == pytest.approx(
-        1e3 * 0.5 - 1e3 * (0.2 - 0.1), rel=1e-12
-    )
+    tension = 1e3 * 0.5 - 1e3 * (0.2 - 0.1)
+    assert float(run.spring_tension[0, 0]) == pytest.approx(tension, rel=1e-12)
     assert run.energy_residual_relative < 1e-9
 
 
@@ -133,7 +141,7 @@ class Lines:
         stretch, rate = self.stretch(i, y)
         return float(f[piece - 1] + slope * (stretch - x[piece - 1]) + self.damping * rate)
 
-    def rates(self, t: float, y: np.ndarray, modes: list[tuple[int, bool]]) -> np.ndarray:
+    def rates(self, t: float, y: np.ndarray, modes: tuple[tuple[int, bool], ...]) -> np.ndarray:
         """y' of (x, x'); a mode is the piece, 0 if slack, and whether the damper is cut off."""
         pull = [
             np.sign(self.anchor[i] - y[0]) * self.damped(i, piece, y) if piece and not cut else 0.0
@@ -141,65 +149,35 @@ class Lines:
         ]
         return np.array([y[1], (self.force + sum(pull)) / self.mass])
 
-    def watched(self, modes: list[tuple[int, bool]]) -> list[tuple[int, str, Any]]:
-        """Events: every line's next corner up and down, and its damper cut off or not."""
-        found: list[tuple[int, str, Any]] = []
+    def ends(self, modes: tuple[tuple[int, bool], ...]) -> list[Event]:
+        """Every line's next corner up and down, and its damper cut off or not; snapping taut a line
+        pulls, slack it has no damper."""
+        found: list[Event] = []
+        corners = self.extension
 
-        def watch(i: int, what: str, direction: int, function: Callable[[np.ndarray], float]):
-            def event(t: float, y: np.ndarray, *_: Any) -> float:
-                return function(y)
-
-            event.terminal, event.direction = True, direction
-            found.append((i, what, event))
+        def watch(i: int, after: tuple[int, bool], function: Callable[[np.ndarray], float]) -> None:
+            new = (*modes[:i], after, *modes[i + 1 :])
+            found.append((lambda t, y, _: function(y), lambda t, y: new))
 
         for i, (piece, cut) in enumerate(modes):
-            if piece < self.extension.size - 1:
-                up = self.extension[piece]
-                watch(i, "up", 1, lambda y, i=i, at=up: self.stretch(i, y)[0] - at)
+            if piece < corners.size - 1:
+                after = piece + 1, cut and piece > 0
+                watch(i, after, lambda y, i=i, k=piece: corners[k] - self.stretch(i, y)[0])
             if piece > 0:
-                down = self.extension[piece - 1]
-                watch(i, "down", -1, lambda y, i=i, at=down: self.stretch(i, y)[0] - at)
+                after = piece - 1, cut and piece > 1
+                watch(i, after, lambda y, i=i, k=piece: self.stretch(i, y)[0] - corners[k - 1])
             if piece > 0 and self.damping:
-                way = 1 if cut else -1
-                watch(i, "cut", way, lambda y, i=i, k=piece: self.damped(i, k, y))
+                way = -1.0 if cut else 1.0
+                watch(i, (piece, not cut), lambda y, i=i, k=piece, w=way: w * self.damped(i, k, y))
         return found
 
     def integrate(self, times: np.ndarray) -> tuple[np.ndarray, int]:
         """States (nt, 2) at ``times``, and the number of events."""
-        t, y, count = 0.0, np.array(self.start), 0
-        places = [self.stretch(i, y)[0] for i in range(len(self.anchor))]
-        modes = [(int(np.searchsorted(self.extension[:-1], x)), False) for x in places]
-        states = np.zeros((times.size, 2))
-        while t < self.duration:
-            watched = self.watched(modes)
-            piece = solve_ivp(
-                *(self.rates, (t, self.duration), y, "DOP853"),
-                args=(modes,),
-                events=[event for *_, event in watched],
-                dense_output=True,
-                max_step=0.02,
-                rtol=1e-12,
-                atol=1e-14,
-            )
-            inside = (times >= t) & (times <= piece.t[-1] + 1e-12)
-            if inside.any():
-                states[inside] = piece.sol(times[inside]).T
-            t, y = piece.t[-1], piece.y[:, -1]
-            if piece.status == 1:
-                k = next(k for k, at in enumerate(piece.t_events) if at.size)
-                i, what, _ = watched[k]
-                modes[i] = _after(what, *modes[i])
-                count += 1
-        return states, count
-
-
-def _after(what: str, piece: int, cut: bool) -> tuple[int, bool]:
-    """The mode of a line after an event: snapping taut it pulls, slack it has no damper."""
-    if what == "cut":
-        return piece, not cut
-    if what == "up":
-        return piece + 1, cut and piece > 0
-    return piece - 1, cut and piece > 1
+        places = [self.stretch(i, np.array(self.start))[0] for i in range(len(self.anchor))]
+        modes = tuple((int(np.searchsorted(self.extension[:-1], x)), False) for x in places)
+        settings = {"rtol": 1e-12, "atol": 1e-14, "max_step": 0.02}
+        motion = integrate(self.rates, self.ends, modes, self.start, times, **settings)
+        return motion.states, len(motion.events)
 
 
 LINES = {
@@ -272,9 +250,7 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
     start, speed = np.array([6.0, 0.0, 8.5]), np.array([0.0, 1.0, 0.0])
     top = np.array([0.0, 0.0, 16.0])
     body = block(
-        *(m, ("surge", "sway", "heave")),
-        position=(*start, 0.0, 0.0, 0.0),
-        velocity=(*speed, 0.0, 0.0, 0.0),
+        m, ("surge", "sway", "heave"), position=(*start, 0, 0, 0), velocity=(*speed, 0, 0, 0)
     )
     forces = {"weight": steady(heave=-m * g), "line": line(tuple(top), L, k)}
     runs = [hs.simulate(scene(body, forces, 10.0, 0.1, step=h)) for h in steps]
@@ -285,27 +261,15 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
         pull = (k * (length - L) / length if taut else 0.0) * d
         return np.concatenate([y[3:], pull / m + [0.0, 0.0, -g]])
 
-    def ends(t: float, y: np.ndarray, taut: bool) -> float:
+    def end(t: float, y: np.ndarray, taut: bool) -> float:
         return (np.linalg.norm(top - y[:3]) - L) * (1 if taut else -1)
 
-    ends.terminal, ends.direction = True, -1
-    times = runs[0].time.values
-    exact, t, y, events = np.zeros((times.size, 3)), 0.0, np.concatenate([start, speed]), 0
-    taut = bool(np.linalg.norm(top - start) > L)
-    while t < 10.0:
-        piece = solve_ivp(
-            *(rates, (t, 10.0), y, "DOP853"),
-            args=(taut,),
-            events=[ends],
-            dense_output=True,
-            max_step=0.02,
-            rtol=1e-12,
-            atol=1e-13,
-        )
-        inside = (times >= t) & (times <= piece.t[-1])
-        exact[inside] = piece.sol(times[inside])[:3].T if inside.any() else 0.0
-        t, y = piece.t[-1], piece.y[:, -1]
-        taut, events = taut != (piece.status == 1), events + (piece.status == 1)
+    taut, launch = bool(np.linalg.norm(top - start) > L), [*start, *speed]
+    motion = integrate(
+        *(rates, lambda taut: [(end, lambda t, y: not taut)], taut, launch, runs[0].time.values),
+        max_step=0.02,
+    )
+    exact, events = motion.states[:, :3], len(motion.events)
     found = [run.position.values[:, 0, :3] for run in runs]
     errors = np.array([np.abs(x - exact).max() / np.ptp(exact) for x in found])
     figure("order", observed_orders(steps, errors).mean())
@@ -326,18 +290,6 @@ def two_bodies(step: float, **changes: Any) -> Scene:
         anchor_body="other",
     )
     return replace(scene((left, right), {"line": spring}, 10.0, 0.1, step=step), **changes)
-
-
-def momenta(run: xr.Dataset, bodies: tuple[Body, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Linear and angular momentum (nt, 3) about the earth's origin."""
-    linear, angular = np.zeros((run.time.size, 3)), np.zeros((run.time.size, 3))
-    for i, body in enumerate(bodies):
-        q, v = run.position.values[:, i], run.velocity.values[:, i]
-        R = Rotation.from_euler("ZYX", q[:, :2:-1]).as_matrix()
-        spin = np.einsum("tij,jk,tlk,tl->ti", R, body.inertia, R, v[:, 3:])
-        p, place = body.mass * v[:, :3], q[:, :3] + run.reference_position.values[i]
-        linear, angular = linear + p, angular + spin + np.cross(place, p)
-    return linear, angular
 
 
 def test_two_bodies_keep_their_momentum(figure: Figure) -> None:
@@ -403,19 +355,11 @@ def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
 @pytest.mark.parametrize("name", ["damped, snapping taut", "table with corners, damped"])
 def test_a_restart_goes_on_to_the_bit(name: str, tmp_path: Path) -> None:
     """From any output time, through files: slack, taut, with the damper cut off or not."""
-    lines = LINES[name]
-    whole = replace(lines.scene(0.05), output_states=True)
+    whole = replace(LINES[name].scene(0.05), output_states=True)
     run = hs.simulate(whole)
-    write_run(run, tmp_path / "run.nc")
-    cut = (run.spring_mode == 0) & (run.spring_segment.values > 0)
-    assert cut.any()
-    for time in run.time.values[:-1:7]:
-        start = Start(tmp_path / "run.nc", float(time))
-        after = hs.simulate(replace(whole, duration=10.0 - time, initial=start))
-        rest = run.sel(time=slice(time - 1e-9, None))
-        for key in ("position", "velocity", "spring_tension", "spring_mode", "force_line_0"):
-            np.testing.assert_array_equal(after[key].values, rest[key].values)
-        np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
+    assert ((run.spring_mode == 0) & (run.spring_segment.values > 0)).any()
+    names = ("position", "velocity", "spring_tension", "spring_mode", "force_line_0")
+    assert_continues(whole, run, run.time.values[:-1:7], *names, file=tmp_path / "run.nc")
 
 
 def test_lines_may_be_other_ones_after_a_restart() -> None:
@@ -439,9 +383,8 @@ def test_lines_may_be_other_ones_after_a_restart() -> None:
 
 def on_a_floor(law: StickSlip | Coulomb, height: float, **lines: Spring) -> Scene:
     """A block on two points that is thrown on a floor from a ``height``."""
-    body = block(
-        *(1e4, ("surge", "heave")), position=moving(heave=height), velocity=moving(surge=2.0)
-    )
+    start = {"position": moving(heave=height), "velocity": moving(surge=2.0)}
+    body = block(1e4, ("surge", "heave"), **start)
     floor = on_floor(2e7, law, points=((0.5, 0.0, 0.0), (-0.5, 0.2, 0.0)))
     forces = {"weight": steady(heave=-1e5), **lines, "floor": floor}
     return scene(body, forces, 3.0, 0.1, step=0.005)
@@ -466,11 +409,8 @@ def test_lines_and_fenders_keep_their_own_modes(figure: Figure) -> None:
     assert run.energy_residual_relative <= 5e-6
     assert {0, 1} == set(np.unique(run.spring_mode.sel(spring="stern")))
     assert set(np.unique(run.fender_mode)) == {0, 1, 2}
-    for time in (0.4, 0.7):
-        after = hs.simulate(replace(both, duration=3.0 - time, initial=Start(run, time)))
-        rest = run.sel(time=slice(time - 1e-9, None))
-        for name in ("position", "fender_mode", "spring_mode", "spring_tension"):
-            np.testing.assert_array_equal(after[name], rest[name])
+    names = ("position", "fender_mode", "spring_mode", "spring_tension")
+    assert_continues(both, run, (0.4, 0.7), *names)
 
 
 def test_rigid_friction_holds_a_block_on_a_line() -> None:
@@ -491,11 +431,8 @@ def on_steps(step: float, **springs: Spring) -> Scene:
 
 def test_step_limits_are_those_of_slack_and_of_the_steepest_piece() -> None:
     """2 sqrt(2) over sqrt(k/m) of the last piece; 2.785 over the larger root of a strong damper."""
-    steep = replace(
-        line((10.0, 0.0, 0.0), 12.0, 1.0),
-        extension=np.array([0.0, 1.0, 2.0]),
-        tension=np.array([0.0, 1e3, 1e6]),
-    )
+    corners, tension = np.array([0.0, 1.0, 2.0]), np.array([0.0, 1e3, 1e6])
+    steep = replace(line((10.0, 0, 0), 12.0, 1.0), extension=corners, tension=tension)
     limited = on_steps(0.01, line=steep)
     (limit,) = scene_step_limits(hs.compile_scene(limited))
     k = (1e6 - 1e3) / 1e4
@@ -511,8 +448,8 @@ def test_a_step_limit_names_the_spring_if_asked() -> None:
     """Two lines that hold two bodies: each one alone has the limit of its own body."""
     bodies = (block(1e4, ("surge",)), block(1e4, ("surge",), name="tug"))
     lines = {
-        "soft": line((10.0, 0.0, 0.0), 12.0, 1e4),
-        "hard": line((10.0, 0.0, 0.0), 5.0, 1e6, body="tug"),
+        "soft": line((10.0, 0, 0), 12.0, 1e4),
+        "hard": line((10.0, 0, 0), 5.0, 1e6, body="tug"),
     }
     held = scene(bodies, lines, 1.0, 0.5, step=0.5)
     whole = hs.compile_scene(held)
@@ -543,8 +480,6 @@ def test_ends_at_one_place_are_refused() -> None:
     with pytest.raises(hs.InputError, match=r"forces\.line: its point and its anchor are at the"):
         hs.compile_scene(scene(body, {"line": spring}, 1.0, 0.1))
     astray = replace(spring, anchor_body="ghost")
-    with pytest.raises(
-        hs.InputError,
-        match=r"forces\.line\.anchor_body: found ghost, which is no body of the scene",
-    ):
+    said = r"forces\.line\.anchor_body: found ghost, which is no body of the scene"
+    with pytest.raises(hs.InputError, match=said):
         hs.compile_scene(scene(body, {"line": astray}, 1.0, 0.1))

@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import block, moving, observed_orders, scene, steady, surge
+from scenes import assert_continues, block, momenta, moving, observed_orders, scene, steady, surge
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
-from test_spring import momenta
 
 import hydrosim as hs
 from hydrosim.elements import AppliedForce, Bushing, Harmonic, Strut, TorsionSpring
@@ -22,7 +21,7 @@ from hydrosim.integrate.dynamics import new_work, rhs
 from hydrosim.linear.linearise import linearise
 from hydrosim.linear.modes import natural_modes
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.results.dataset import write_run
+from hydrosim.results.channels import channel_series
 from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import ForceElement, JointType, Kinematics, Method, Symmetry, Weight
 from hydrosim.scene import JointResistance as Resistance
@@ -52,18 +51,29 @@ def along(x: float, v: float, link: ForceElement, duration: float = 5.0, **solve
     return scene(body, {"link": link}, duration, 0.05, **{"step": 0.01, **solver})
 
 
+def assert_order(
+    figure: Figure, steps: tuple[float, ...], found: list[np.ndarray], exact: np.ndarray
+) -> float:
+    """Errors at these steps fall with an order of 3.8 at least; the last one, of the range."""
+    errors = np.array([np.abs(x - exact).max() for x in found]) / np.ptp(exact)
+    order = observed_orders(steps, errors).mean()
+    figure("order", order)
+    assert order >= 3.8
+    return errors[-1]
+
+
+STEPS = (0.0125, 0.00625, 0.003125)
+
+
 def test_a_mass_on_a_strut_swings_to_both_sides(
     figure: Figure, validated: Callable[..., None]
 ) -> None:
     """x = x0 cos(w t): the strut pushes for half of the period; order 4."""
-    steps = (0.0125, 0.00625, 0.003125)
-    runs = [hs.simulate(along(1.5, 0.0, strut(), step=h)) for h in steps]
+    runs = [hs.simulate(along(1.5, 0.0, strut(), step=h)) for h in STEPS]
     exact = 1.5 * np.cos(OMEGA * runs[0].time.values)
-    errors = np.array([np.abs(surge(run)[:] - exact[:]).max() for run in runs]) / 3.0
-    figure("order", observed_orders(steps, errors).mean())
+    error = assert_order(figure, STEPS, [surge(run) for run in runs], exact)
     claim = "mass on a strut that pushes and pulls, of its range"
-    validated(Kind.CLOSED_FORM, claim, "cosine", errors[-1], 1e-7, Feature.STRUTS)
-    assert observed_orders(steps, errors).mean() >= 3.8
+    validated(Kind.CLOSED_FORM, claim, "cosine", error, 1e-7, Feature.STRUTS)
     force = runs[-1].strut_force.values[:, 0]
     np.testing.assert_allclose(force, -K * surge(runs[-1]), atol=1e-9 * K)
     assert force.min() < -1.4 * K
@@ -81,24 +91,23 @@ def bilinear(t: np.ndarray, x0: float, pull: float, push: float) -> np.ndarray:
     return np.where(s < pi / fast, x0 * np.sin(fast * s), out)
 
 
+BENT = {"offset": np.array([-1.0, 0.0, 1.0]), "force": np.array([-9e4, 0.0, 1e4])}
+
+
 def test_order_four_through_the_corner_of_a_curve(
     figure: Figure, validated: Callable[..., None]
 ) -> None:
     """Nine times as stiff in compression: half periods in closed form. The corner is an event."""
-    curve = np.array([-1.0, 0.0, 1.0]), np.array([-9e4, 0.0, 1e4])
-    link = replace(strut(), offset=curve[0], force=curve[1])
-    steps = (0.0125, 0.00625, 0.003125)
-    runs = [hs.simulate(along(0.7, 0.0, link, 6.0, step=h)) for h in steps]
+    link = replace(strut(), **BENT)
+    runs = [hs.simulate(along(0.7, 0.0, link, 6.0, step=h)) for h in STEPS]
     exact = bilinear(runs[0].time.values, 0.7, 1e4, 9e4)
-    errors = np.array([np.abs(surge(run) - exact).max() for run in runs]) / np.ptp(exact)
-    figure("order", observed_orders(steps, errors).mean())
+    error = assert_order(figure, STEPS, [surge(run) for run in runs], exact)
     claim = "mass on a strut that is stiffer in compression, of its range"
-    validated(Kind.CLOSED_FORM, claim, "half periods", errors[-1], 1e-7, Feature.STRUTS)
-    assert observed_orders(steps, errors).mean() >= 3.8
+    validated(Kind.CLOSED_FORM, claim, "half periods", error, 1e-7, Feature.STRUTS)
     assert all(run.solver_events >= 6 for run in runs)
     assert runs[-1].energy_residual_relative < 1e-6
     blind = hs.simulate(along(0.7, 0.0, link, 6.0, step=0.003125, events=False))
-    assert np.abs(surge(blind) - exact).max() > 100 * errors[-1] * np.ptp(exact)
+    assert np.abs(surge(blind) - exact).max() > 100 * error * np.ptp(exact)
 
 
 @pytest.mark.parametrize("dof", ["roll", "yaw"])
@@ -112,30 +121,18 @@ def test_a_torsion_pendulum_swings_by_several_turns(
     omega = sqrt(k / inertia[axis - 3, axis - 3])
     body = block(M, (dof,), inertia=inertia, velocity=moving(**{dof: amplitude * omega}))
     spring = torsion(k, tuple(np.eye(3)[axis - 3]))
-    steps = (0.02, 0.01)
-    whole = [
-        replace(scene(body, {"spring": spring}, 8.0, 0.1, step=h), output_states=True)
-        for h in steps
-    ]
-    runs = [hs.simulate(each) for each in whole]
+    scenes = [scene(body, {"spring": spring}, 8.0, 0.1, step=h) for h in (0.02, 0.01)]
+    scenes = [replace(whole, output_states=True) for whole in scenes]
+    runs = [hs.simulate(whole) for whole in scenes]
     exact = amplitude * np.sin(omega * runs[0].time.values)
-    errors = np.array([np.abs(run.torsion_angle.values[:, 0] - exact).max() for run in runs]) / (
-        2 * amplitude
-    )
-    figure("order", observed_orders(steps, errors)[0])
+    angles = [run.torsion_angle.values[:, 0] for run in runs]
+    error = assert_order(figure, (0.02, 0.01), angles, exact)
     claim = "torsion pendulum over three turns, of its range"
-    validated(Kind.CLOSED_FORM, claim, "sine", errors[-1], 1e-7, Feature.STRUTS)
-    assert observed_orders(steps, errors)[0] >= 3.8
+    validated(Kind.CLOSED_FORM, claim, "sine", error, 1e-7, Feature.STRUTS)
     np.testing.assert_allclose(runs[-1].torsion_moment[:, 0], k * exact, atol=1e-6 * k * amplitude)
     np.testing.assert_allclose(runs[-1].position[:, 0, axis], exact, atol=1e-5)
     assert runs[-1].energy_residual_relative < 1e-6
-    for time in (1.0, 2.3):
-        after = hs.simulate(
-            replace(whole[-1], duration=8.0 - time, initial=hs.Start(runs[-1], time))
-        )
-        rest = runs[-1].sel(time=slice(time - 1e-9, None))
-        np.testing.assert_array_equal(after.position, rest.position)
-        np.testing.assert_array_equal(after.torsion_angle, rest.torsion_angle)
+    assert_continues(scenes[-1], runs[-1], (1.0, 2.3), "position", "torsion_angle")
 
 
 def load_on(element: ForceElement, turns: list[Rotation], shift: np.ndarray) -> tuple[Any, float]:
@@ -196,24 +193,13 @@ def pair(*, joined: dict[str, ForceElement], **changes: Any) -> hs.Scene:
     return replace(scene((left, right), joined, 4.0, 0.1, **solver), **changes)
 
 
-FEATURES = {
-    "strut": [Feature.STRUTS],
-    "torsion spring": [Feature.STRUTS],
-    "bushing": [Feature.BUSHINGS],
-}
+FEATURES = {"strut": Feature.STRUTS, "torsion spring": Feature.STRUTS, "bushing": Feature.BUSHINGS}
+BETWEEN = {"anchor": (-0.7, -0.5, 0.8), "anchor_body": "other", "length": 4.0}
+SOFT = np.diag([3e3, 5e3, 4e3, 2e3, 3e3, 1e3])
 JOINED: dict[str, dict[str, ForceElement]] = {
-    "strut": {
-        "it": strut(
-            2e3, point=(0.5, 0.6, -0.4), anchor=(-0.7, -0.5, 0.8), anchor_body="other", length=4.0
-        )
-    },
+    "strut": {"it": strut(2e3, point=(0.5, 0.6, -0.4), **BETWEEN)},
     "torsion spring": {"it": torsion(9e3, (0.3, 0.4, 0.5), to="other", neutral=0.2)},
-    "bushing": {
-        "it": Bushing(
-            *("block", (2.5, 0.5, 0.0), np.diag([3e3, 5e3, 4e3, 2e3, 3e3, 1e3])),
-            *(np.zeros((6, 6)), "other"),
-        )
-    },
+    "bushing": {"it": Bushing("block", (2.5, 0.5, 0.0), SOFT, np.zeros((6, 6)), "other")},
 }
 
 
@@ -231,7 +217,7 @@ def test_a_free_pair_keeps_its_momenta_and_its_energy(
     figure("energy", run.energy_residual_relative)
     assert np.abs(run.force_it).max() > 1e2
     claim = f"momenta of two free bodies joined by a {name}, relative"
-    validated(Kind.CLOSED_FORM, claim, "constant", max(lost), 1e-12, *FEATURES[name])
+    validated(Kind.CLOSED_FORM, claim, "constant", max(lost), 1e-12, FEATURES[name])
     total = (run.energy_kinetic + run.energy_stored_it).values
     assert np.ptp(total) <= 1e-12 * float(total.max())
 
@@ -245,18 +231,12 @@ def turned_body(body: hs.Body, angle: float) -> hs.Body:
 
 def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
     """All three between the bodies, damped, and to the earth; the whole turned about z."""
-    damped = [
-        replace(each["it"], damping=3e2) for each in (JOINED["strut"], JOINED["torsion spring"])
-    ]
+    tied, twisted = (replace(JOINED[k]["it"], damping=3e2) for k in ("strut", "torsion spring"))
     soft = replace(JOINED["bushing"]["it"], damping=np.diag([2e2] * 6))
     anchor = np.array([-7.0, 3.0, 1.0])
-    held = strut(1e3, anchor=tuple(anchor))
-    forces = dict(zip("abc", [*damped, soft], strict=True))
-    forces |= {
-        "earth": held,
-        "twist": torsion(1e3, (0.0, 0.6, 0.8)),
-        "post": replace(soft, to=None),
-    }
+    held, twist = strut(1e3, anchor=tuple(anchor)), torsion(1e3, (0.0, 0.6, 0.8))
+    forces = {"a": tied, "b": twisted, "c": soft, "earth": held, "twist": twist}
+    forces["post"] = replace(soft, to=None)
     here = pair(joined=forces)
     turn = Rotation.from_euler("z", 1.1).as_matrix()
     there = replace(
@@ -284,9 +264,8 @@ def absorbing(rotary: bool) -> tuple[hs.Scene, float]:
     amplitude = FORCE / complex(K - w * w * M, w * C)
     x, v = amplitude.imag, (1j * w * amplitude).imag  # of Im(X exp(i w t))
     dof, slot = ("yaw", 5) if rotary else ("surge", 0)
-    inertia = np.diag([M, M, M])
-    at = {"position": np.eye(6)[slot] * x, "velocity": np.eye(6)[slot] * v}
-    body = block(M, (dof,), inertia=inertia, **{key: tuple(value) for key, value in at.items()})
+    at = {"position": tuple(np.eye(6)[slot] * x), "velocity": tuple(np.eye(6)[slot] * v)}
+    body = block(M, (dof,), inertia=np.diag([M, M, M]), **at)
     link = torsion(K, damping=C, absorbs=True) if rotary else strut(damping=C, absorbs=True)
     push = AppliedForce("block", ORIGIN, {dof: Harmonic(FORCE, PERIOD)})
     driven = scene(body, {"pto": link, "push": push}, 10 * PERIOD, 0.05, step=0.01)
@@ -376,9 +355,8 @@ def test_a_weight_stands_on_a_strut_or_hangs_on_it(side: float) -> None:
 def test_links_that_act_for_a_time() -> None:
     """Begun and let go stretched: energies booked, no event and no load while absent."""
     brief = hs.Active(hs.When(0.4), hs.When(1.5))
-    corner = replace(
-        strut(), offset=np.array([-1.0, 0.2, 1.0]), force=np.array([-8e3, 0.0, 9e3]), active=brief
-    )
+    offset, force = np.array([-1.0, 0.2, 1.0]), np.array([-8e3, 0.0, 9e3])
+    corner = replace(strut(), offset=offset, force=force, active=brief)
     body = block(M, ("surge", "yaw"), velocity=moving(surge=-1.0, yaw=0.5))
     forces = {"strut": corner, "spring": torsion(8e3, active=brief)}
     run = hs.simulate(scene(body, forces, 3.0, 0.05, step=0.01))
@@ -423,18 +401,11 @@ def test_small_angles_keep_the_balance() -> None:
 
 def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     """Through files, from any time, on either piece of a curve."""
-    curve = np.array([-1.0, 0.0, 1.0]), np.array([-9e4, 0.0, 1e4])
-    link = replace(strut(damping=1e2), offset=curve[0], force=curve[1])
-    whole = replace(along(0.7, 0.0, link, 3.0), output_states=True)
+    whole = replace(along(0.7, 0.0, strut(damping=1e2, **BENT), 3.0), output_states=True)
     run = hs.simulate(whole)
-    write_run(run, tmp_path / "run.nc")
     assert {0, 1} == {*run.link_segment.values[:, 0].tolist()}
-    for time in run.time.values[4:-1:12]:
-        start = hs.Start(tmp_path / "run.nc", float(time))
-        after = hs.simulate(replace(whole, duration=3.0 - time, initial=start))
-        rest = run.sel(time=slice(time - 1e-9, None))
-        for key in ("position", "velocity", "strut_force", "link_mode", "force_link"):
-            np.testing.assert_array_equal(after[key].values, rest[key].values)
+    names = ("position", "velocity", "strut_force", "link_mode", "force_link")
+    assert_continues(whole, run, run.time.values[4:-1:12], *names, file=tmp_path / "run.nc")
 
 
 def test_the_record_says_what_it_holds() -> None:
@@ -447,8 +418,6 @@ def test_the_record_says_what_it_holds() -> None:
     units = {"strut_force": "N", "strut_length": "m", "torsion_moment": "N m", "pto_power": "W"}
     assert {name: run[name].units for name in units} == units
     assert all(v.long_name and v.frame for v in run.data_vars.values())
-    from hydrosim.results.channels import channel_series
-
     used, _ = channel_series(run, "utilisation.strut")
     np.testing.assert_allclose(used, np.abs(run.strut_force.sel(strut="strut")) / 1e4)
     assert "link" not in hs.simulate(scene(block(1.0), {"push": steady(surge=1.0)}, 1.0, 0.5)).dims
@@ -485,15 +454,14 @@ def test_mirror_images() -> None:
         f"strut_{side:g}": strut(point=(1.0, side, 0.5), anchor=(9.0, 4.0 * side, 2.0))
         for side in (1.0, -1.0)
     }
-    turns = {
-        name: torsion(9e3, axis, damping=10.0)
-        for name, axis in {"roll": (-1.0, 0.0, 0.0), "pitch": (0.0, 1.0, 0.0)}.items()
-    }
+    axes = {"roll": (-1.0, 0.0, 0.0), "pitch": (0.0, 1.0, 0.0)}
+    turns = {name: torsion(9e3, axis, damping=10.0) for name, axis in axes.items()}
     soft = Bushing("block", (0.5, 0.0, 1.0), np.diag([1e4] * 6), np.diag([1e3] * 6))
     whole = scene(body, {**sides, **turns, "soft": soft}, 2.0, 0.1, step=0.01)
     compiled = hs.compile_scene(whole, in_plane=True)
     assert compiled.notes.symmetry.startswith("in the plane y = 0 m")
-    plane, full = hs.simulate(whole), hs.simulate(unfolded(whole))
+    unfolded = replace(whole, solver=replace(whole.solver, symmetry=Symmetry.IGNORE))
+    plane, full = hs.simulate(whole), hs.simulate(unfolded)
     np.testing.assert_allclose(plane.position, full.position, atol=1e-12)
     coupled = np.eye(6) * 1e4
     coupled[0, 1] = coupled[1, 0] = 3e3
@@ -506,7 +474,3 @@ def test_mirror_images() -> None:
         said = hs.compile_scene(other, in_plane=True).notes.symmetry
         assert said.startswith("in all degrees of freedom")
         assert name in said
-
-
-def unfolded(whole: hs.Scene) -> hs.Scene:
-    return replace(whole, solver=replace(whole.solver, symmetry=Symmetry.IGNORE))
