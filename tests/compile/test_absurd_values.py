@@ -91,9 +91,8 @@ def said(case: str, key: str, value: Any) -> list[str]:
     """The refusal or questions of a case with another value; waves only where they are meant."""
     try:
         scene = load_case(CASES / case, {key: value}).scene()
-        notes = compile_scene(
-            in_waves(scene) if key.startswith(("bodies", "forces")) else scene
-        ).notes
+        calm = in_waves(scene) if key.startswith(("bodies", "forces")) else scene
+        notes = compile_scene(calm).notes
     except InputError as error:
         return [str(error)]
     return [text for text in notes.warnings if "accept: [" in text]

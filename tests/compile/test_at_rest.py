@@ -21,13 +21,8 @@ LAW = hs.StickSlip(0.3, 0.2, 1e8, 1e6)
 
 def topside(height: float = 0.0, **forces: ForceElement) -> Scene:
     """A topside on four legs, whose centre of gravity is not in their middle."""
-    body = block(
-        2e7,
-        name="topside",
-        inertia=2e7 * np.diag([80.0, 120.0, 150.0]),
-        weight=Weight.CARRIED,
-        position=moving(heave=height),
-    )
+    inertia, place = 2e7 * np.diag([80.0, 120.0, 150.0]), moving(heave=height)
+    body = block(2e7, name="topside", inertia=inertia, weight=Weight.CARRIED, position=place)
     legs = hs.Landing("topside", CORNERS, hs.Seats(CORNERS), LOOP, LAW)
     resting = scene(body, {"legs": legs, **forces}, 20.0, 0.5, step=0.05)
     return replace(resting, at_rest=True)
@@ -49,9 +44,8 @@ def test_the_legs_of_a_topside_carry_its_weight_and_nothing_moves():
 
 def test_legs_lines_and_pads_share_a_load_as_their_stiffness_says():
     """A level body: k (x0 - x) of each, by hand."""
-    hanger = hs.Spring(
-        "topside", (0.0, 0.0, 5.0), (0.0, 0.0, 15.0), 9.0, X[:2], np.array([0.0, 2e6])
-    )
+    ends = ("topside", (0.0, 0.0, 5.0), (0.0, 0.0, 15.0))
+    hanger = hs.Spring(*ends, 9.0, X[:2], np.array([0.0, 2e6]))
     pads = hs.Fender(
         *("topside", CORNERS[[0, 3]], hs.Plane((0.0, 0.0, -4.9), (0.0, 0.0, 1.0))),
         *(hs.NormalCurve(X[:2], np.array([0.0, 1e7])), hs.Frictionless()),
@@ -67,9 +61,8 @@ def test_legs_lines_and_pads_share_a_load_as_their_stiffness_says():
 
 
 def test_what_nothing_carries_is_said():
-    with pytest.raises(
-        InputError, match=r"nothing carries -1\.962e\+08 N in heave of topside \(the"
-    ):
+    said = r"nothing carries -1\.962e\+08 N in heave of topside \(the"
+    with pytest.raises(InputError, match=said):
         hs.compile_scene(topside(2.0))
     with pytest.raises(InputError, match=r"legs \d, is 2 m away"):
         hs.compile_scene(topside(2.0))

@@ -19,9 +19,8 @@ from hydrosim.scene import Kinematics, LinearScenes, Method
 
 CASES = Path(hs.__file__).parents[1] / "cases"
 Figure = Callable[[str, float], None]
-SEA = hs.WaveTrain(
-    hs.Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3), heading=0.6
-)
+SPECTRUM = hs.Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3)
+SEA = hs.WaveTrain(SPECTRUM, heading=0.6)
 
 
 def automatic(scene: hs.Scene, accuracy: float) -> hs.Scene:
@@ -57,9 +56,8 @@ def chosen(scene: hs.Scene) -> tuple[Method, float]:
 
 def apart(run: xr.Dataset, other: xr.Dataset) -> float:
     """Largest distance over the range of places, and of angles, of any body."""
-    ours, theirs = (
-        each.position.values.reshape(*each.position.shape[:2], 2, 3) for each in (run, other)
-    )
+    places = (each.position.values for each in (run, other))
+    ours, theirs = (place.reshape(*place.shape[:2], 2, 3) for place in places)
     ranges = np.maximum(np.ptp(theirs, axis=0).max(axis=2), 1e-6)
     return float((np.abs(ours - theirs).max(axis=(0, 3)) / ranges).max())
 
@@ -124,10 +122,8 @@ def test_duration_counts_where_nothing_restores_a_motion() -> None:
     """The barge is free in yaw, not in its plane; the method is the same."""
     scene = automatic(in_contact(10.0), 1e-6)
     hour = replace(scene, duration=3600.0)
-    short, long, plane = (
-        compile_scene(each, in_plane)
-        for each, in_plane in ((scene, False), (hour, False), (hour, True))
-    )
+    cases = ((scene, False), (hour, False), (hour, True))
+    short, long, plane = (compile_scene(case, in_plane) for case, in_plane in cases)
     assert len(plane.scene.bodies[0].dofs) < len(long.scene.bodies[0].dofs)
     tolerances = [each.scene.solver.tolerance.relative for each in (short, long, plane)]
     assert tolerances == pytest.approx([1e-6, 1e-6 / 6.0**1.5, 1e-6])
@@ -183,6 +179,5 @@ def test_records_may_be_closer_than_the_first_step() -> None:
     fine = hs.simulate(scene)
     coarse = hs.simulate(replace(scene, output_step=0.4))
     assert fine.sizes["time"] == 101
-    np.testing.assert_allclose(
-        fine.position.values[::10], coarse.position.values, rtol=0, atol=1e-4
-    )
+    every, there = fine.position.values[::10], coarse.position.values
+    np.testing.assert_allclose(every, there, rtol=0, atol=1e-4)

@@ -229,9 +229,8 @@ def test_a_database_without_loads_serves_in_calm_water() -> None:
     """Memory and decay are those with loads; waves are refused, unless they drive nothing."""
     bare = apply_changes(hull(), Changes(without=(Without.LOADS,)))
     calm = with_body(in_waves(barge(hull(), ("heave",))), position=(0, 0, 1.0, 0, 0, 0))
-    found, expected = (
-        hs.simulate(with_body(calm, hydrodynamics=db)).position for db in (bare, hull())
-    )
+    runs = [hs.simulate(with_body(calm, hydrodynamics=db)) for db in (bare, hull())]
+    found, expected = (run.position for run in runs)
     np.testing.assert_array_equal(found, expected)
     with pytest.raises(InputError, match="has no wave loads, and the scene has waves"):
         compile_scene(barge(bare, ("heave",)))

@@ -18,12 +18,8 @@ from hydrosim.compile.compiled import DerivedData, derive_data
 
 PACKAGE = Path(hydrosim.__file__).parent
 MAKERS = (
-    "force_names",
-    "state_layout",
-    "nonlinearities",
-    "each_alone",
-    "initial_headings",
-    "met_by_waves",
+    *("force_names", "state_layout", "nonlinearities"),
+    *("each_alone", "initial_headings", "met_by_waves"),
 )
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom

@@ -57,10 +57,8 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
 def thinned(path: Path) -> HydroDatabase:
     """A database of every second frequency, 0.2 rad/s apart: they resolve 15.7 s."""
     db = load(path)
-    known: dict[str, Any] = {
-        name: getattr(db, name)[1::2]
-        for name in ("frequency", "added_mass", "radiation_damping", "excitation")
-    }
+    names = ("frequency", "added_mass", "radiation_damping", "excitation")
+    known: dict[str, Any] = {name: getattr(db, name)[1::2] for name in names}
     rest = ("froude_krylov", "mean_drift", "mean_drift_held", "drift_imbalance")
     return replace(db, **known, **dict.fromkeys(rest))
 

@@ -37,9 +37,8 @@ def said(share: float, power: float = 0.0, **forces: bool) -> tuple[list[str], l
     database = Loads(frequency, loads)
     seas = sea(hs.Environment(waves=(NOISE,)))
     about = SimpleNamespace(floating_bodies=lambda: [(0, body, database)], sea=seas)
-    return list(range_warnings(seas, body, database)), [
-        doubt.found for doubt in ask_about_ranges(about)
-    ]
+    asked = [doubt.found for doubt in ask_about_ranges(about)]
+    return list(range_warnings(seas, body, database)), asked
 
 
 def test_energy_outside_a_database() -> None:
@@ -73,12 +72,8 @@ def test_each_sea_is_in_one_line_of_check_run_and_report() -> None:
     triangle = SpectrumTable(low * np.array([0.5, 1.5, 2.5]), np.array([0.0, 1e-2, 0.0]) / low)
     swell = hs.WaveTrain(triangle, np.pi / 2.0, spreading=4.0, repeat_period=36000.0)
     waves = (swell, hs.WaveTrain(hs.RegularWave(0.5, 9.0), 0.25))
-    scene = replace(
-        base,
-        environment=replace(base.environment, waves=waves),
-        duration=2.0,
-        accept=tuple(Question),
-    )
+    environment = replace(base.environment, waves=waves)
+    scene = replace(base, environment=environment, duration=2.0, accept=tuple(Question))
     table, regular = compile_scene(scene).notes.seas
     peak = f"table, Hs 0.4 m, Tp {2.0 * np.pi / (1.5 * low):.3g} s, goes to 90 deg, spreading"
     assert table.startswith(f"{peak} {np.degrees(np.sqrt(0.4)):.2g} deg; 12.50% of its energy")

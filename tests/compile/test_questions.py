@@ -208,10 +208,8 @@ BY_OTHER_TESTS = {Question.RANGE, Question.BENDING, Question.FILES}
 def test_a_lightship_without_inertia_is_asked_about() -> None:
     """A moment of 1e9 kg m^2, and 2000 t at 30 m from the middle: m y^2 = 1.8e9 kg m^2."""
     wings = tuple(hs.Tank(f"{y}", Box((-1, y - 1, -5), (1, y + 1, 0)), 2.5, 1e5) for y in (-30, 30))
-    little, enough = (
-        asked_of(afloat(weight=Weight.CARRIED, inertia=moment * np.eye(3), tanks=wings), "inertia")
-        for moment in (1e9, 3e9)
-    )
+    hulls = (afloat(weight=Weight.CARRIED, inertia=m * np.eye(3), tanks=wings) for m in (1e9, 3e9))
+    little, enough = (asked_of(scene, "inertia") for scene in hulls)
     (said,) = little
     assert "bodies.barge.inertia, radii_of_gyration: found a moment of inertia of -8" in said
     assert not enough

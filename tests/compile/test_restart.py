@@ -41,9 +41,8 @@ HULL = "barge"
 def continued(whole: hs.Scene, **changes: Any) -> xr.Dataset:
     """The scene with ``changes`` from the break on, after a run up to there."""
     before = hs.simulate(replace(whole, duration=BREAK))
-    return hs.simulate(
-        replace(whole, initial=hs.Start(before), **{"duration": END - BREAK, **changes})
-    )
+    changes = {"duration": END - BREAK, **changes}
+    return hs.simulate(replace(whole, initial=hs.Start(before), **changes))
 
 
 def rest_of(run: xr.Dataset, time: float = BREAK) -> xr.Dataset:
@@ -183,11 +182,8 @@ WEIGHT = 1e5  # N
 
 def sliding(stiffness: float = 1e7, **changes: Any) -> hs.Scene:
     """A block that slides over a floor for a second."""
-    body = block(
-        *(1e4, ("surge", "heave")),
-        position=moving(heave=-WEIGHT / stiffness),
-        velocity=moving(surge=1.5),
-    )
+    start = {"position": moving(heave=-WEIGHT / stiffness), "velocity": moving(surge=1.5)}
+    body = block(1e4, ("surge", "heave"), **start)
     forces = {"weight": steady(heave=-WEIGHT), "floor": on_floor(stiffness, STEEL)}
     return replace(dry(body, forces, 0.4, 0.1, step=0.01), **changes)
 
@@ -280,11 +276,8 @@ def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
 def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
     scene = replace(scene_of("base"), duration=10.0)
     message = refusal(replace(scene, initial=hs.Start(short, 5.0)))
-    for word in (
-        "initial.time: found 5 s",
-        "only its last whole state, at 10 s",
-        "output: {states: true}",
-    ):
+    words = ("found 5 s", "only its last whole state, at 10 s", "output: {states: true}")
+    for word in ("initial.time: ", *words):
         assert word in message
     every = hs.simulate(replace(scene, output_states=True))
     message = refusal(replace(scene, initial=hs.Start(every, 5.2)))
@@ -321,11 +314,8 @@ def test_another_system_is_refused(short: xr.Dataset, what: str) -> None:
     changes, words = OTHERS[what]
     scene = with_body(replace(scene_of("base"), forces={}), **changes)
     message = refusal(replace(scene, initial=hs.Start(short)))
-    for word in (
-        "initial.run: ",
-        *words,
-        "expected the same bodies, degrees of freedom and radiation",
-    ):
+    expected = "expected the same bodies, degrees of freedom and radiation"
+    for word in ("initial.run: ", *words, expected):
         assert word in message
 
 

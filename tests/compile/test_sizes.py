@@ -72,13 +72,10 @@ def test_bodies_that_do_not_feel_each_other_need_memory_for_themselves_alone() -
     still = replace(scene, environment=replace(scene.environment, waves=()), output_step=1e3)
     (barge,) = still.bodies
     apart = [replace(barge, name=f"{k}", location=(0.0, 500.0 * k)) for k in range(64)]
-    assert sizes.memory_needed(replace(still, bodies=tuple(apart))) < 80.0 * sizes.memory_needed(
-        still
-    )
+    alone = sizes.memory_needed(still)
+    assert sizes.memory_needed(replace(still, bodies=tuple(apart))) < 80.0 * alone
     near = [replace(each, location=barge.location) for each in apart]
-    assert sizes.memory_needed(replace(still, bodies=tuple(near))) > 1000.0 * sizes.memory_needed(
-        still
-    )
+    assert sizes.memory_needed(replace(still, bodies=tuple(near))) > 1000.0 * alone
 
 
 def test_what_needs_no_memory_is_none_of_it() -> None:
@@ -109,13 +106,10 @@ def test_a_container_has_the_memory_that_it_was_given(
 
 def test_a_plane_of_a_body_that_is_not_there() -> None:
     scene = scene_of("base")
-    lost = replace(
-        scene.forces["interface"], plane=hs.Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
-    )
-    with pytest.raises(
-        InputError,
-        match=r"forces.interface.plane.body: found topside, which is no body of the scene",
-    ):
+    plane = hs.Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0), "topside")
+    lost = replace(scene.forces["interface"], plane=plane)
+    said = r"forces.interface.plane.body: found topside, which is no body of the scene"
+    with pytest.raises(InputError, match=said):
         hs.compile_scene(replace(scene, forces={**scene.forces, "interface": lost}))
 
 

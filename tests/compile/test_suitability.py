@@ -40,10 +40,8 @@ bodies:
 def two() -> HydroDatabase:
     """Two barges in fresh water, without what sets of other programs often lack."""
     db = load(ROOT / "hydro_db" / "two_barges.nc")
-    fresh = {
-        name: getattr(db, name) / 1.025
-        for name in ("added_mass", "radiation_damping", "excitation", "hydrostatic_stiffness")
-    }
+    names = ("added_mass", "radiation_damping", "excitation", "hydrostatic_stiffness")
+    fresh = {name: getattr(db, name) / 1.025 for name in names}
     lacking = dict.fromkeys(("volume", "centre_of_gravity", "centre_of_buoyancy", "mean_drift"))
     return replace(db, **fresh, **lacking, water_density=1000.0, attributes={})
 
@@ -120,9 +118,8 @@ def test_sets_with_gaps_and_noise_run_in_heave(two, wamit_set, capytaine_set) ->
 
 
 def test_a_density_that_nobody_says_is_asked_for(wamit_set) -> None:
-    with pytest.raises(
-        InputError, match=r"1025, which is assumed(.|\n)*9\.7\.(.|\n)*density: 1000}"
-    ):
+    said = r"1025, which is assumed(.|\n)*9\.7\.(.|\n)*density: 1000}"
+    with pytest.raises(InputError, match=said):
         compile_scene(scene_of("file: two.1, gravity: 9.7", wamit_set.parent))
 
 

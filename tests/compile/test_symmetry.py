@@ -148,9 +148,8 @@ class TestAgreement:
         agrees(moored(wave_forces=hs.WaveForces(second_order=second)), figure)
 
     def test_waves_that_follow_the_body(self, figure: Figure) -> None:
-        lines = GivenComponents(
-            *np.array([[0.5, 0.7, 0.9], [0.5, 0.7, 0.3], [0.0, 1.0, 2.0], [0.0, np.pi, 0.0]])
-        )
+        parts = np.array([[0.5, 0.7, 0.9], [0.5, 0.7, 0.3], [0.0, 1.0, 2.0], [0.0, np.pi, 0.0]])
+        lines = GivenComponents(*parts)
         wanted = hs.WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
         agrees(in_waves(moored(wave_forces=wanted), hs.WaveTrain(lines, ramp=20.0)), figure)
 
@@ -210,9 +209,8 @@ class TestAgreement:
             "skin": hs.LinearDamping("barge", 1e-2 * damping, relative_to_current=True),
         }
         scene = moored()
-        environment = replace(
-            scene.environment, current=hs.Stream(1.0, np.pi), wind=hs.Stream(20.0, 0.0)
-        )
+        streams = {"current": hs.Stream(1.0, np.pi), "wind": hs.Stream(20.0, 0.0)}
+        environment = replace(scene.environment, **streams)
         agrees(replace(scene, environment=environment, forces={**scene.forces, **water}), figure)
 
     @pytest.mark.slow
@@ -481,9 +479,8 @@ def test_all_reasons_are_told() -> None:
 def test_the_last_digits_of_a_table_are_no_asymmetry(name: str, index: tuple[int, ...]) -> None:
     """WAMIT prints six digits; what leads aside is then less than the tolerance of the skip, and so
     is what the skip makes of the motions, but for the resonances it may meet."""
-    below, above = (
-        unfitted(hydrodynamics=shifted(name, index, share * SYMMETRY_RTOL)) for share in (0.5, 2.0)
-    )
+    databases = [shifted(name, index, share * SYMMETRY_RTOL) for share in (0.5, 2.0)]
+    below, above = (unfitted(hydrodynamics=database) for database in databases)
     assert reduced(below)
     assert not reduced(above)
 
@@ -619,10 +616,8 @@ class TestMany:
     @pytest.mark.slow
     def test_runs_are_as_alone_whatever_their_waves(self) -> None:
         """Seeds of one sea are reduced, and share their model; oblique waves are not."""
-        trains = [
-            hs.WaveTrain(SEA, heading=heading, seed=seed)
-            for heading, seed in ((0.0, 1), (0.0, 2), (0.3, 1), (0.3, 2), (np.pi, 1), (0.0, 3))
-        ]
+        seas = ((0.0, 1), (0.0, 2), (0.3, 1), (0.3, 2), (np.pi, 1), (0.0, 3))
+        trains = [hs.WaveTrain(SEA, heading=heading, seed=seed) for heading, seed in seas]
         scenes = [replace(in_waves(in_contact(20.0), train)) for train in trains]
         runs = hs.simulate_many(scenes, workers=2)
         assert list(runs.status) == ["complete"] * 6

@@ -329,10 +329,8 @@ def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) ->
 
     inside = {"line": line, "push": steady_at(here)}
     one = scene(bodies, inside, END, 0.02, kinematics=kinematics)
-    given = {
-        "line": hs.External("block", pull, also=("other",)),
-        "push": hs.External("block", push, point=here),
-    }
+    pulled = hs.External("block", pull, also=("other",))
+    given = {"line": pulled, "push": hs.External("block", push, point=here)}
     expected, found = hs.simulate(one), hs.simulate(replace(one, forces=given))
     assert np.abs(expected.position[:, 0, 3:]).max() > 0.05
     np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-11)

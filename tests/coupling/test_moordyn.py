@@ -141,9 +141,8 @@ def test_the_coupling_has_the_stated_orders(
 
 
 def test_a_run_with_moordyn_goes_on_to_the_bit(file: Path, tmp_path: Path) -> None:
-    light = replace(
-        heavy({}), bodies=(block(1e7, ("surge",), "barge", velocity=moving(surge=0.5)),)
-    )
+    barge = block(1e7, ("surge",), "barge", velocity=moving(surge=0.5))
+    light = replace(heavy({}), bodies=(barge,))
     whole = hs.simulate(light, forces={"lines": hs.moordyn(file, "barge")})
     before = hs.simulate(replace(light, duration=2.0), forces={"lines": hs.moordyn(file, "barge")})
     write_run(before, tmp_path / "before.nc")
@@ -160,9 +159,8 @@ def test_several_bodies_share_one_mooring(file: Path) -> None:
     both = hs.moordyn(file, {2: "barge", 4: "tender"}, "held")
     run = hs.simulate(replace(heavy({}), bodies=tuple(bodies)), forces={"lines": both})
     one = hs.simulate(heavy({}), forces={"lines": hs.moordyn(file, "barge", "held")})
-    np.testing.assert_allclose(
-        run.force_lines.sum("body"), one.force_lines[:, 0], rtol=0.0, atol=0.1
-    )
+    total = run.force_lines.sum("body")
+    np.testing.assert_allclose(total, one.force_lines[:, 0], rtol=0.0, atol=0.1)
     assert abs(float(run.force_lines[-1, 1, 0])) > 1e5
 
 

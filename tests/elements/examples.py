@@ -25,9 +25,8 @@ def built(example: dict[str, Any]) -> ForceElement:
     text = json.dumps(example)
     for name, ours in NAMES.items():
         text = text.replace(f'"{name}"', f'"{ours}"')
-    return ELEMENT.validate_python(json.loads(text)).build_active(
-        BuildContext("forces.it", Path("case.yaml"))
-    )
+    context = BuildContext("forces.it", Path("case.yaml"))
+    return ELEMENT.validate_python(json.loads(text)).build_active(context)
 
 
 def all_examples() -> dict[str, ForceElement]:

@@ -45,12 +45,8 @@ def roll_of(
 
     def slope(t: float, y: np.ndarray) -> list[float]:
         x, v = y
-        return [
-            v,
-            -(p1 + p2 * abs(v) + p3 * v * v) * v
-            - k * (x + cubic * x**3)
-            + k * force * np.cos(np.sqrt(k) * 1.0067 * t + 0.8),
-        ]
+        wave = force * np.cos(np.sqrt(k) * 1.0067 * t + 0.8)
+        return [v, -(p1 + p2 * abs(v) + p3 * v * v) * v - k * (x + cubic * x**3) + k * wave]
 
     ends = (time[0], time[-1])
     done = solve_ivp(slope, ends, [start, rate], "DOP853", time, rtol=1e-10, atol=1e-13)

@@ -47,10 +47,8 @@ def test_quadratic_damping_decays_as_its_first_integral(
     i = DOFS.index(dof)
     inertia = MASS * (1.0 if i < 3 else 3.0)
     stiffness = diagonal(**{dof: inertia})
-    forces = {
-        "spring": hs.LinearMooring("block", stiffness),
-        "drag": hs.QuadraticDamping("block", diagonal(**{dof: drag})),
-    }
+    damper = hs.QuadraticDamping("block", diagonal(**{dof: drag}))
+    forces = {"spring": hs.LinearMooring("block", stiffness), "drag": damper}
     body = block(MASS, dofs=[dof], position=moving(**{dof: start}))
     run = hs.simulate(scene(body, forces, 40.0, pi / 100))
     b, sizes = 2 * drag / inertia, [start]
@@ -71,9 +69,8 @@ def test_a_body_adrift_takes_up_the_current(validated: Callable[..., None]) -> N
     """m v' = D (U - v)^2: U - v = U / (1 + D U t / m), along an axis of a body that is turned."""
     U, drag, angle = 1.2, 300.0, 0.5
     body = block(MASS, dofs=["surge", "sway"], position=moving(yaw=angle))
-    drifting = scene(
-        body, {"drag": hs.QuadraticDamping("block", diagonal(surge=drag))}, 60.0, 0.5, step=0.05
-    )
+    damper = hs.QuadraticDamping("block", diagonal(surge=drag))
+    drifting = scene(body, {"drag": damper}, 60.0, 0.5, step=0.05)
     run = hs.simulate(replace(drifting, environment=hs.Environment(current=hs.Stream(U, angle))))
     speed = U - U / (1 + drag * U * run.time.values / MASS)
     towards = np.array([np.cos(angle), np.sin(angle)])
@@ -100,10 +97,8 @@ def test_linear_damping_relative_to_the_current_or_to_the_earth() -> None:
 def test_terminal_velocity_under_a_steady_force() -> None:
     """m v' = F - D v^2: v = sqrt(F/D) tanh(sqrt(F D) t / m)."""
     force, drag = 5e3, 800.0
-    forces = {
-        "push": steady(surge=force),
-        "drag": hs.QuadraticDamping("block", diagonal(surge=drag)),
-    }
+    damper = hs.QuadraticDamping("block", diagonal(surge=drag))
+    forces = {"push": steady(surge=force), "drag": damper}
     run = hs.simulate(scene(block(MASS, dofs=["surge"]), forces, 20.0, 0.5, step=0.02))
     expected = np.sqrt(force / drag) * np.tanh(np.sqrt(force * drag) * run.time.values / MASS)
     assert run.velocity.values[:, 0, 0] == pytest.approx(expected, abs=1e-8)
@@ -134,10 +129,8 @@ def test_ratio_of_critical_on_the_moorings_of_a_dry_body(validated: Callable[...
 def test_ratio_of_critical_is_along_the_axes_of_a_body_that_has_turned() -> None:
     """A body to 90 deg surges along the earth's y: 2 r sqrt(k m) with the stiffness there."""
     body = block(MASS, heading=pi / 2)
-    forces = {
-        "lines": hs.LinearMooring("block", np.diag(STIFFNESS)),
-        "viscous": hs.LinearDamping("block", damping_ratio=0.1 * SURGE),
-    }
+    viscous = hs.LinearDamping("block", damping_ratio=0.1 * SURGE)
+    forces = {"lines": hs.LinearMooring("block", np.diag(STIFFNESS)), "viscous": viscous}
     compiled = hs.compile_scene(scene(body, forces, 1.0, 0.1))
     damping = compiled.model.elements.linear_dampings[0]["damping"]
     assert damping[0, 0] == pytest.approx(0.2 * np.sqrt(STIFFNESS[1] * MASS))
@@ -173,14 +166,8 @@ def test_ratio_of_critical_of_a_floating_barge(figure: Figure) -> None:
     w = brentq(unbalance, 0.2, 1.5)
     assert element["damping"][3, 3] == pytest.approx(2 * 0.05 * k / w, rel=1e-6)
     assert np.count_nonzero(element["damping"]) == 1
-    before, after = (
-        next(
-            m.damping_ratio
-            for m in hs.natural_modes(hs.linearise(*hs.compile_scene(s)))
-            if m.dof == "roll"
-        )
-        for s in (calm, damped)
-    )
+    both = [hs.natural_modes(hs.linearise(*hs.compile_scene(s))) for s in (calm, damped)]
+    before, after = (next(m.damping_ratio for m in modes if m.dof == "roll") for modes in both)
     figure("damping ratio of roll with 0.05 more, less that without", after - before)
     assert after - before == pytest.approx(0.05, rel=0.2)
 
@@ -256,9 +243,8 @@ def test_coefficients_are_exact_at_their_headings_and_smooth_round_the_circle() 
         c, s = np.cos(0.0), np.sin(0.0)
         assert wrench == pytest.approx([4 * x[k] * c, 4 * y[k] + s, 0, 0, 0, 4 * n[k]], abs=1e-9)
     # from either side of the turn's end
-    before, after = (
-        in_stream(load, 1.0, a)["force_load"].values[0, 0] for a in (2 * pi - 1e-9, 1e-9)
-    )
+    runs = [in_stream(load, 1.0, a) for a in (2 * pi - 1e-9, 1e-9)]
+    before, after = (run["force_load"].values[0, 0] for run in runs)
     assert before == pytest.approx(after, abs=1e-7)
 
 

@@ -136,9 +136,8 @@ def test_one_term_alone_is_found(term: int) -> None:
 def test_terms_for_use_leave_hardly_more_than_all_terms() -> None:
     """No term for use is negative, and the residuals are those of the fit with all terms."""
     rng = np.random.default_rng(10)
-    decay = decay_of(
-        TIME, roll_of(Law(0.05, 0.0, 0.0, 12.0), TIME, 0.2) + rng.normal(size=1500) / 500
-    )
+    roll = roll_of(Law(0.05, 0.0, 0.0, 12.0), TIME, 0.2)
+    decay = decay_of(TIME, roll + rng.normal(size=1500) / 500)
     fit = fit_decays([decay])
     assert fit.terms.values.min() < 0.0
     assert min(fit.damping) >= 0.0

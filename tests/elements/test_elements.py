@@ -349,11 +349,8 @@ def test_everything_turns_with_the_scene(name, mode):
         element = replace(element, stiffness=K, damping=C)
     original = scene_of({"element": element})
     here = evaluate(original, mode)
-    other = replace(
-        original,
-        bodies=tuple(turned_body(body) for body in original.bodies),
-        forces={"element": turned_element(element)},
-    )
+    bodies = tuple(turned_body(body) for body in original.bodies)
+    other = replace(original, bodies=bodies, forces={"element": turned_element(element)})
     stretch = turned_stretch(here, evaluate(other, mode)) if name in FENDERS else STRETCH
     there = evaluate(other, mode, stretch=stretch)
     expected = turned_wrench(here.wrench[ELEMENT])

@@ -42,9 +42,8 @@ SPEED, HEIGHT = 20.0, 30.0
 def gusty(speed: float = SPEED, heading: float = 0.0, **gusts: Any) -> hs.Environment:
     """Wind with the profile and the gusts of NPD."""
     settings = {"repeat_period": 600.0, "seed": 3, **gusts}
-    return hs.Environment(
-        wind=hs.Stream(speed, heading), wind_profile=NPD, gusts=hs.Gusts(**settings)
-    )
+    wind = hs.Stream(speed, heading)
+    return hs.Environment(wind=wind, wind_profile=NPD, gusts=hs.Gusts(**settings))
 
 
 def round_load(height: float = HEIGHT) -> hs.WindLoad:
@@ -56,10 +55,8 @@ def round_load(height: float = HEIGHT) -> hs.WindLoad:
 def moored(environment: hs.Environment, duration: float = 30.0, **solver: Any) -> hs.Scene:
     """A block on a mooring in surge and sway, in the wind."""
     size = np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-    forces = {
-        "wind": round_load(),
-        "lines": hs.LinearMooring("block", STIFFNESS * size, DAMPING * size),
-    }
+    lines = hs.LinearMooring("block", STIFFNESS * size, DAMPING * size)
+    forces = {"wind": round_load(), "lines": lines}
     body = block(MASS, dofs=["surge", "sway"])
     still = scene(body, forces, duration, 0.5, **{"step": 0.1, **solver})
     return replace(still, environment=environment)
@@ -264,14 +261,8 @@ def test_a_moored_mass_in_gusts() -> None:
     found = errors(still, steps, exact)
     assert found[-1] < 1e-8 * np.abs(exact).max()
     assert observed_orders(steps, found) == pytest.approx([4.0, 4.0], abs=0.3)
-    adaptive = replace(
-        still,
-        solver=replace(
-            still.solver,
-            method=hs.scene.Method.DOPRI5,
-            tolerance=hs.scene.Tolerance(1e-9, 1e-9, 1e-9),
-        ),
-    )
+    tight = {"method": hs.scene.Method.DOPRI5, "tolerance": hs.Tolerance(1e-9, 1e-9, 1e-9)}
+    adaptive = replace(still, solver=replace(still.solver, **tight))
     run = hs.simulate(adaptive)
     assert np.abs(run.position.values[:, 0, 0] - exact).max() < 1e-6
 

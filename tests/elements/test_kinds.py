@@ -75,9 +75,8 @@ def test_states_and_modes_are_where_their_kinds_say() -> None:
     compiled = hs.compile_scene(in_contact(20.0))
     model = compiled.model
     rows = np.arange(len(compiled.state.modes))
-    seen = [
-        modes_of_kind(kind, kind.constants_in(model), rows[:, None])[:, 0] for kind in ELEMENT_KINDS
-    ]
+    constants = [(kind, kind.constants_in(model)) for kind in ELEMENT_KINDS]
+    seen = [modes_of_kind(kind, p, rows[:, None])[:, 0] for kind, p in constants]
     assert np.concatenate(seen).tolist() == rows.tolist()
     names = [
         f"{component} of {block.prefix}{owner}"

@@ -37,9 +37,8 @@ def test_a_force_acts_between_its_times_to_the_last_digit(method, validated):
     """Times that are on no grid: x = F / 2m (t - a)^2, and then straight on."""
     a, b = 0.7123, 2.3456
     brief = replace(steady(surge=5.0), active=during(a, b))
-    run = hs.simulate(
-        with_step(scene(block(MASS, ALONG), {"brief": brief}, 4.0, 0.1), 0.1, method=method)
-    )
+    pushed = scene(block(MASS, ALONG), {"brief": brief}, 4.0, 0.1)
+    run = hs.simulate(with_step(pushed, 0.1, method=method))
     t = run.time.values
     on, after = np.clip(t - a, 0.0, b - a), np.maximum(t - b, 0.0)
     expected = 0.5 * 5.0 / MASS * on**2 + 5.0 / MASS * (b - a) * after
@@ -47,28 +46,23 @@ def test_a_force_acts_between_its_times_to_the_last_digit(method, validated):
     claim = "force that acts between two times, every method [m]"
     validated(Kind.CLOSED_FORM, claim, "parabola and straight lines", error, 1e-9, Feature.TRIGGERS)
     assert [*run.trigger_stage.values[[0, 15, -1], 0]] == [0, 1, 2]
-    assert run.energy_work_brief.values[-1] == pytest.approx(
-        0.5 * MASS * (5.0 / MASS * (b - a)) ** 2
-    )
+    work = 0.5 * MASS * (5.0 / MASS * (b - a)) ** 2
+    assert run.energy_work_brief.values[-1] == pytest.approx(work)
 
 
 def test_a_force_begins_when_the_body_is_fast_and_ends_when_it_is_far():
     """v = F t / m reaches 1.2 m/s, and the pull against it brings x back down to its own event."""
-    brake = replace(
-        steady(surge=-6.0),
-        active=Active(
-            When(channel="velocity.block.surge", above=1.2), When(channel="speed.block", below=0.3)
-        ),
+    fast, slow = (
+        When(channel="velocity.block.surge", above=1.2),
+        When(channel="speed.block", below=0.3),
     )
+    brake = replace(steady(surge=-6.0), active=Active(fast, slow))
     run = hs.simulate(pushed(brake=brake))
     begun, v = 1.2 * MASS / 3.0, run.velocity.values[:, 0, 0]
     ended = begun + (1.2 - 0.3) * MASS / 3.0
     t = run.time.values
-    expected = np.where(
-        t < begun,
-        3.0 * t / MASS,
-        np.where(t < ended, 1.2 - 3.0 * (t - begun) / MASS, 0.3 + 3.0 * (t - ended) / MASS),
-    )
+    braked, freed = 1.2 - 3.0 * (t - begun) / MASS, 0.3 + 3.0 * (t - ended) / MASS
+    expected = np.where(t < begun, 3.0 * t / MASS, np.where(t < ended, braked, freed))
     assert v == pytest.approx(expected, abs=1e-9)
 
 
@@ -144,9 +138,8 @@ def test_a_scene_with_a_trigger_is_not_taken_for_linear():
     linear = replace(scene(body, {"spring": spring}, 3.0, 0.1).solver, linear="exact")
     run = hs.simulate(replace(scene(body, {"spring": spring}, 3.0, 0.1), solver=linear))
     assert "spring is not always active" in run.attrs["solver_linear"]
-    assert surge(run)[-1] == pytest.approx(
-        np.cos(np.sqrt(0.5)) - 2.0 * np.sqrt(0.5) * np.sin(np.sqrt(0.5)), abs=1e-5
-    )
+    w = np.sqrt(0.5)
+    assert surge(run)[-1] == pytest.approx(np.cos(w) - 2.0 * w * np.sin(w), abs=1e-5)
 
 
 CASE = """
@@ -216,16 +209,11 @@ def test_what_cannot_be_waited_for_is_a_message(tmp_path, keys, expected):
 
 def test_contacts_can_be_waited_for():
     """A force that begins when a pad carries 5 N, and ends when it has done so for 0.2 s."""
-    when = Active(
-        When(channel="fender_normal_force.pad", above=5.0),
-        When(channel="fender_compression.pad 1", above=0.0, lasting=0.3),
-    )
+    pressed = When(channel="fender_normal_force.pad", above=5.0)
+    when = Active(pressed, When(channel="fender_compression.pad 1", above=0.0, lasting=0.3))
     lift = hs.AppliedForce("block", (0.0, 0.0, 0.0), steady(heave=1.0).force)
-    forces = {
-        "pad": on_floor(80.0, hs.Frictionless()),
-        "down": steady(heave=-10.0),
-        "lift": replace(lift, active=when),
-    }
+    pad, lift = on_floor(80.0, hs.Frictionless()), replace(lift, active=when)
+    forces = {"pad": pad, "down": steady(heave=-10.0), "lift": lift}
     body = block(MASS, ("heave",), position=moving(heave=0.1))
     run = hs.simulate(scene(body, forces, 1.0, 0.005, step=0.005))
     stage, N = run.trigger_stage.values[:, 0], run.fender_normal_force.values[:, 0]

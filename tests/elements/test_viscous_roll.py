@@ -79,10 +79,8 @@ def test_order_at_the_jumps_of_quadratic_damping() -> None:
     """Three of four orders are left where the roll turns; the error still falls as h^3."""
     damping = ViscousRoll("block", p2=0.4)
     exact = reference((0.0, 0.4, 0.0))
-    errors = [
-        np.abs(hs.simulate(rolling(damping, step=h)).position.values[:, 0, 3] - exact).max()
-        for h in (0.1, 0.05, 0.025)
-    ]
+    runs = [hs.simulate(rolling(damping, step=h)) for h in (0.1, 0.05, 0.025)]
+    errors = [np.abs(run.position.values[:, 0, 3] - exact).max() for run in runs]
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     assert orders.min() > 2.5
 
@@ -174,9 +172,8 @@ def test_less_than_the_waves_and_another_period_are_asked() -> None:
     short = afloat(ViscousRoll("barge", p1=1e-4, p2=0.2, period=9.0), ("roll",))
     notes = hs.compile_scene(short).notes.warnings
     assert any("forces.bilges.p1" in text and "by radiated waves" in text for text in notes)
-    assert any(
-        "forces.bilges.period" in text and "same loading condition" in text for text in notes
-    )
+    words = ("forces.bilges.period", "same loading condition")
+    assert any(all(word in text for word in words) for text in notes)
     (found,) = hs.compile_scene(short).model.elements.viscous_rolls
     assert found["linear"] == 0.0
 

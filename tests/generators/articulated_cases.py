@@ -121,11 +121,8 @@ def _join(tree: Tree, limb: Limb, parent: Limb | None) -> None:
     reach = parent.size if parent else 0.0
     away = d.between(-pi, pi)
     here = parent.place if parent else (0.0, 0.0, 0.0)
-    pin = (
-        here[0] + reach * cos(away),
-        here[1] + reach * sin(away),
-        here[2] - d.between(-0.2, 0.6) * reach,
-    )
+    x, y, z = here
+    pin = (x + reach * cos(away), y + reach * sin(away), z - d.between(-0.2, 0.6) * reach)
     limb.arm = tuple(rounded(limb.size * x) for x in (d.between(-0.4, 0.4), 0.1, d.between(0.3, 1)))
     c, s = cos(limb.heading), sin(limb.heading)
     x, y, z = limb.arm
@@ -146,9 +143,8 @@ def _axes(d: Draw, kind: str) -> Case:
     first = d.one(([0, 1, 0], [1, 0, 0], [0, 0, 1], [d.between(-1, 1), d.between(-1, 1), 1.0]))
     if kind != "universal":
         return {"axis": first}
-    axis, second = d.one(
-        (([1, 0, 0], [0, 1, 0]), ([0, 1, 0], [0, 0, 1]), ([1, 1, 0], [1, -1, 0.5]))
-    )
+    square = ([0, 1, 0], [0, 0, 1])
+    axis, second = d.one((([1, 0, 0], [0, 1, 0]), square, ([1, 1, 0], [1, -1, 0.5])))
     return {"axis": axis, "second_axis": second}
 
 
@@ -170,12 +166,8 @@ def _motions(tree: Tree, kind: str, limb: Limb) -> Case:
 
 def _swivel(tree: Tree, limb: Limb) -> Case:
     d = tree.draw
-    found: Case = {
-        "initial": {
-            "rotation": [d.between(-0.5, 0.5) for _ in range(3)],
-            "rate": [d.between(-0.5, 0.5) for _ in range(3)],
-        }
-    }
+    rotation, rate = ([d.between(-0.5, 0.5) for _ in range(3)] for _ in range(2))
+    found: Case = {"initial": {"rotation": rotation, "rate": rate}}
     if d.chance(0.6):
         found["damping"] = rounded(limb.inertia * d.order(0.05, 1.0))
     return found
@@ -206,11 +198,8 @@ def _turn(tree: Tree, limb: Limb) -> Case:
     if d.chance(0.15):
         static = rounded(limb.inertia * d.order(0.1, 1.0))
         kinetic = rounded(static * d.between(0.6, 1.0))
-        found["friction"] = {
-            "law": "coulomb",
-            "static_moment": static,
-            "kinetic_moment": min(static, kinetic),
-        }
+        moments = {"static_moment": static, "kinetic_moment": min(static, kinetic)}
+        found["friction"] = {"law": "coulomb", **moments}
     return found
 
 
@@ -303,9 +292,8 @@ def _moor(tree: Tree) -> None:
     root = tree.limbs[0]
     rate = d.order(0.2, 1.0)
     stiffness = rounded(root.mass * rate**2)
-    keys: Case = {
-        "stiffness": {"surge": stiffness, "sway": stiffness, "yaw": rounded(root.inertia * rate**2)}
-    }
+    yaw = rounded(root.inertia * rate**2)
+    keys: Case = {"stiffness": {"surge": stiffness, "sway": stiffness, "yaw": yaw}}
     if d.chance(0.6):
         keys["damping_ratio"] = {"surge": 0.1, "sway": 0.1, "yaw": d.between(0.02, 0.2)}
     tree.add("linear_mooring", root.name, **keys)
@@ -377,11 +365,8 @@ def _tie(tree: Tree) -> None:
     one, other = tree.limbs[-1], tree.limbs[0]
     x, y, z = one.place
     aside = 0.1 * other.size
-    ring = (
-        other.place[0] - aside * sin(other.heading),
-        other.place[1] + aside * cos(other.heading),
-        other.place[2],
-    )
+    u, v, w = other.place
+    ring = (u - aside * sin(other.heading), v + aside * cos(other.heading), w)
     span = hypot(ring[0] - x, ring[1] - y, ring[2] - z)
     rate = d.order(0.5, 4.0)
     tree.rates.append(2.0 * rate)
@@ -405,9 +390,8 @@ def _link_joints(tree: Tree) -> None:
         for motion in motions:
             for _ in range(d.one((0, 1, 2), 50, 40, 10)):
                 turns = motion.kind == MotionKind.TURN
-                course = Course(
-                    0.0, *((0.5, limb.inertia) if turns else (0.3 * limb.size, limb.mass))
-                )
+                span, mass = (0.5, limb.inertia) if turns else (0.3 * limb.size, limb.mass)
+                course = Course(0.0, span, mass)
                 link = draw_link(d, course)
                 tree.rates.append(link.rate)
                 tree.forces[f"{link.kind}_{len(tree.forces) + 1}"] = {

@@ -56,10 +56,9 @@ def _stop(d: Draw, seed: int) -> Case:
     body["initial"] = {"position": [rounded(far), 0.0, 0.0, 0.0, 0.0, 0.0]}
     spring = {"type": "linear_mooring", "body": "body"}
     stop = _fender(d, [[0.0, 0.0, 0.0]], wall, mass * rate**2, mass * rate * slow * far)
-    forces = {
-        "spring": {**spring, "stiffness": {"surge": rounded(mass * slow**2)}},
-        "stop": {**stop, "friction": {"law": "none"}},
-    }
+    soft = {"surge": rounded(mass * slow**2)}
+    stop = {**stop, "friction": {"law": "none"}}
+    forces = {"spring": {**spring, "stiffness": soft}, "stop": stop}
     return long_case(d, seed, rate, duration, bodies={"body": body}, forces=forces)
 
 
@@ -72,9 +71,8 @@ def _landing(d: Draw, seed: int) -> Case:
     body = _body(d, mass, size, None, up=rounded(size * d.order(0.01, 0.3)))
     body["centre_of_gravity"] = [0.0, 0.0, rounded(height)]
     body["initial"]["position"][3:5] = [d.between(-0.05, 0.05) for _ in range(2)]
-    points = [
-        [rounded(0.5 * size * x), rounded(0.4 * size * y), -rounded(height)] for x, y in CORNERS
-    ]
+    corners = [(0.5 * size * x, 0.4 * size * y) for x, y in CORNERS]
+    points = [[rounded(x), rounded(y), -rounded(height)] for x, y in corners]
     floor = _fender(d, points, FLOOR, mass * rate**2, mass * 9.81)
     floor["normal"]["damping"] = rounded(mass * rate * d.between(0.1, 0.6))
     floor["friction"] = _friction(d, mass, rate)

@@ -31,11 +31,8 @@ def _beyond(d: Draw) -> float:
 
 
 def _body(mass: float, dofs: list[str] | None = None) -> Case:
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, 0.0],
-        "radii_of_gyration": [1, 1, 1],
-    }
+    shape: Case = {"centre_of_gravity": [0.0, 0.0, 0.0], "radii_of_gyration": [1, 1, 1]}
+    body: Case = {"mass": mass, **shape}
     return {**body, "dofs": dofs} if dofs else body
 
 

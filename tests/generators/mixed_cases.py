@@ -88,9 +88,8 @@ def mesh_of(seed: int) -> str | None:
     y = barge.beam / 2
     low = -barge.draught
     top = barge.top
-    corners = [
-        (a * x, b * y, low if c < 0 else top) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)
-    ]
+    corners = [(a * x, b * y, low) for a in (-1, 1) for b in (-1, 1)]
+    corners = [(x, y, z) for x, y, low in corners for z in (low, top)]
     faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     lines = ["solid hull"]
     for a, b, c, d in faces:
@@ -117,9 +116,8 @@ def _hull(d: Draw, barge: Barge, family: bool) -> Case:
     mass = barge.mass
     body: Case = {"weight": "carried", "mass": mass, "location": [0.0, 0.0]}
     if family:
-        body["hydrodynamics"] = [
-            {"draught": draught, "file": str(DATABASES / name)} for draught, name in FAMILY
-        ]
+        files = [(draught, str(DATABASES / name)) for draught, name in FAMILY]
+        body["hydrodynamics"] = [{"draught": draught, "file": file} for draught, file in files]
         body["hydrostatics"] = {"recipe": str(DATABASES / "h851.yaml"), "depth": 15.0}
         body["centre_of_gravity"] = [0.0, 0.0, -4.9]
         body["radii_of_gyration"] = [22.05, 67.6, 68.9]
@@ -177,11 +175,8 @@ def _tanks(d: Draw, barge: Barge, body: Case, family: bool) -> None:
         near = sorted((0.02 * x * side, x * side))
         box = [[near[0], -y, low], [near[1], rounded(y * d.one((1.0, 0.4, -0.05))), low + height]]
         box = [[rounded(value) for value in corner] for corner in box]
-        tanks[f"t{i}"] = {
-            "box": box,
-            "level": rounded(height * d.one((0.0, d.between(0.05, 0.9), 0.5), 10, 70, 20)),
-            "density": WATER,
-        }
+        level = rounded(height * d.one((0.0, d.between(0.05, 0.9), 0.5), 10, 70, 20))
+        tanks[f"t{i}"] = {"box": box, "level": level, "density": WATER}
         if d.chance(0.3):
             tanks[f"t{i}"]["permeability"] = d.between(0.6, 0.98)
     if count == 2 and d.chance(0.6):
@@ -303,11 +298,8 @@ def _hold(d: Draw, barge: Barge, forces: Case) -> None:
         "stiffness": {"surge": stiffness, "sway": stiffness, "yaw": yaw},
         "damping_ratio": {"surge": 0.1, "sway": 0.1},
     }
-    forces["damping"] = {
-        "type": "linear_damping",
-        "body": "barge",
-        "damping_ratio": {"roll": d.between(0.02, 0.08)},
-    }
+    ratio = {"roll": d.between(0.02, 0.08)}
+    forces["damping"] = {"type": "linear_damping", "body": "barge", "damping_ratio": ratio}
     push = {
         dof: {"amplitude": rounded(barge.mass * size * d.order(0.02, 0.09)), "period": period}
         for dof, size, period in (
@@ -339,12 +331,8 @@ def _lift(d: Draw, mass: float, duration: float, forces: Case) -> None:
         parts = [0.0, d.between(0.0, 0.4), d.between(0.3, 0.7), d.between(0.0, 0.5)]
         times = [0.0, rounded(0.25 * duration), rounded(0.7 * duration), rounded(duration)]
         heave = [rounded(part * weight) for part in parts]
-        forces["lift"] = {
-            "type": "applied_force",
-            "body": "topside",
-            "time": times,
-            "force": {"heave": heave},
-        }
+        lift: Case = {"type": "applied_force", "body": "topside"}
+        forces["lift"] = {**lift, "time": times, "force": {"heave": heave}}
 
 
 def _link(d: Draw, bodies: Case, forces: Case) -> float:

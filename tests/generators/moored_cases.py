@@ -47,10 +47,8 @@ def moored_case(seed: int, turn: float = 0.0) -> Case:
     _add_streams(s)
     for name, form in ((form.name, form) for form in s.forms):
         length, beam = form.half
-        s.bodies[name]["points"] = {
-            "bow": [length, 0.0, 0.0],
-            "mast": [0.0, rounded(0.1 * beam), rounded(max(form.top, length))],
-        }
+        mast = [0.0, rounded(0.1 * beam), rounded(max(form.top, length))]
+        s.bodies[name]["points"] = {"bow": [length, 0.0, 0.0], "mast": mast}
     case = with_solver(s, seed)
     case["title"] = f"moored case {seed}"
     if joints:

@@ -75,9 +75,8 @@ def read_mooring(path: Path) -> Reading:
     case_keys(path)
     kept = mooring_lines(system, water_of_system(system, DEFAULT_WATER), source)
     told = tuple(entry.message for entry in system.left_out)
-    return Reading(
-        repr((kept, system.depth, system.friction, water_of_system(system, DEFAULT_WATER))), told
-    )
+    water = water_of_system(system, DEFAULT_WATER)
+    return Reading(repr((kept, system.depth, system.friction, water)), told)
 
 
 def read_vessel(path: Path) -> Reading:
@@ -122,9 +121,8 @@ def mooring_texts() -> dict[str, tuple[str, str]]:
 @cache
 def vessel_text() -> str:
     """A vessel type of OrcaFlex with the hull of the shipped barge."""
-    return str(
-        yaml.dump(contents(load(H851)), Dumper=yaml.CSafeDumper, sort_keys=False, width=10**6)
-    )
+    settings = {"Dumper": yaml.CSafeDumper, "sort_keys": False, "width": 10**6}
+    return str(yaml.dump(contents(load(H851)), **settings))
 
 
 def copy_results(folder: Path, study: str) -> None:

@@ -167,10 +167,8 @@ def _weather(path: Path) -> None:
 @cache
 def papers() -> dict[str, Paper]:
     """One of each kind, by name; that of a table is its file's."""
-    recipes = {
-        f"recipe_{path.stem}": Paper(load_recipe, path.read_text())
-        for path in sorted(RECIPES.glob("*.yaml"))
-    }
+    paths = sorted(RECIPES.glob("*.yaml"))
+    recipes = {f"recipe_{path.stem}": Paper(load_recipe, path.read_text()) for path in paths}
     return {
         "limits": Paper(_limits, LIMITS),
         "study": Paper(load_study, STUDY),

@@ -281,9 +281,8 @@ def _block(s: Sketch, mass: float, under: Form | None) -> None:
     else:
         row = sum(2.2 * form.half[0] for form in s.forms)
         at = (rounded(row + half[0]), 0.0, height / 2)
-    radii = [
-        rounded(r) for r in (hypot(half[1], height / 2) / 1.7, half[0] / 1.6, hypot(*half) / 1.7)
-    ]
+    sides = (hypot(half[1], height / 2) / 1.7, half[0] / 1.6, hypot(*half) / 1.7)
+    radii = [rounded(r) for r in sides]
     body: Case = {
         "mass": mass,
         "centre_of_gravity": [0.0, 0.0, rounded(at[2])],

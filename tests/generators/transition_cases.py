@@ -167,9 +167,8 @@ def _guides() -> Case:
         name = f"pin{i}"
         bodies[name] = _body(["surge", "heave"], {2: 1.5})
         forces[f"spring{i}"] = _spring(name, surge=4000.0, heave=SLOW)
-        forces[f"push{i}"] = _push(
-            name, surge={"amplitude": 3000.0, "period": 2.6, "mean": 4000.0 * aside}
-        )
+        swing = {"amplitude": 3000.0, "period": 2.6, "mean": 4000.0 * aside}
+        forces[f"push{i}"] = _push(name, surge=swing)
         forces[f"seat{i}"] = {
             "type": "landing",
             "body": name,
@@ -201,13 +200,8 @@ def _edges() -> Case:
     """A block that slides over the edge of a table, falls on a spring, and comes back below."""
     table = [[-3, -1, 0], [0.5, -1, 0], [0.5, 1, 0], [-3, 1, 0]]
     normal = {"stiffness": 50000.0, "damping": 500.0}
-    friction = {
-        "law": "stick_slip",
-        "static": 0.05,
-        "kinetic": 0.04,
-        "stiffness": 20000.0,
-        "damping": 500.0,
-    }
+    law: Case = {"law": "stick_slip", "static": 0.05, "kinetic": 0.04}
+    friction = {**law, "stiffness": 20000.0, "damping": 500.0}
     fender = {"type": "fender", "body": "block", "points": [[0, 0, 0]], "normal": normal}
     plane = {"point": [0, 0, 0], "normal": UP, "corners": table}
     bodies = {"block": _body(["surge", "heave"], {0: -1.0})}
@@ -310,9 +304,8 @@ def _drums() -> Case:
     for name, keys in kinds.items():
         bodies[name] = _body(["surge"])
         forces[f"spring_{name}"] = _spring(name, surge=SLOW)
-        forces[f"push_{name}"] = _push(
-            name, surge={"amplitude": 6000.0, "period": 5.0, "mean": -1000.0}
-        )
+        swing = {"amplitude": 6000.0, "period": 5.0, "mean": -1000.0}
+        forces[f"push_{name}"] = _push(name, surge=swing)
         drum = {"shortest": 19.4, "longest": 20.3}
         forces[f"winch_{name}"] = {**line, **law, **keys, "body": name, "drum": drum}
     forces["winch_quick"]["length"] = 20.3

@@ -74,10 +74,9 @@ def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> hs
 
 
 def scene(body: hs.Body, duration: float = 40.0, step: float = 0.1, **changes: Any) -> hs.Scene:
-    return replace(
-        hs.Scene("draughts", duration, (body,), solver=hs.Solver(step=step), output_step=0.5),
-        **changes,
-    )
+    solver = hs.Solver(step=step)
+    whole = hs.Scene("draughts", duration, (body,), solver=solver, output_step=0.5)
+    return replace(whole, **changes)
 
 
 @pytest.mark.parametrize(("dof", "start"), [("heave", 0.02), ("roll", 0.02)])
@@ -156,10 +155,8 @@ def rising(**changes: Any) -> hs.Scene:
 
 
 def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, float], None]) -> None:
-    left = [
-        float(np.abs(hs.simulate(rising(duration=10.0, step=step)).energy_residual.values).max())
-        for step in (0.05, 0.025, 0.0125)
-    ]
+    runs = [hs.simulate(rising(duration=10.0, step=h)) for h in (0.05, 0.025, 0.0125)]
+    left = [float(np.abs(run.energy_residual.values).max()) for run in runs]
     orders = np.log2(np.array(left[:-1]) / left[1:])
     figure("order of the ledger", orders[-1])
     assert orders.min() > 3.7
@@ -186,9 +183,8 @@ SEA = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(0.5, 6.0), heading=np.ra
 
 def held(source: Any, draught: float, heave: float) -> xr.Dataset:
     """The loads on a barge that is held at a heave over its place at rest, and heavy in surge."""
-    forces = hs.WaveForces(
-        second_order=SecondOrder.MEAN_DRIFT, headings=Place.MEAN, position=Place.MEAN
-    )
+    mean = {"headings": Place.MEAN, "position": Place.MEAN}
+    forces = hs.WaveForces(second_order=SecondOrder.MEAN_DRIFT, **mean)
     body = barge(source, draught, heave, mass=1e15, dofs=("surge",), wave_forces=forces)
     return hs.simulate(scene(body, 10.0, environment=SEA, accept=tuple(Question)))
 
@@ -208,19 +204,16 @@ def test_waves_follow_the_slow_place_of_a_family() -> None:
     """At the draught of one of its databases as that alone, locked there."""
     forces = hs.WaveForces(headings=Place.SLOW, position=Place.SLOW)
     dofs = ("surge", "sway", "yaw")
-    one, both = (
-        barge(source, 4.4, dofs=dofs, wave_forces=forces, position=moving(surge=3.0, yaw=0.3))
-        for source in (FILES[4.4], FAMILY)
-    )
+    keys = {"dofs": dofs, "wave_forces": forces, "position": moving(surge=3.0, yaw=0.3)}
+    one, both = (barge(source, 4.4, **keys) for source in (FILES[4.4], FAMILY))
     alone, found = (hs.simulate(scene(body, environment=SEA)) for body in (one, both))
     assert_allclose(found.position, alone.position, rtol=0, atol=1e-9)
 
 
 def test_a_family_that_is_turned_is_turned_as_one_database() -> None:
     """At the draught of one, with a heading at rest, a yaw and a place of its own."""
-    forces = hs.WaveForces(
-        second_order=SecondOrder.NEWMAN, headings=Place.MEAN, position=Place.MEAN
-    )
+    mean = {"headings": Place.MEAN, "position": Place.MEAN}
+    forces = hs.WaveForces(second_order=SecondOrder.NEWMAN, **mean)
     one, both = (
         barge(
             *(source, 4.4),
@@ -238,9 +231,8 @@ def test_a_family_that_is_turned_is_turned_as_one_database() -> None:
 
 def test_a_family_in_its_plane_is_what_it_is_in_all_degrees_of_freedom() -> None:
     ahead = hs.Environment(waves=(hs.WaveTrain(hs.RegularWave(0.5, 6.0)),))
-    body = barge(
-        FAMILY, 4.4, 0.2, wave_forces=hs.WaveForces(headings=Place.MEAN, position=Place.MEAN)
-    )
+    mean = hs.WaveForces(headings=Place.MEAN, position=Place.MEAN)
+    body = barge(FAMILY, 4.4, 0.2, wave_forces=mean)
     plane = hs.simulate(scene(body, environment=ahead))
     solver = hs.Solver(step=0.1, symmetry=Symmetry.IGNORE)
     whole = hs.simulate(scene(body, environment=ahead, solver=solver))
@@ -282,9 +274,8 @@ def test_a_current_and_another_origin_are_refused() -> None:
         compile_scene(scene(barge(FAMILY, 4.4), environment=hs.Environment(current=hs.Stream(1.0))))
     db = load(FILES[3.6])
     centre = db.centre_of_buoyancy + np.array([2.0, 0.0, 0.0])
-    moved = Family(
-        (AtDraught(4.4, FILES[4.4]), AtDraught(3.6, replace(db, centre_of_buoyancy=centre)))
-    )
+    high = AtDraught(3.6, replace(db, centre_of_buoyancy=centre))
+    moved = Family((AtDraught(4.4, FILES[4.4]), high))
     with pytest.raises(InputError, match="the same origin on the hull"):
         compile_scene(scene(barge(moved, 4.4)))
 

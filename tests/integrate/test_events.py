@@ -37,9 +37,8 @@ def test_phi_does_not_depend_on_the_units_of_a_margin(scale: float, value: float
     ends = np.array([1.0, 0.5]), np.array([-0.5, -1.0])
     now = np.array([value, 0.3])
     units = np.array([scale, 1.0])
-    assert guard_defect(now * units, *(e * units for e in ends)) == pytest.approx(
-        guard_defect(now, *ends)
-    )
+    scaled = guard_defect(now * units, *(e * units for e in ends))
+    assert scaled == pytest.approx(guard_defect(now, *ends))
 
 
 @given(

@@ -183,9 +183,8 @@ def turned_scene(scene: hs.Scene, by: float) -> hs.Scene:
             damping = None if e.damping is None else T @ e.damping @ T.T
             return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
         if isinstance(e, hs.Fender) and e.plane.body is None:
-            plane = replace(
-                e.plane, point=tuple(R @ e.plane.point), normal=tuple(R @ e.plane.normal)
-            )
+            point, normal = (tuple(R @ x) for x in (e.plane.point, e.plane.normal))
+            plane = replace(e.plane, point=point, normal=normal)
             return replace(e, plane=plane)
         if isinstance(e, hs.Spring) and e.anchor_body is None:
             return replace(e, anchor=tuple(R @ e.anchor))

@@ -31,24 +31,8 @@ Function = Callable[[float], float]
 MASS, HEAVY = 1e4, 1e6  # kg
 STATIC, KINETIC = 5e5, 3e5  # N
 PERIODS = (
-    1.0,
-    2.0,
-    3.0,
-    5.0,
-    7.3,
-    0.7,
-    0.9,
-    1.1,
-    1.25,
-    1.6,
-    2.4,
-    2.5,
-    3.3,
-    4.0,
-    6.0,
-    8.0,
-    9.7,
-    10.0,
+    *(1.0, 2.0, 3.0, 5.0, 7.3, 0.7, 0.9, 1.1, 1.25),
+    *(1.6, 2.4, 2.5, 3.3, 4.0, 6.0, 8.0, 9.7, 10.0),
 )
 OUTPUT_STEPS = (0.1, 1.0, 5.0)
 EXCESS = (1.0001, 1.002, 1.05)
@@ -170,9 +154,8 @@ def test_a_joint_breaks_at_its_first_peak(
 ) -> None:
     half = 0.5 * excess * STATIC
     duration = duration_of(period, output_step)
-    run = hs.simulate(
-        breaking(Harmonic(half, period, mean=half), duration, output_step, **ACCURATE)
-    )
+    pull = Harmonic(half, period, mean=half)
+    run = hs.simulate(breaking(pull, duration, output_step, **ACCURATE))
     exact = flown(excess, period, run.time.values)
     error = largest_error(surge(run), exact, np.ptp(exact))
     figure("error", error)
@@ -344,9 +327,8 @@ def test_where_nothing_holds_no_step_is_spent(monkeypatch: pytest.MonkeyPatch) -
     force = Harmonic(1e5, 0.5)
     push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
     spring = hs.LinearMooring("block", np.diag([1e5, 0, 0, 0, 0, 0]))
-    free = scene(
-        block(MASS, ["surge"]), {"push": push, "spring": spring}, 100.0, 5.0, method=Method.DOPRI5
-    )
+    forces, body = {"push": push, "spring": spring}, block(MASS, ["surge"])
+    free = scene(body, forces, 100.0, 5.0, method=Method.DOPRI5)
     run = hs.simulate(free)
     monkeypatch.setattr(clock, "held_step", lambda compiled: np.inf)
     without = hs.simulate(free)

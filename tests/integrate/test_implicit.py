@@ -56,10 +56,8 @@ def integrate(
             factorise_iteration_matrix(weight, newton)
             k[i] = k[i - 1]
             for _ in range(MAX_ITERATIONS):
-                if (
-                    newton_iteration(k[i], f(at, stage + weight * k[i]), y, weight, newton, control)
-                    <= 1.0
-                ):
+                slope = f(at, stage + weight * k[i])
+                if newton_iteration(k[i], slope, y, weight, newton, control) <= 1.0:
                     break
             else:
                 pytest.fail("Newton's method does not converge")

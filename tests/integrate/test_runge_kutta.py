@@ -102,11 +102,8 @@ def conditions(m: Tableau) -> list[tuple[int, float, float]]:
 
 def order_fulfilled(method: Tableau) -> int:
     """The largest order, up to five, whose conditions and those of all lower orders hold."""
-    broken = [
-        order
-        for order, found, wanted in conditions(method)
-        if not np.isclose(found, wanted, rtol=1e-14)
-    ]
+    orders = conditions(method)
+    broken = [p for p, found, wanted in orders if not np.isclose(found, wanted, rtol=1e-14)]
     return min(broken, default=6) - 1
 
 
@@ -148,19 +145,15 @@ def test_error_of_the_cubic() -> None:
     assert error[50] == pytest.approx(24 * h**4 / 384, rel=1e-12)
     for h in (0.4, 0.2, 0.1):
         t = h * np.linspace(0.0, 1.0, 101)
-        error = np.abs(
-            np.sin(2 * t) - cubic(lambda t: np.sin(2 * t), lambda t: 2 * np.cos(2 * t), h)
-        )
+        ends = cubic(lambda t: np.sin(2 * t), lambda t: 2 * np.cos(2 * t), h)
+        error = np.abs(np.sin(2 * t) - ends)
         assert error.max() <= (2 * h) ** 4 / 384 * np.sin(2 * h)
 
 
 def test_the_cubic_leaves_alone_what_is_constant() -> None:
     """To the last bit, as what is made for the times of a state is made again if that changes."""
-    y, still, out = (
-        np.random.default_rng(3).normal(scale=1e3, size=1000),
-        np.zeros(1000),
-        np.ones(1000),
-    )
+    y = np.random.default_rng(3).normal(scale=1e3, size=1000)
+    still, out = np.zeros(1000), np.ones(1000)
     for theta in np.linspace(0.0, 1.0, 17):
         hermite(theta, 0.1, y, still, y, still, out)
         assert np.array_equal(out, y)

@@ -23,11 +23,8 @@ def test_radiation_states_are_named_after_their_group_once() -> None:
     layout = state_layout(scene, model, compiled.derived.met)
     names = layout.names()
     assert len(names) == len(set(names)) == model.size
-    first = [
-        entry
-        for entry in layout.entries_of(StateKind.RADIATION)
-        if entry.component == "radiation 1"
-    ]
+    entries = layout.entries_of(StateKind.RADIATION)
+    first = [entry for entry in entries if entry.component == "radiation 1"]
     groups = ("surge, pitch", "sway, roll", "heave")
     assert sorted(entry.owner for entry in first) == sorted(f"{g} of sphere" for g in groups)
     (pair,) = (entry for entry in first if entry.owner == "surge, pitch of sphere")

@@ -146,9 +146,8 @@ def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Stored:
 
 
 def stored_names() -> dict[str, str]:
-    sizes, parts, roots, decay = (
-        importlib.import_module(f"{NAME}.{name}") for name in ("sizes", "parts", "roots", "decay")
-    )
+    names = ("sizes", "parts", "roots", "decay")
+    sizes, parts, roots, decay = (importlib.import_module(f"{NAME}.{name}") for name in names)
     segments, values = np.zeros(2, sizes.SEGMENT).view(np.recarray), np.zeros(2)
     scale = sizes.Scale(1.0, 0.0)
     calls = {
@@ -274,9 +273,8 @@ for one in gc.get_objects():
 
 def test_digests_are_the_same_in_every_process() -> None:
     """Also where strings in sets come in another order."""
-    first, second = (
-        printed(EVERY_ROOT, PYTHONPATH=str(ROOT), PYTHONHASHSEED=seed).splitlines() for seed in "12"
-    )
+    outputs = [printed(EVERY_ROOT, PYTHONPATH=str(ROOT), PYTHONHASHSEED=seed) for seed in "12"]
+    first, second = (output.splitlines() for output in outputs)
     assert sorted(first) == sorted(second)
     assert len(first) > 50
 

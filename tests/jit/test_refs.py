@@ -65,9 +65,8 @@ class Mixed(NamedTuple):
 
 
 def test_reads_and_writes() -> None:
-    outer = Outer(
-        Inner(np.array([1.0, 2.0]), True), (Inner(np.array([5.0]), False), np.arange(3.0)), 3
-    )
+    first, second = Inner(np.array([1.0, 2.0]), True), Inner(np.array([5.0]), False)
+    outer = Outer(first, (second, np.arange(3.0)), 3)
     expected = (2.0 + 10.0) + 5.0 + 2.0 + 3
     assert through(outer) == expected  # as a tuple of numba's own
     assert through(StructReference(outer)) == expected
@@ -90,7 +89,5 @@ def test_what_kernels_cannot_read_is_refused() -> None:
 
 def test_a_view_is_read_by_its_strides() -> None:
     table = np.arange(12.0).reshape(3, 4)
-    assert (
-        taken_apart(StructReference(Mixed(True, (True, True), (), 0.0, table[::2, 1:], True)))[4]
-        == 11.0
-    )
+    mixed = Mixed(True, (True, True), (), 0.0, table[::2, 1:], True)
+    assert taken_apart(StructReference(mixed))[4] == 11.0

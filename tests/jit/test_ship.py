@@ -170,12 +170,7 @@ def command(
 ) -> subprocess.CompletedProcess[str]:
     """Run a module of Python, or a program after ``-c``."""
     module = [] if arguments[0] == "-c" else ["-m"]
-    done = subprocess.run(
-        [sys.executable, *module, *arguments],
-        env={**os.environ, **environment},
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-    )
+    words, env = [sys.executable, *module, *arguments], {**os.environ, **environment}
+    done = subprocess.run(words, env=env, cwd=cwd, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done

@@ -125,9 +125,8 @@ def test_what_dies_out_is_as_wrong_as_its_amplitudes_add_up() -> None:
 def test_slow_forces_on_a_fast_mode_are_no_reason_to_warn() -> None:
     """The same spring pushed at a tenth of its frequency: 0.01 s is then enough for rk2."""
     scene = ringing(Method.RK2, 0.01, 0.0, push=1.0)
-    settled = replace(
-        scene, bodies=(replace(scene.bodies[0], velocity=(0.3 / 8.91, 0, 0, 0, 0, 0)),)
-    )
+    moved = replace(scene.bodies[0], velocity=(0.3 / 8.91, 0, 0, 0, 0, 0))
+    settled = replace(scene, bodies=(moved,))
     assert not told(hs.simulate(settled))
     assert apart(settled) < MAX_MOTION_ERROR
 

@@ -146,11 +146,9 @@ def steady(request: pytest.FixtureRequest) -> list[xr.Dataset]:
     Exact kinematics make no difference here: surge, heave and pitch alone are a motion in a plane,
     where the rate of the angle is the angular velocity, and all loads are on the centre of gravity.
     """
-    scene = replace(
-        first_order(scene_of("free_floating")),
-        duration=1300.0 + FITTED,
-        solver=Solver(step=0.1, kinematics=request.param),
-    )
+    solver = Solver(step=0.1, kinematics=request.param)
+    still = first_order(scene_of("free_floating"))
+    scene = replace(still, duration=1300.0 + FITTED, solver=solver)
     waves = [WaveTrain(RegularWave(amplitude=1.0, period=T), ramp=200.0) for T in PERIODS]
     return [hs.simulate(in_waves(scene, train)) for train in waves]
 
@@ -207,13 +205,8 @@ def test_dynamic_stiffness_of_springs_and_dampers() -> None:
     K, C = (matrix @ matrix.T for matrix in random((2, 6, 6)))
     body = Body("block", mass=3.0, inertia=np.diag([2.0, 5.0, 4.0]))
     spring = hs.LinearMooring("block", stiffness=K, damping=C)
-    scene = Scene(
-        "block",
-        1.0,
-        (body,),
-        forces={"spring": spring},
-        solver=Solver(kinematics=Kinematics.LINEAR),
-    )
+    solver = Solver(kinematics=Kinematics.LINEAR)
+    scene = Scene("block", 1.0, (body,), forces={"spring": spring}, solver=solver)
     M = np.diag([3.0, 3.0, 3.0, 2.0, 5.0, 4.0])
     linear = linear_of(scene)
     for w in (0.1, 1.0, 7.0):
@@ -225,9 +218,8 @@ def test_stuck_fenders_add_their_springs_and_dampers() -> None:
     """In stick a point adds K2 + i w C2 along the plane and the slope of its curve across it."""
     base = scene_of("base")
     fender = base.forces["interface"]
-    model, state = hs.compile_scene(
-        replace(base, solver=Solver(step=0.1, kinematics=Kinematics.LINEAR))
-    )
+    solver = Solver(step=0.1, kinematics=Kinematics.LINEAR)
+    model, state = hs.compile_scene(replace(base, solver=solver))
     stuck = state.modes.copy()
     stuck[:, 0] = STICK
     free, held = hs.linearise(model, state), hs.linearise(model, state, stuck)

@@ -133,11 +133,8 @@ def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None
     squares = linalg.eigvals(N.T @ stiffness @ N, N.T @ M @ N)
     dofs = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     signals = dict(zip(dofs, applied, strict=True))
-    forces = {
-        "wall": gripped(tuple(arm), (1.0, 0.0, 0.0), force=force),
-        "mooring": hs.LinearMooring("block", K),
-        "loads": steady(**signals),
-    }
+    wall = gripped(tuple(arm), (1.0, 0.0, 0.0), force=force)
+    forces = {"wall": wall, "mooring": hs.LinearMooring("block", K), "loads": steady(**signals)}
     body = block(MASS, weight=Weight.CARRIED)
     found = linear_of(scene(body, forces, 1.0, 0.1))
     modes = hs.natural_modes(found)
@@ -290,9 +287,8 @@ def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None
 def standing(step: float, damping: float = 0.0) -> Scene:
     """A body on a stiff floor, held at its point there."""
     body = block(2.0, ("surge", "heave", "pitch"))
-    floor = on_floor(
-        400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=hs.Plane((0, 0, -1.1), (0, 0, 1))
-    )
+    plane = hs.Plane((0, 0, -1.1), (0, 0, 1))
+    floor = on_floor(400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=plane)
     mooring = hs.LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0]))
     forces = {"floor": floor, "hold": mooring, "weight": steady(heave=-40.0)}
     at = replace(body, position=moving(heave=-0.2))
@@ -310,9 +306,8 @@ def test_the_step_limit_of_what_is_held(figure: Figure) -> None:
     stuck = [x for x in scene_combinations(compiled) if x.contact == "all contacts sticking"]
     assert np.abs(stuck[0].values).max() == pytest.approx(fastest, rel=1e-6)
     assert stuck[0].values.size == 4
-    limit = min(
-        x.step for x in scene_step_limits(compiled, stuck) if x.contact == "all contacts sticking"
-    )
+    limits = scene_step_limits(compiled, stuck)
+    limit = min(x.step for x in limits if x.contact == "all contacts sticking")
     figure("omega h at the limit", limit * fastest)
     assert limit * fastest == pytest.approx(2 * np.sqrt(2), rel=2e-3)
 
@@ -366,12 +361,8 @@ def test_rest_of_what_is_held_against_a_minimum(
     def point(q: np.ndarray) -> np.ndarray:
         return np.array([q[0] - ARM * np.sin(q[2]), q[1] + ARM * (np.cos(q[2]) - 1.0)])
 
-    least = minimize(
-        energy,
-        np.zeros(3),
-        constraints={"type": "eq", "fun": point},
-        options={"ftol": 1e-15, "maxiter": 500},
-    )
+    held, options = {"type": "eq", "fun": point}, {"ftol": 1e-15, "maxiter": 500}
+    least = minimize(energy, np.zeros(3), constraints=held, options=options)
     found = rest.state.y[:3]
     figure("place at rest less the minimum [m, rad]", np.abs(found - least.x).max())
     assert np.abs(found[2]) > 0.3
@@ -445,9 +436,8 @@ def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure: Figure)
     period, height = 10.0, 0.01
     train = WaveTrain(RegularWave(amplitude=height, period=period), ramp=100.0)
     solver = Solver(step=0.1)
-    run = hs.simulate(
-        replace(first_order(in_waves(held_barge(), train)), duration=700.0, solver=solver)
-    )
+    small = first_order(in_waves(held_barge(), train))
+    run = hs.simulate(replace(small, duration=700.0, solver=solver))
     assert (run.fender_mode == 1).all()
     linear = linear_of(first_order(held_barge()))
     w = 2 * pi / period
@@ -543,9 +533,8 @@ def test_what_holds_more_once_it_has_moved_is_refused() -> None:
 
 def test_rows_that_hold_the_same_are_refused() -> None:
     rows = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    linear = Linear(
-        np.eye(6), np.arange(6), np.arange(3), nullspace_of(rows, np.eye(3)), np.zeros((2, 6))
-    )
+    nullspace = nullspace_of(rows, np.eye(3))
+    linear = Linear(np.eye(6), np.arange(6), np.arange(3), nullspace, np.zeros((2, 6)))
     assert linear.freedom.basis.shape == (3, 2)
     assert not nullspace_of(rows[:1], np.eye(3)).has_dependent_rows
     with pytest.raises(InputError, match="rigid friction or joints are not defined"):
@@ -554,9 +543,9 @@ def test_rows_that_hold_the_same_are_refused() -> None:
 
 def test_a_row_through_the_door_reaches_everything() -> None:
     """One point more, and each part of the linear analysis has one motion less."""
-    free = scene(
-        block(2.0, ("surge", "heave")), {"k": hs.LinearMooring("block", np.eye(6))}, 1.0, 0.1
-    )
+    forces = {"k": hs.LinearMooring("block", np.eye(6))}
+    free = scene(block(2.0, ("surge", "heave")), forces, 1.0, 0.1)
+
     grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), force=1.0)
     held = replace(free, forces={**free.forces, "grip": grip})
     for each, count in ((free, 2), (held, 1)):

@@ -20,15 +20,13 @@ HYDRO_DB = Path(__file__).parents[2] / "hydro_db"
 
 
 def modes_of(*bodies: hs.Body, **forces: hs.LinearMooring | hs.Spring) -> list[NaturalMode]:
-    return natural_modes(
-        linearise(*hs.compile_scene(hs.Scene("modes", 1.0, bodies, forces=forces)))
-    )
+    scene = hs.Scene("modes", 1.0, bodies, forces=forces)
+    return natural_modes(linearise(*hs.compile_scene(scene)))
 
 
 def held(body: str, k: float, c: float = 0.0) -> hs.LinearMooring:
-    return hs.LinearMooring(
-        body, np.diag([k, 0, 0, 0, 0, 0.0]), damping=np.diag([c, 0, 0, 0, 0, 0.0])
-    )
+    along = np.diag([1.0, 0, 0, 0, 0, 0])
+    return hs.LinearMooring(body, k * along, damping=c * along)
 
 
 def test_free_modes_are_free_whatever_damps_them() -> None:
@@ -86,9 +84,8 @@ def test_modes_of_two_bodies_are_kept_apart() -> None:
     """Two blocks on springs, joined by a third one: (K, M) by hand. Equal blocks move half and half
     in both modes, and each mode is named after another of them."""
     K, M = np.array([[7.0, -3.0], [-3.0, 7.0]]), np.eye(2)
-    joint = hs.Spring(
-        "a", (0, 0, 0), (0, 0, 0), 0.0, np.array([0.0, 100.0]), np.array([0.0, 300.0])
-    )
+    x, force = np.array([0.0, 100.0]), np.array([0.0, 300.0])
+    joint = hs.Spring("a", (0, 0, 0), (0, 0, 0), 0.0, x, force)
     joint = replace(joint, anchor_body="b")
     for mass in (1.0, 2.5):
         M[1, 1] = mass
@@ -101,9 +98,8 @@ def test_modes_of_two_bodies_are_kept_apart() -> None:
             assert mode.natural_period == pytest.approx(2 * np.pi / np.sqrt(squares[k]), rel=1e-6)
             energy = np.diag(M) * shapes[:, k] ** 2
             np.testing.assert_allclose(mode.share, energy / energy.sum(), atol=1e-6)
-            assert mode.shape[1] / mode.shape[0] == pytest.approx(
-                shapes[1, k] / shapes[0, k], rel=1e-6
-            )
+        ratio = shapes[1, k] / shapes[0, k]
+        assert mode.shape[1] / mode.shape[0] == pytest.approx(ratio, rel=1e-6)
 
 
 def random_linear(seed: int, n: int, others: int) -> Linear:
@@ -139,9 +135,8 @@ def test_modes_from_the_stiffness_alone() -> None:
     """Without a memory both ways are exact: the same periods, decays and shapes."""
     linear = random_linear(2, 4, 0)
     linear.jacobian[4:, 4:] = -0.2 * np.linalg.inv(linear.inertia)
-    for one, other in zip(
-        natural_modes(linear), modes_of_stiffness(linear.dynamic_stiffness, linear), strict=True
-    ):
+    others = modes_of_stiffness(linear.dynamic_stiffness, linear)
+    for one, other in zip(natural_modes(linear), others, strict=True):
         assert one.coordinate == other.coordinate
         assert one.natural_period == pytest.approx(other.natural_period, rel=1e-9)
         assert one.eigenvalue == pytest.approx(other.eigenvalue, rel=1e-8)
@@ -150,14 +145,11 @@ def test_modes_from_the_stiffness_alone() -> None:
 @pytest.mark.parametrize("count", [4, 5, 8])
 def test_equal_bodies_in_a_row_share_out_their_coordinates(count: int) -> None:
     """Many modes are as much of one body as of another, and still each has a name of its own."""
-    bodies = [
-        hs.Body(f"b{i}", 1e6, np.diag([9e6, 25e6, 25e6]), location=(40.0 * i, 0.0))
-        for i in range(count)
-    ]
+    inertia = np.diag([9e6, 25e6, 25e6])
+    bodies = [hs.Body(f"b{i}", 1e6, inertia, location=(40.0 * i, 0.0)) for i in range(count)]
     stiffness = np.diag([1e5, 1e5, 1e5, 9e5, 25e5, 25e5])
-    forces: dict[str, hs.LinearMooring | hs.Spring] = {
-        f"m{i}": hs.LinearMooring(f"b{i}", stiffness) for i in range(count)
-    }
+    forces: dict[str, hs.LinearMooring | hs.Spring] = {}
+    forces |= {f"m{i}": hs.LinearMooring(f"b{i}", stiffness) for i in range(count)}
     pull = np.array([0.0, 100.0]), np.array([0.0, 1e7])
     for i in range(count - 1):
         joint = hs.Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, *pull)

@@ -70,9 +70,12 @@ def test_memory_of_parts_is_differentiated_at_once(
     compiled = hs.compile_scene(barges(count, line=line(1e6)) if count > 1 else barges(1))
     shifts: list[np.ndarray] = []
     fill = module.fill_jacobian
-    monkeypatch.setattr(
-        module, "fill_jacobian", lambda *args: (shifts.append(args[7].number), fill(*args))
-    )
+
+    def watch(*args):
+        shifts.append(args[7].number)
+        return fill(*args)
+
+    monkeypatch.setattr(module, "fill_jacobian", watch)
     at_once = linearise(*compiled).jacobian
     together = sum(np.unique(number).size for number in shifts)
     shifts.clear()

@@ -78,9 +78,8 @@ def barge(step: float = 0.1, **changes: Any) -> hs.Scene:
     loads = hs.WaveForces(second_order=SecondOrder.NEWMAN)
     scene = with_body(scene_of("free_floating"), dofs=PLANAR, wave_forces=loads)
     scene = in_waves(scene, hs.WaveTrain(SEA, ramp=73.33))
-    return replace(
-        scene, **{"duration": 200.0, "output_step": 0.4, "solver": hs.Solver(step=step), **changes}
-    )
+    changes = {"duration": 200.0, "output_step": 0.4, "solver": hs.Solver(step=step), **changes}
+    return replace(scene, **changes)
 
 
 def stepped(scene: hs.Scene, **changes: Any) -> hs.Scene:
@@ -90,9 +89,8 @@ def stepped(scene: hs.Scene, **changes: Any) -> hs.Scene:
 def with_force(J: np.ndarray, G: np.ndarray, omega: float) -> np.ndarray:
     """The system with cos(omega t) as a force, and that force and its rate / omega as states."""
     m = len(J)
-    return np.block(
-        [[J, G, np.zeros((m, 1))], [np.zeros((2, m)), omega * np.array([[0.0, 1.0], [-1.0, 0.0]])]]
-    )
+    turn = omega * np.array([[0.0, 1.0], [-1.0, 0.0]])
+    return np.block([[J, G, np.zeros((m, 1))], [np.zeros((2, m)), turn]])
 
 
 @pytest.mark.parametrize("J", [OSCILLATOR, CHAIN])
@@ -372,16 +370,14 @@ def test_the_rest_is_stepped(reason: str) -> None:
     scene = NONLINEAR[reason]
     derived = hs.compile_scene(scene).derived
     assert not derived.exact
-    assert solution(scene, derived).removeprefix("stepped, not linear: ") in reason.replace(
-        "\\", ""
-    )
+    said = solution(scene, derived).removeprefix("stepped, not linear: ")
+    assert said in reason.replace("\\", "")
 
 
 @pytest.mark.parametrize("name", LINEAR)
 def test_what_is_propagated_is_linear(name: str) -> None:
-    scene = replace(
-        LINEAR[name], environment=replace(LINEAR[name].environment, current=CURRENT.current)
-    )
+    still = LINEAR[name]
+    scene = replace(still, environment=replace(still.environment, current=CURRENT.current))
     model, state = compiled = hs.compile_scene(scene)
     assert compiled.derived.exact
     work, m, rng = new_work(model), model.energy, np.random.default_rng(5)
@@ -401,10 +397,8 @@ def test_it_is_said_and_stepped_if_asked() -> None:
     derived = hs.compile_scene(stepped(scene)).derived
     assert not derived.exact
     assert solution(stepped(scene), derived) == "stepped, as solver.linear asks"
-    for one, text in (
-        (scene, "Propagated exactly: linear"),
-        (stepped(scene), "200 steps of 0.1 s"),
-    ):
+    told = {"Propagated exactly: linear": scene, "200 steps of 0.1 s": stepped(scene)}
+    for text, one in told.items():
         said = "\n".join(texts(check_document(one).nodes))
         assert text in said
         assert ("stable" in said) == (one is not scene)  # a step that is not taken has no limit

@@ -126,14 +126,11 @@ def stuck_barge(slope: float) -> Scene:
     base, lift, k = scene_of("base"), 1.5, 33026e3
     fender = base.forces["interface"]
     assert isinstance(fender, hs.Fender)
-    curve, law = (
-        hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k])),
-        hs.FrictionSlope(0.2, slope),
-    )
+    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k]))
+    law = hs.FrictionSlope(0.2, slope)
     load = lift * hull().hydrostatic_stiffness[:, 2] + 4 * k * 0.5 * (np.arange(6) == 2)
-    table = hs.AppliedForce(
-        "barge", (0.0, 0.0, 0.0), {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
-    )
+    signals = {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
+    table = hs.AppliedForce("barge", (0.0, 0.0, 0.0), signals)
     start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
     return replace(
         with_body(in_waves(base), **start),
@@ -145,9 +142,8 @@ def stuck_barge(slope: float) -> Scene:
 
 def sliding_block(law: hs.StickSlip, opened: bool, step: float) -> Scene:
     """The node stretches until it slips, at 2 s, or contact opens, at 3 s; then 300 steps."""
-    press = hs.PrescribedNormal(
-        Table(np.array([2.0, 3.0]), np.array([1e4, 0.0 if opened else 1e4]))
-    )
+    force = np.array([1e4, 0.0 if opened else 1e4])
+    press = hs.PrescribedNormal(Table(np.array([2.0, 3.0]), force))
     solver = Solver(step=step)
     scene = moving_block(1e15, 1.0, law, press)
     return replace(scene, duration=3.0 + 300 * step, solver=solver, output_step=step)
@@ -233,9 +229,8 @@ def test_every_thing_that_is_unstable_is_told() -> None:
     heave and roll on the stiffness of steel with hardly any damping (|R| - 1 = (w h)^4 / 8)."""
     scene = load_case(CASES.parent / "numerical_oscillation" / "base.yaml").scene()
     limits = scene_step_limits(hs.compile_scene(scene))
-    assert [limit.what for limit in limits] == [
-        f"{dof} of barge" for dof in ("heave", "surge", "sway", "roll")
-    ]
+    dofs = ("heave", "surge", "sway", "roll")
+    assert [limit.what for limit in limits] == [f"{dof} of barge" for dof in dofs]
     assert [limit.step for limit in limits] == sorted(limit.step for limit in limits)
     heave, surge = limits[:2]
     assert abs(surge.eigenvalue) * 0.1 == pytest.approx(2.47, abs=0.01)
@@ -300,9 +295,8 @@ def test_of_equal_contacts_those_farthest_out_are_looked_at_alone() -> None:
     many, corners = feet(*grid), feet(grid[0], grid[9], grid[-10], grid[-1])
     found = scene_combinations(many, each_alone=True)
     assert len(found) <= 3 + 2 * 3
-    assert fastest_alone(found) == pytest.approx(
-        fastest_alone(scene_combinations(corners, each_alone=True)), rel=1e-9
-    )
+    each = fastest_alone(scene_combinations(corners, each_alone=True))
+    assert fastest_alone(found) == pytest.approx(each, rel=1e-9)
 
 
 def fastest_alone(found: list[Combination]) -> float:

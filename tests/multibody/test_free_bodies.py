@@ -30,9 +30,8 @@ DURATION = 6.0
 def turning(step: float = 0.01, method: Method = Method.RK4, **changes: Any) -> Scene:
     """A free body with ``START`` and ``SPIN``, drifting along."""
     body = dry_body(position=(0, 0, 0, *START), velocity=(1.0, -2.0, 0.5, *SPIN))
-    return Scene(
-        "top", DURATION, (replace(body, **changes),), solver=Solver(method, step), output_step=0.1
-    )
+    bodies = (replace(body, **changes),)
+    return Scene("top", DURATION, bodies, solver=Solver(method, step), output_step=0.1)
 
 
 def angular_momentum(run: xr.Dataset) -> np.ndarray:
@@ -122,13 +121,8 @@ def test_locked_angles(free: tuple[int, ...], figure: Figure) -> None:
     """Against Hamilton's equations: one, two or three free angles; the locked stay for ever."""
     locked = [k for k in range(3) if k not in free]
     speed = np.array([0.5, 0.2, 1.5]) * np.isin(range(3), free)
-    run = simulate(
-        turning(
-            0.01,
-            dofs=tuple(DOFS[3 + k] for k in free),
-            velocity=(0, 0, 0, *rate_map(START) @ speed),
-        )
-    )
+    dofs, rates = tuple(DOFS[3 + k] for k in free), rate_map(START) @ speed
+    run = simulate(turning(0.01, dofs=dofs, velocity=(0, 0, 0, *rates)))
     equations = Hamilton(free)
     index = list(free)
     momentum = equations.mass(START) @ speed[index]

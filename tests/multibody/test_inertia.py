@@ -28,11 +28,8 @@ def by_numpy(model, motion, added, F):
     """q'' of the free coordinates, from the whole matrix."""
     S = linalg.block_diag(*(x for E in motion.rate_map for x in (np.eye(3), E)))
     turned = motion.rotation if model.bodies.exact else [np.eye(3)] * 2
-    blocks = (
-        x
-        for m, R in zip(MASSES, turned, strict=True)
-        for x in (m * np.eye(3), m * R @ INERTIA @ R.T)
-    )
+    both = zip(MASSES, turned, strict=True)
+    blocks = (x for m, R in both for x in (m * np.eye(3), m * R @ INERTIA @ R.T))
     M, S = added + linalg.block_diag(*blocks), S[:, model.bodies.active]
     return np.linalg.solve(S.T @ M @ S, S.T @ (F - M @ motion.bias))
 

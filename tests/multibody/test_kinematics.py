@@ -36,9 +36,8 @@ def numbers(count: int, size: float):
     return st.lists(st.floats(-size, size), min_size=count, max_size=count).map(np.array)
 
 
-COORDINATES = st.tuples(numbers(3, 10.0), numbers(1, 3.1), numbers(1, 1.4), numbers(1, 3.1)).map(
-    np.concatenate
-)
+PARTS = (numbers(3, 10.0), numbers(1, 3.1), numbers(1, 1.4), numbers(1, 3.1))
+COORDINATES = st.tuples(*PARTS).map(np.concatenate)
 RATES, VECTOR = numbers(6, 2.0), numbers(3, 5.0)
 examples = settings(max_examples=60, deadline=None, derandomize=True)
 

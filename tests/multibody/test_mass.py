@@ -48,11 +48,8 @@ def test_mass_matrix_turns_the_inertia_with_the_body(kinematics):
     motion = work.motion._replace(rotation=np.ascontiguousarray(R))
     mass_matrix(model.bodies, work.contents, model.headings, motion, added, M)
     turned = R if kinematics is Kinematics.EXACT else [np.eye(3)] * 2
-    blocks = [
-        block
-        for m, r in zip([2.0, 5.0], turned, strict=True)
-        for block in (m * np.eye(3), m * r @ INERTIA @ r.T)
-    ]
+    both = zip([2.0, 5.0], turned, strict=True)
+    blocks = [x for m, r in both for x in (m * np.eye(3), m * r @ INERTIA @ r.T)]
     assert M - added == pytest.approx(linalg.block_diag(*blocks), abs=1e-12)
 
 

@@ -52,11 +52,9 @@ class Driven:
             position=moving(surge=x, sway=y, heave=-self.normal / 1e7),
             velocity=moving(surge=u, sway=v),
         )
-        forces = {
-            "springs": LinearMooring("block", K),
-            "weight": steady(heave=-self.normal),
-            "fender": on_floor(1e7, self.law),
-        }
+        weight = steady(heave=-self.normal)
+        springs, fender = LinearMooring("block", K), on_floor(1e7, self.law)
+        forces = {"springs": springs, "weight": weight, "fender": fender}
         return scene(body, forces, self.duration, 0.05, step=step)
 
     @property
@@ -100,6 +98,5 @@ def integrate_in_plane(driven: Driven, times: np.ndarray) -> ModalMotion:
     after = {STICK: slip, SLIP: lambda t, y: STICK}
     mode = STICK if grip(0.0, np.zeros(5), STICK) >= 0.0 else SLIP
     settings = {"rtol": 1e-12, "atol": 1e-13, "max_step": 0.02}
-    return integrate(
-        *(driven.rates, lambda mode: [(grip, after[mode])], mode, np.zeros(5), times), **settings
-    )
+    slopes, ends = driven.rates, lambda mode: [(grip, after[mode])]
+    return integrate(slopes, ends, mode, np.zeros(5), times, **settings)

@@ -7,7 +7,7 @@ The laws of friction and contact are written out here for one axis, and integrat
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,12 +43,8 @@ class Block:
         x, v, z, w = self.start
         force = np.zeros((self.time.size, 6))
         force[:, 0], force[:, 2] = self.push, self.press
-        body = block(
-            self.mass,
-            ("surge", "heave"),
-            position=moving(surge=x, heave=z),
-            velocity=moving(surge=v, heave=w),
-        )
+        start = {"position": moving(surge=x, heave=z), "velocity": moving(surge=v, heave=w)}
+        body = block(self.mass, ("surge", "heave"), **start)
         forces = {
             "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), table(self.time, force)),
             "spring": hs.LinearMooring(
@@ -57,14 +53,8 @@ class Block:
             "fender": hs.Fender("block", np.zeros((1, 3)), FLOOR, self.curve, self.friction),
         }
         solver = Solver(step=step, events=events)
-        return Scene(
-            "one axis",
-            self.duration,
-            (body,),
-            forces=forces,
-            solver=solver,
-            output_step=output_step,
-        )
+        whole = Scene("one axis", self.duration, (body,), forces=forces, solver=solver)
+        return replace(whole, output_step=output_step)
 
     @cached_property
     def prescribed(self) -> Callable[[float], float]:

@@ -52,10 +52,8 @@ def shared(curve: hs.NormalCurve, count: int) -> hs.NormalCurve:
 def falling(points: np.ndarray, law: Law, damping: float = 0.0) -> Scene:
     """A block that falls on its fenders, all at once."""
     curve = shared(replace(KNEES, damping=damping), len(points))
-    forces = {
-        "weight": steady(heave=-9.81e4),
-        "fender": hs.Fender("block", points, FLOOR, curve, law),
-    }
+    fender = hs.Fender("block", points, FLOOR, curve, law)
+    forces = {"weight": steady(heave=-9.81e4), "fender": fender}
     return scene(block(1e4, position=moving(heave=0.5)), forces, 5.0, 0.1, step=0.005)
 
 
@@ -315,13 +313,9 @@ def tumbling(turn: np.ndarray, shift: np.ndarray, law: Law) -> Scene:
         "fender": hs.Fender("block", points, floor, shared(replace(KNEES, damping=2e4), 4), law),
     }
     v, omega = turn @ [0.8, -0.3, 0.0], turn @ [0.1, -0.1, 0.2]
-    body = block(
-        1e4,
-        inertia=1e4 * turn @ INERTIA @ turn.T,
-        location=tuple(shift[:2]),
-        centre_of_gravity=(0.0, 0.0, 1.1),
-        velocity=(*v, *omega),
-    )
+    inertia, place = 1e4 * turn @ INERTIA @ turn.T, tuple(shift[:2])
+    at = {"location": place, "centre_of_gravity": (0.0, 0.0, 1.1), "velocity": (*v, *omega)}
+    body = block(1e4, inertia=inertia, **at)
     return scene(body, forces, 4.0, 0.1, step=0.01)
 
 

@@ -193,9 +193,8 @@ def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float
                 return sign * y[1]
 
             turned.terminal, turned.direction = True, -1
-            piece = solve_ivp(
-                *(rates, (t, end), [x, v], "DOP853", None, True, turned), rtol=1e-12, atol=1e-14
-            )
+            settings = {"dense_output": True, "events": turned, "rtol": 1e-12, "atol": 1e-14}
+            piece = solve_ivp(rates, (t, end), [x, v], "DOP853", **settings)
             new, dense = piece.t[-1], lambda s, p=piece: p.sol(s)[0]
             x, v = piece.y[0, -1], 0.0
             held = abs(push(new) - x) <= f

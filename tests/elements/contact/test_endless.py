@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import FLOOR, block, moving, on_floor, scene, steady
+from scenes import FLOOR, block, moving, on_floor, scene, steady, with_step
 
 import hydrosim as hs
 from hydrosim.elements import Harmonic, constant
@@ -15,9 +15,8 @@ from hydrosim.scene import Environment, Method, Scene, Stream, Tolerance
 CURVE = hs.NormalCurve(np.array([0.0, 0.03, 0.06, 0.09]), np.array([0.0, 2e6, 8.4e6, 2e7]))
 PLANE = hs.Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
 POINT = np.array([[0.46, 2.5, -3.9]])
-LOOP = hs.NormalLoop(
-    np.array([0.0, 0.1]), np.array([0.0, 2e4]), np.array([0.0, 0.1]), np.array([0.0, 1.8e4]), 2e6
-)
+DEPTH = np.array([0.0, 0.1])
+LOOP = hs.NormalLoop(DEPTH, np.array([0.0, 2e4]), DEPTH, np.array([0.0, 1.8e4]), 2e6)
 HEADINGS = np.radians([0.0, 90.0, 180.0, 270.0])
 
 
@@ -44,9 +43,8 @@ def test_a_node_that_comes_to_stick_on_the_kinetic_cone_stays() -> None:
     """Static and kinetic friction alike, no dampers: where slip ends, the margin of stick is zero
     but for roundings. A block of 82 t on four points, pushed to and fro on a slope."""
     slope = hs.Plane((0.0, 0.0, 0.0), (0.056289, 0.0, 1.0))
-    curve = hs.NormalCurve(
-        np.array([0.0, 0.065889, 0.19767]), np.array([0.0, 642520.0, 4222800.0]) / 4
-    )
+    force = np.array([0.0, 642520.0, 4222800.0]) / 4
+    curve = hs.NormalCurve(np.array([0.0, 0.065889, 0.19767]), force)
     corners = [(x, y, -1.4957) for x in (3.4438, -3.4438) for y in (1.8693, -1.8693)]
     law = hs.StickSlip(0.19361, 0.19361, 18103000.0 / 4, 0.0)
     elements = {
@@ -82,10 +80,8 @@ def test_what_begins_to_slide_heads_for_where_it_is_pushed() -> None:
     above = block(4525.7, ["surge", "heave"], "above", centre_of_gravity=(0.0, 0.0, 1.0))
     deck = hs.Plane((0.0, 0.0, 0.3), (0.0, 0.0, 1.0), "below")
     curve = hs.NormalCurve(np.array([0.0, 0.031468, 0.094404]), np.array([0.0, 35518.0, 155350.0]))
-    feet, low = (
-        [(0.534, 0.0, -0.3), (-0.534, 0.0, -0.3)],
-        hs.Plane((0.0, 0.0, -0.0226), (0, 0, 1.0)),
-    )
+    feet = [(0.534, 0.0, -0.3), (-0.534, 0.0, -0.3)]
+    low = hs.Plane((0.0, 0.0, -0.0226), (0, 0, 1.0))
     elements = {
         "weight below": steady("below", heave=-19286.0),
         "weight above": steady("above", heave=-44397.0),
@@ -109,15 +105,12 @@ def test_rigid_friction_that_just_begins_to_slip_comes_on() -> None:
     velocities in each stretch of slip, of half a second."""
     normal, law = hs.PrescribedNormal(constant(1e4)), hs.Coulomb(0.3, 0.3)
     push = {"surge": Harmonic(3.2e3, 1.0), "sway": Harmonic(1.5e3, 1.4)}
-    elements = {
-        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), push),
-    }
+    foot = hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law)
+    elements = {"foot": foot, "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), push)}
     body = block(1e3, ["surge", "sway"])
-    runs = [
-        hs.simulate(scene(body, elements, 30.0, 0.1, method=method, step=0.01))
-        for method in (Method.DOPRI5, Method.ESDIRK4)
-    ]
+    whole = scene(body, elements, 30.0, 0.1, step=0.01)
+    methods = (Method.DOPRI5, Method.ESDIRK4)
+    runs = [hs.simulate(with_step(whole, 0.01, method=method)) for method in methods]
     assert all(run.attrs["solver_events"] > 50 for run in runs)
     ours, theirs = (run.position.values[:, 0, :2] for run in runs)
     assert np.ptp(ours, axis=0).min() > 5e-3
@@ -131,12 +124,10 @@ def test_a_point_that_goes_over_the_edge_of_its_seat_does_not_come_back(
 ) -> None:
     """The edge is located to a tolerance, at this speed from inside: by 1e-12 m the point is still
     over the seat, and pressed, when it is let go. Then it falls freely."""
-    body = block(
-        1e3, ("surge", "heave"), position=moving(heave=-0.04905), velocity=moving(surge=2.1)
-    )
-    seat = hs.Landing(
-        "block", np.zeros((1, 3)), hs.Seats(np.zeros((1, 3)), extent=1.0), normal, hs.Frictionless()
-    )
+    start = {"position": moving(heave=-0.04905), "velocity": moving(surge=2.1)}
+    body = block(1e3, ("surge", "heave"), **start)
+    seats = hs.Seats(np.zeros((1, 3)), extent=1.0)
+    seat = hs.Landing("block", np.zeros((1, 3)), seats, normal, hs.Frictionless())
     forces = {"seat": seat, "weight": steady(heave=-9810.0)}
     run = hs.simulate(scene(body, forces, 0.7, 0.1, step=0.005))
     fall = 4.905 * np.maximum(run.time.values - 1.0 / 2.1, 0.0) ** 2

@@ -28,9 +28,8 @@ def pin(wall: hs.Wall, position: dict[str, float], velocity: dict[str, float]) -
     """A pin that falls into a guide."""
     dofs = ("surge", "sway", "heave")
     body = block(MASS, dofs, position=moving(**position), velocity=moving(**velocity))
-    leg = hs.Landing(
-        "block", np.zeros((1, 3)), hs.Seats(np.zeros((1, 3))), SEAT, hs.Frictionless(), wall=wall
-    )
+    seats = hs.Seats(np.zeros((1, 3)))
+    leg = hs.Landing("block", np.zeros((1, 3)), seats, SEAT, hs.Frictionless(), wall=wall)
     forces = {"leg": leg, "weight": steady(heave=-MASS * G)}
     return scene(body, forces, 2.0, 0.05, step=0.005)
 
@@ -45,9 +44,8 @@ def exact(times: np.ndarray, z: list[float], slope: float) -> np.ndarray:
         up = slope * f + 4e5 * max(delta, 0.0) - MASS * G
         return np.array([*z[3:], -across * z[0] / MASS, -across * z[1] / MASS, up / MASS])
 
-    found = solve_ivp(
-        rates, (0.0, times[-1]), z, "DOP853", times, rtol=1e-12, atol=1e-14, max_step=1e-3
-    )
+    tight = {"rtol": 1e-12, "atol": 1e-14, "max_step": 1e-3}
+    found = solve_ivp(rates, (0.0, times[-1]), z, "DOP853", times, **tight)
     return found.y[:3].T
 
 
@@ -140,9 +138,8 @@ def test_a_wall_that_comes_while_the_pin_is_inside_locks_it() -> None:
         pressed = max(abs(z[0]) - GAP, 0.0) if t >= begin else 0.0
         return [z[1], (-SWING * z[0] - K * pressed * np.sign(z[0])) / MASS]
 
-    found = solve_ivp(
-        rates, (0.0, 4.0), [0.0, 1.0], "DOP853", run.time, rtol=1e-12, atol=1e-14, max_step=1e-3
-    )
+    tight = {"rtol": 1e-12, "atol": 1e-14, "max_step": 1e-3}
+    found = solve_ivp(rates, (0.0, 4.0), [0.0, 1.0], "DOP853", run.time, **tight)
     assert np.abs(run.position.values[:, 0, 0] - found.y[0]).max() < 1e-6
     assert np.abs(run.position.values[:, 0, 0]).max() < 2.0 * GAP
     assert run.guide_mode.values[0, 0] == INACTIVE

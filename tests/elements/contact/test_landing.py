@@ -144,9 +144,8 @@ def test_a_quasi_static_loop_loses_its_area(top):
     lost = branch_loss(at, top, point, segments) - branch_loss(0, 0.0, point, segments)
     low, high = reload_ends(start, point, segments)
     assert high == pytest.approx(top, rel=1e-14)
-    assert segments[line].slope * (low - start) == pytest.approx(
-        curve_force(segments[find_segment(*back, segments, low)], low), rel=1e-12
-    )
+    unloading = curve_force(segments[find_segment(*back, segments, low)], low)
+    assert segments[line].slope * (low - start) == pytest.approx(unloading, rel=1e-12)
     assert lost == pytest.approx(area(top), rel=1e-12)
     # a second loop inside the first: back on the line, to f again, on to another top
     higher = top + 0.03

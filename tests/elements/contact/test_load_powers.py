@@ -106,13 +106,10 @@ def test_slip_and_lift_off(name: str, figure: Figure) -> None:
     body = block(1.0, ("surge", "heave"), position=moving(heave=0.01))
     curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e3]))
     push = {"surge": Harmonic(5.0, 1.7), "heave": Harmonic(14.0, 1.1, mean=-9.81)}
-    forces = {
-        "push": hs.AppliedForce("block", (0, 0, 0), push),
-        "fender": hs.Fender("block", np.zeros((1, 3)), FLOOR, curve, law),
-    }
-    runs = [
-        hs.simulate(scene(body, forces, 8.0, 0.02, step=step)) for step in (0.01, 0.005, 0.0025)
-    ]
+    fender = hs.Fender("block", np.zeros((1, 3)), FLOOR, curve, law)
+    forces = {"push": hs.AppliedForce("block", (0, 0, 0), push), "fender": fender}
+    steps = (0.01, 0.005, 0.0025)
+    runs = [hs.simulate(scene(body, forces, 8.0, 0.02, step=step)) for step in steps]
     fine = runs[-1]
     assert len({*np.unique(fine.fender_mode.values)} - {OPEN}) >= 1
     assert np.any(fine.fender_mode.values == OPEN)

@@ -74,11 +74,8 @@ BLOCKS |= {
     )
 }
 KNEES = hs.NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
-FALLING = Block(
-    *(1e4, KNEES, hs.Frictionless(), TIME, 0 * TIME, np.full(TIME.size, -9.81e4)),
-    start=(0, 0, 0.6, 0),
-    duration=4.0,
-)
+LOADS = (TIME, 0 * TIME, np.full(TIME.size, -9.81e4))
+FALLING = Block(1e4, KNEES, hs.Frictionless(), *LOADS, start=(0, 0, 0.6, 0), duration=4.0)
 
 
 @lru_cache
@@ -244,12 +241,8 @@ def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure: Figure) 
     """mu_k N along the node's path, and C2 |s'|^2 + C3 |v2|^2 apart; path and velocities are taken
     from the recorded motion by splines."""
     N, law = 2e5, hs.StickSlip(0.3, 0.2, 2e6, 1e5, 2e4)
-    body = block(
-        1e5,
-        ("surge", "sway", "heave"),
-        position=moving(heave=-0.02),
-        velocity=moving(surge=5.0, sway=1.0),
-    )
+    start = {"position": moving(heave=-0.02), "velocity": moving(surge=5.0, sway=1.0)}
+    body = block(1e5, ("surge", "sway", "heave"), **start)
     wind = steady(heave=-N, sway=2e4)
     run = simulate(scene(body, {"wind": wind, "fender": on_floor(1e7, law)}, 2.0, 0.01, step=0.005))
     sliding = run.fender_mode.values[:, 0] == SLIP

@@ -90,10 +90,8 @@ def dropped(stiffness: float, damping: float, **solver: object) -> Scene:
     """A topside of 20,000 t that falls 0.3 m on its four legs, one after the other."""
     curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
     place = moving(heave=5.3, pitch=0.002, roll=0.001)
-    forces = {
-        "weight": steady(heave=-9.81 * 2e7),
-        "legs": hs.Fender("block", LEGS, FLOOR, curve, hs.Frictionless()),
-    }
+    legs = hs.Fender("block", LEGS, FLOOR, curve, hs.Frictionless())
+    forces = {"weight": steady(heave=-9.81 * 2e7), "legs": legs}
     body = block(2e7, ("heave", "pitch", "roll"), position=place)
     return scene(body, forces, 5.0, 0.1, **solver)
 

@@ -15,12 +15,7 @@ from hydrosim.scene import ForceElement, JointResistance, JointType, LinearScene
 from hydrosim.scene.joint import MOTIONS
 
 G = 9.81
-FRAME = {
-    "centre": (0.0, 0.0, 0.0),
-    "x": (1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-}
+FRAME = {"centre": (0.0, 0.0, 0.0), **dict(zip("xyz", map(tuple, np.eye(3).tolist()), strict=True))}
 """Named points of every body, which tell its rotation at any attitude."""
 TIGHT = hs.Tolerance(1e-12, 1e-12, 1e-12)
 

@@ -102,12 +102,8 @@ def double_pendulum(first: float, second: float, duration: float) -> Known:
         a, b, da, db = y
         about_joint = inertia + MASS * ARM**2
         cross = 2.0 * MASS * ARM**2
-        M = np.array(
-            [
-                [about_joint + 4.0 * MASS * ARM**2, cross * cos(a - b)],
-                [cross * cos(a - b), about_joint],
-            ]
-        )
+        turning = cross * cos(a - b)
+        M = np.array([[about_joint + 4.0 * MASS * ARM**2, turning], [turning, about_joint]])
         whirl = cross * sin(a - b)
         weight = MASS * G * ARM
         Q = [-whirl * db**2 - 3.0 * weight * sin(a), whirl * da**2 - weight * sin(b)]
@@ -148,10 +144,8 @@ def ball(drop: float) -> Known:
     fall = speed / G
     touching = 2.0 * (pi - atan2(speed * omega, G)) / omega
     body = block(MASS, ("heave",), position=moving(heave=drop))
-    forces = {
-        "floor": on_floor(MASS * omega**2, Frictionless()),
-        "gravity": steady(heave=-MASS * G),
-    }
+    floor = on_floor(MASS * omega**2, Frictionless())
+    forces = {"floor": floor, "gravity": steady(heave=-MASS * G)}
 
     def exact(time: np.ndarray) -> np.ndarray:
         """Parabolas, and half sines about the place of rest -g / w^2."""

@@ -89,15 +89,10 @@ def openings(bodies: Sequence[Rigid], link: Link) -> list[float]:
     """How far a joint is open: lengths along axes that are no slides, cosines of right angles."""
     one, other = _body(bodies, link.body), _body(bodies, link.to)
     gap = one.place + one.rotation @ link.point - other.place - other.rotation @ link.to_point
-    lengths = [
-        float(gap @ other.rotation @ link.to_axes[axis])
-        for axis in range(3)
-        if axis not in SLIDES.get(link.kind, ())
-    ]
-    cosines = [
-        float((other.rotation @ link.to_axes[i]) @ (one.rotation @ link.axes[j]))
-        for i, j in RIGHT_ANGLES[link.kind]
-    ]
+    held = [axis for axis in range(3) if axis not in SLIDES.get(link.kind, ())]
+    lengths = [float(gap @ other.rotation @ link.to_axes[axis]) for axis in held]
+    ours, theirs = (one.rotation @ link.axes.T).T, (other.rotation @ link.to_axes.T).T
+    cosines = [float(theirs[i] @ ours[j]) for i, j in RIGHT_ANGLES[link.kind]]
     return [*lengths, *cosines]
 
 
@@ -143,9 +138,8 @@ def _angles(bodies: Sequence[Rigid], link: Link) -> list[tuple[np.ndarray, float
         row = np.zeros(6 * len(bodies))
         _add(row, link.body, np.zeros(3), -normal)
         _add(row, link.to, np.zeros(3), normal)
-        found.append(
-            (row, (other.spin - one.spin) @ change, np.concatenate([np.zeros(3), -normal]))
-        )
+        wrench = np.concatenate([np.zeros(3), -normal])
+        found.append((row, (other.spin - one.spin) @ change, wrench))
     return found
 
 

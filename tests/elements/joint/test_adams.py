@@ -138,11 +138,9 @@ def test_the_reaction_of_the_data_acts_on_the_ground(pendulum: Pendulum) -> None
 def our_motion(pendulum: Pendulum) -> Fall:
     """Ours, as the data have it."""
     run = run_on(pendulum.kind)
-    return Fall(
-        places(run, "rod") - np.array(pendulum.point),
-        Rotation.from_matrix(rotations(run, "rod")),
-        reaction_on_the_ground(pendulum, run),
-    )
+    place = places(run, "rod") - np.array(pendulum.point)
+    turn = Rotation.from_matrix(rotations(run, "rod"))
+    return Fall(place, turn, reaction_on_the_ground(pendulum, run))
 
 
 def motion_of_data(pendulum: Pendulum) -> Fall:
@@ -158,10 +156,8 @@ def distances(ours: Fall, theirs: Fall) -> tuple[float, float, float]:
     place = np.abs(ours.place - theirs.place).max() / np.ptp(theirs.place, axis=0).max()
     q, p = (each.rotation.as_quat() for each in (ours, theirs))
     turn = np.abs(q * np.sign(np.sum(q * p, axis=1))[:, None] - p).max()  # q and -q are the same
-    load = max(
-        np.abs(ours.load[:, part] - theirs.load[:, part]).max() / _size(theirs.load[:, part])
-        for part in (slice(0, 3), slice(3, 6))
-    )
+    loads = [(x.load[:, :3], x.load[:, 3:]) for x in (ours, theirs)]
+    load = max(np.abs(a - b).max() / _size(b) for a, b in zip(*loads, strict=True))
     return float(place), float(turn), float(load)
 
 
@@ -192,9 +188,8 @@ def test_ball_and_universal_joint(pendulum: Pendulum, validated: Callable[..., N
         validated(Kind.PROGRAM, claim, against, error, limit, Feature.JOINTS)
     own = motion_of_data(pendulum)
     spread = distances(own, hinge)
-    for error, limit, more in zip(
-        distances(our_motion(pendulum), own), LIMITS, spread, strict=True
-    ):
+    apart = distances(our_motion(pendulum), own)
+    for error, limit, more in zip(apart, LIMITS, spread, strict=True):
         assert error <= limit + more
 
 

@@ -87,11 +87,8 @@ def pair(current: np.ndarray = CURRENT, held: Joint | None = None) -> Scene:
     first = replace(first, velocity=(*(RATES[:3] + current), *RATES[3:]))
     joints = {"pin": held or hinged()}
     found = scene([first, second], joints, DURATION, output_step=0.2)
-    return replace(
-        found,
-        environment=Environment(current=stream_of(current)),
-        solver=replace(found.solver, symmetry=Symmetry.IGNORE),
-    )
+    solver = replace(found.solver, symmetry=Symmetry.IGNORE)
+    return replace(found, environment=Environment(current=stream_of(current)), solver=solver)
 
 
 def stream_of(velocity: np.ndarray) -> Stream:

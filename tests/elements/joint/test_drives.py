@@ -124,10 +124,8 @@ def test_the_force_of_a_drive_is_that_of_newton() -> None:
     block = carried("block", mass, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), dofs=("surge",))
     unit = np.zeros((6, 6))
     unit[0, 0] = 1.0
-    forces = {
-        "held": hs.LinearMooring("block", stiffness * unit, damping * unit),
-        "shake": Drive("block", dof="surge", position=SHAKE),
-    }
+    held = hs.LinearMooring("block", stiffness * unit, damping * unit)
+    forces = {"held": held, "shake": Drive("block", dof="surge", position=SHAKE)}
     run = completed(by_rk4(scene([block], {}, DURATION, forces), 0.05))
     q, u, a = motion(SHAKE, TIME)
     force = mass * a + damping * u + stiffness * q
@@ -198,10 +196,8 @@ def crane(drive: Drive, **changes: Any) -> hs.Scene:
     """A boom on a slewing joint with a load on a ball at its end."""
     boom = carried("boom", 50.0, (20.0, 60.0, 60.0), (3.0, 0.0, 0.0))
     load = carried("load", 8.0, (2.0, 2.0, 1.0), (6.0, 0.0, -4.0))
-    joints = {
-        "slew": joint("hinge", "boom", None, point=(-3.0, 0.0, 0.0), axis=Z),
-        "hook": joint("ball", "load", "boom", point=(0.0, 0.0, 4.0)),
-    }
+    slew = joint("hinge", "boom", None, point=(-3.0, 0.0, 0.0), axis=Z)
+    joints = {"slew": slew, "hook": joint("ball", "load", "boom", point=(0.0, 0.0, 4.0))}
     return scene([boom, load], joints, DURATION, {"turn": drive}, **changes)
 
 
@@ -228,10 +224,8 @@ def test_any_angle_of_a_body_can_be_driven(kinematics: Kinematics) -> None:
     block = carried("block", 12.0, (5.0, 9.0, 7.0), (0.0, 0.0, 0.0), **start)
     stiff = np.diag([80.0, 90.0, 120.0, 40.0, 60.0, 50.0])
     stiff[3, 4] = stiff[4, 3] = 15.0
-    forces = {
-        "held": hs.LinearMooring("block", stiff, 0.02 * stiff),
-        "shake": Drive("block", dof="roll", position=SHAKE),
-    }
+    held = hs.LinearMooring("block", stiff, 0.02 * stiff)
+    forces = {"held": held, "shake": Drive("block", dof="roll", position=SHAKE)}
     still = replace(block, weight=Weight.BALANCED)
     run = completed(scene([still], {}, DURATION, forces, kinematics=kinematics))
     q, _, _ = motion(SHAKE, TIME)
@@ -324,9 +318,8 @@ def test_mistakes_are_told() -> None:
     whole = cart_and_rod()
     (cart, rod), away = whole.bodies, (1.0, 0, 0, 0, 0, 0)
     again = {**whole.forces, "again": Drive("cart", dof="surge", position=SHAKE)}
-    pin = replace(
-        whole.joints["pin"], resistances=(JointResistance(friction=JointFriction(1.0, 1.0)),)
-    )
+    stuck = JointResistance(friction=JointFriction(1.0, 1.0))
+    pin = replace(whole.joints["pin"], resistances=(stuck,))
     turn = {"turn": Drive("rod", dof="angle", position=SHAKE, joint="pin")}
     place = "an initial position of 1 m in surge of cart, which this drive starts with 0.4336"
     for text, wrong in {

@@ -87,10 +87,8 @@ def three(**keys: Any) -> tuple[hs.Body, ...]:
     return wet, *lumps
 
 
-WELDS = {
-    "lower": hs.Joint(JointType.FIXED, "barge", "carrier", point=(1.0, 2.0, 3.0)),
-    "upper": hs.Joint(JointType.FIXED, "load", "barge"),
-}
+LOWER = hs.Joint(JointType.FIXED, "barge", "carrier", point=(1.0, 2.0, 3.0))
+WELDS = {"lower": LOWER, "upper": hs.Joint(JointType.FIXED, "load", "barge")}
 
 
 def lines() -> Mapping[str, hs.Spring]:
@@ -178,19 +176,13 @@ def test_contacts() -> None:
 
 def test_a_landing_with_a_loop_and_a_wall() -> None:
     """Two legs of the barge that waves bring down on seats of the earth."""
-    loop = hs.NormalLoop(
-        np.array([0.0, 0.5]),
-        np.array([0.0, 4e6]),
-        np.array([0.0, 0.1, 0.5]),
-        np.array([0.0, 1e5, 4e6]),
-        2e7,
-    )
+    loading, x = (np.array([0.0, 0.5]), np.array([0.0, 4e6])), np.array([0.0, 0.1, 0.5])
+    loop = hs.NormalLoop(*loading, x, np.array([0.0, 1e5, 4e6]), 2e7)
     legs = np.array([(15.0, 8.0, -3.5), (-15.0, -8.0, -3.5)])
     seats = legs + np.array([0.0, 0.0, CENTRE[2] - 0.15])
     wall = hs.Wall(0.2, stiffness=3e6, angle=np.arctan(0.3), depth=1.0)
-    landing = hs.Landing(
-        "barge", legs, hs.Seats(seats, extent=6.0), loop, hs.Frictionless(), wall=wall
-    )
+    seated = ("barge", legs, hs.Seats(seats, extent=6.0), loop, hs.Frictionless())
+    landing = hs.Landing(*seated, wall=wall)
     assert apart({**lines(), "legs": landing}, current=0.0, heading=0.0) < 1e-9
 
 

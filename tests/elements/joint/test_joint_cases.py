@@ -199,9 +199,8 @@ def test_a_case_is_turned_as_a_whole() -> None:
     for body, other in zip(scene.bodies, turned.bodies, strict=True):
         assert other.heading == pytest.approx(body.heading + 0.7)
         assert other.mass == body.mass
-    assert {name: j.point for name, j in scene.joints.items()} == {
-        name: j.point for name, j in turned.joints.items()
-    }
+    here, there = ({n: j.point for n, j in s.joints.items()} for s in (scene, turned))
+    assert here == there
 
 
 @pytest.mark.parametrize(

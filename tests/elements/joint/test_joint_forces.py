@@ -78,10 +78,8 @@ def chain(kinds: Sequence[str], seed: int) -> Scene:
         )
         for name in names
     ]
-    joints = {
-        f"joint of {body}": random_joint(kind, body, to, rng)
-        for kind, body, to in zip(kinds, names, [None, "a", "b"], strict=True)
-    }
+    links = zip(kinds, names, [None, "a", "b"], strict=True)
+    joints = {f"joint of {name}": random_joint(kind, name, to, rng) for kind, name, to in links}
     forces = {
         name: AppliedForce(
             name,
@@ -228,9 +226,8 @@ def test_accelerations_are_those_of_the_whole_matrix(
         work.total[:] = loads
         accelerate(y, compiled.state.modes, model, work, x[0])
         added_mass, headings = model.added_mass, model.headings
-        accelerate_articulated(
-            model.bodies, work.contents, headings, added_mass, work.motion, loads, x[1]
-        )
+        bodies, contents = model.bodies, work.contents
+        accelerate_articulated(bodies, contents, headings, added_mass, work.motion, loads, x[1])
         np.testing.assert_allclose(x[1], x[0], rtol=1e-10, atol=1e-11 * np.abs(x[0]).max())
 
 

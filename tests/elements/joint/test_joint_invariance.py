@@ -36,13 +36,11 @@ def tree() -> Scene:
         "drum": (4.0, (0.5, 2.5, 1.0), -2.0),
     }
     bodies = [
-        carried(name, mass, mass * INERTIA, place, heading=heading)
-        for name, (mass, place, heading) in rest.items()
+        carried(n, m, m * INERTIA, place, heading=angle) for n, (m, place, angle) in rest.items()
     ]
     launch = (0.2, -0.1, 0.1, 0.05, -0.08, 0.1)
-    bodies[0] = replace(
-        bodies[0], weight=Weight.BALANCED, position=(0.3, 0.2, 0.1, 0.1, -0.2, 0.3), velocity=launch
-    )
+    start = {"position": (0.3, 0.2, 0.1, 0.1, -0.2, 0.3), "velocity": launch}
+    bodies[0] = replace(bodies[0], weight=Weight.BALANCED, **start)
     joints = {
         "shoulder": joint(
             *("hinge", "arm", "hull", moved(0.3, -0.2, stiffness=40.0, damping=2.0)),
@@ -113,9 +111,8 @@ def test_the_scene_turned(figure: Figure) -> None:
     figure("error", error)
     assert error <= WITHIN
     before, after = as_told().joint_force.values, run.joint_force.values
-    back = np.concatenate(
-        [turned_back(after[..., :3], BY), turned_back(after[..., 3:], BY)], axis=-1
-    )
+    parts = [turned_back(after[..., k : k + 3], BY) for k in (0, 3)]
+    back = np.concatenate(parts, axis=-1)
     assert np.abs(back - before).max() <= WITHIN * np.abs(before).max()
 
 

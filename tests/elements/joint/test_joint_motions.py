@@ -123,13 +123,8 @@ def test_a_stuck_joint_breaks_away_under_a_growing_force() -> None:
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
 def test_the_order_of_a_method_holds_through_stops_and_friction(method: Method) -> None:
-    acting = {
-        "stiffness": 9.0,
-        "damping": 0.3,
-        "velocity": 2.5,
-        "stops": Stops(-0.4, 0.6, 30.0, 1.0),
-        "friction": JointFriction(0.9, 0.5),
-    }
+    limits = {"stops": Stops(-0.4, 0.6, 30.0, 1.0), "friction": JointFriction(0.9, 0.5)}
+    acting = {"stiffness": 9.0, "damping": 0.3, "velocity": 2.5, **limits}
     if method.adapts:
         run = simulate(sliding(0.02, method, **acting))
         finest = simulate(sliding(0.0005, **acting))

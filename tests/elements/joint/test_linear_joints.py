@@ -68,11 +68,8 @@ def test_small_angles_keep_joints_and_are_propagated() -> None:
     K[4, 4], K[0, 0] = 60.0, 8.0
     spring = hs.LinearMooring("bob", K)
     base = pendulum(1.0)
-    small = replace(
-        base,
-        forces={**base.forces, "spring": spring},
-        solver=replace(base.solver, kinematics=Kinematics.LINEAR),
-    )
+    solver = replace(base.solver, kinematics=Kinematics.LINEAR)
+    small = replace(base, forces={**base.forces, "spring": spring}, solver=solver)
     start = JointResistance(position=-0.1, velocity=-0.2)
     hinge = replace(small.joints["hinge"], resistances=(start,))
     small = replace(small, joints={"hinge": hinge})

@@ -147,11 +147,8 @@ def slider_crank_poses(a: complex) -> dict[str, Pose]:
     base = np.sqrt(length**2 - (r * np.sin(a)) ** 2)  # l cos b
     C = np.array([r * np.cos(a) + base, 0.0 * a])
     C_a = np.array([-r * np.sin(a) - r**2 * np.sin(a) * np.cos(a) / base, 0.0 * a])
-    return {
-        "crank": Pose(B / 2, B_a / 2, 1.0),
-        "rod": Pose((B + C) / 2, (B_a + C_a) / 2, -r * np.cos(a) / base),
-        "block": Pose(C, C_a, 0.0),
-    }
+    rod = Pose((B + C) / 2, (B_a + C_a) / 2, -r * np.cos(a) / base)
+    return {"crank": Pose(B / 2, B_a / 2, 1.0), "rod": rod, "block": Pose(C, C_a, 0.0)}
 
 
 SLIDER_CRANK = Mechanism({"crank": CRANK, "rod": ROD, "block": BLOCK}, slider_crank_poses)

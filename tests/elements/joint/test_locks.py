@@ -135,9 +135,8 @@ def strike(
     k = int(np.searchsorted(before.time.values, CLOSES - 1e-9))  # recorded before they close
     R = [told(before, name)[k] for name in "ab"] if free.joints else rotations(before, k)
     M = mass_matrix(free.bodies, R)
-    J = np.vstack(
-        [held_rows(lock, free, before, k, R) for lock in [*free.joints.values(), *locks.values()]]
-    )
+    held = [*free.joints.values(), *locks.values()]
+    J = np.vstack([held_rows(lock, free, before, k, R) for lock in held])
     v = before.velocity.values[k].ravel()
     after, lost = plastic(M, J, v)
     return run, R, J, (M @ (after - v)).reshape(-1, 6), lost

@@ -103,10 +103,8 @@ def double_pendulum_by_lagrange() -> tuple[np.ndarray, np.ndarray]:
         cross = coupling * cos(a - b)
         M = np.array([[first, cross], [cross, LOWER.about_joint]])
         whirl = coupling * sin(a - b)
-        Q = [
-            -whirl * db**2 - weight * sin(a),
-            whirl * da**2 - LOWER.mass * LOWER.centre * G * sin(b),
-        ]
+        below = whirl * da**2 - LOWER.mass * LOWER.centre * G * sin(b)
+        Q = [-whirl * db**2 - weight * sin(a), below]
         return np.array([da, db, *np.linalg.solve(M, Q)])
 
     a, b, *_ = solved(equations, [*ANGLES, *RATES], TIME)
@@ -199,9 +197,8 @@ def moving_pivot(shaking: Shaking) -> Scene:
     }
     signal = Harmonic(shaking.force, 2.0 * pi / shaking.frequency)
     push = AppliedForce("carriage", (0.0, 0.0, 0.0), {"heave": signal})
-    return scene(
-        [carriage, UPPER.hanging("rod")], joints, LONG[-1], {"push": push}, output_step=0.2
-    )
+    bodies = [carriage, UPPER.hanging("rod")]
+    return scene(bodies, joints, LONG[-1], {"push": push}, output_step=0.2)
 
 
 def moving_pivot_by_lagrange(shaking: Shaking) -> tuple[np.ndarray, np.ndarray]:
@@ -236,10 +233,8 @@ def test_a_moving_pivot_makes_a_pendulum_unstable_at_twice_its_frequency(
     exact = hung(a, UPPER.centre)
     exact[:, 2] += z
     error = apart(places(run, "rod"), exact)
-    claim, against = (
-        "pendulum on a moving pivot, at twice its frequency too",
-        "Lagrange's equations by DOP853",
-    )
+    claim = "pendulum on a moving pivot, at twice its frequency too"
+    against = "Lagrange's equations by DOP853"
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     if unstable:
         order = observed_order(whole, "rod", exact, 0.05)

@@ -129,15 +129,9 @@ def test_a_ratchet_about_an_axis(kinematics: Kinematics, pitch: float) -> None:
     K = np.zeros((6, 6))
     K[5, 5] = 8.0
     wheel = Body("wheel", 1.0, np.diag([1.0, 1.5, 2.0]), velocity=moving(yaw=1.0))
-    found = scene(
-        [wheel],
-        {"spring": hs.LinearMooring("wheel", K)},
-        2.0,
-        0.1,
-        step=0.01,
-        method=Method.RK4,
-        kinematics=kinematics,
-    )
+    forces = {"spring": hs.LinearMooring("wheel", K)}
+    solver = {"step": 0.01, "method": Method.RK4, "kinematics": kinematics}
+    found = scene([wheel], forces, 2.0, 0.1, **solver)
     pawl = Joint(JointType.RATCHET, "wheel", axis=(0.0, 0.0, 1.0), ratchet=Ratchet(True, pitch))
     run = hs.simulate(replace(found, joints={"pawl": pawl}))
     wanted = 0.3 if pitch else 0.5

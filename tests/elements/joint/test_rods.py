@@ -57,12 +57,8 @@ def swinging(
         cross = MASS * LENGTH * EYE * cos(a - b)
         whirl = MASS * LENGTH * EYE * sin(a - b)
         M = np.array([[MASS * LENGTH**2, cross], [cross, ABOUT + MASS * EYE**2]])
-        Q = np.array(
-            [
-                -whirl * db**2 + MASS * LENGTH * (dds * cos(a) - G * sin(a)),
-                whirl * da**2 + MASS * EYE * (dds * cos(b) - G * sin(b)),
-            ]
-        )
+        along = -whirl * db**2 + MASS * LENGTH * (dds * cos(a) - G * sin(a))
+        Q = np.array([along, whirl * da**2 + MASS * EYE * (dds * cos(b) - G * sin(b))])
         return np.linalg.solve(M, Q), dds
 
     def equations(t: float, y: np.ndarray) -> np.ndarray:
@@ -106,9 +102,8 @@ def test_a_block_that_hangs_from_a_rod(validated: Validated, figure: Figure) -> 
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     load = np.linalg.norm(run.joint_force.values[:, 0, :3], axis=1)
     np.testing.assert_allclose(load, tension, rtol=0.0, atol=1e-8 * np.ptp(tension))
-    eye = places(run, "block") + EYE * np.stack(
-        [np.sin(angles[1]), 0.0 * angles[1], np.cos(angles[1])], axis=1
-    )
+    arm = np.stack([np.sin(angles[1]), 0.0 * angles[1], np.cos(angles[1])], axis=1)
+    eye = places(run, "block") + EYE * arm
     np.testing.assert_allclose(np.linalg.norm(eye, axis=1), LENGTH, rtol=0.0, atol=1e-8)
     assert run.attrs["energy_residual_relative"] < WITHIN
     order = observed_order(whole, "block", exact, 0.1)
@@ -141,9 +136,8 @@ def test_two_bodies_on_a_rod_keep_momentum_and_distance() -> None:
     rest = np.array([4.0 - 0.5 - 0.4, 0.5 - 0.3, 1.2])  # from end to end
     across = 0.3 * np.cross(rest, Z) / np.linalg.norm(rest)
     left = carried("left", 3.0, (1.0, 2.0, 1.5), ORIGIN, velocity=(*across, 0, 0, 0), **free)
-    right = carried(
-        "right", 5.0, (2.0, 1.0, 2.5), (4.0, 0.5, 1.0), velocity=(*-across, 0, 0, 0), **free
-    )
+    away = {"velocity": (*-across, 0, 0, 0), **free}
+    right = carried("right", 5.0, (2.0, 1.0, 2.5), (4.0, 0.5, 1.0), **away)
     bar = {"bar": rod("left", "right", **ends)}
     run = completed(scene([left, right], bar, DURATION, gravity=0.0))
     mass = np.array([3.0, 5.0])
@@ -152,10 +146,8 @@ def test_two_bodies_on_a_rod_keep_momentum_and_distance() -> None:
     kinetic = run.energy_kinetic.values
     np.testing.assert_allclose(kinetic, kinetic[0], rtol=1e-9)
     assert np.ptp(run.position.values[:, 0, 0]) > 0.5
-    near, far = (
-        places(run, name) + rotations(run, name) @ np.array(ends[key])
-        for name, key in (("left", "point"), ("right", "to_point"))
-    )
+    ends_of = (("left", "point"), ("right", "to_point"))
+    near, far = (places(run, n) + rotations(run, n) @ np.array(ends[key]) for n, key in ends_of)
     distance = np.linalg.norm(near - far, axis=1)
     np.testing.assert_allclose(distance, distance[0], rtol=0.0, atol=1e-12)
 
@@ -228,18 +220,16 @@ def refused(whole: Scene) -> str:
 def test_mistakes_are_told() -> None:
     block, line = hung_block()
     at_one_place = replace(line, to_point=(-LENGTH * sin(0.5), 0.0, -LENGTH * cos(0.5)))
-    assert "joints.line.to_point: found both ends" in refused(
-        scene([block], {"line": at_one_place}, 1.0)
-    )
+    text = refused(scene([block], {"line": at_one_place}, 1.0))
+    assert "joints.line.to_point: found both ends" in text
     negative = replace(line, length=-1.0)
     assert "joints.line.length" in refused(scene([block], {"line": negative}, 1.0))
     twice = {"line": line, "again": line}
     assert "joints.again: found a rod of a distance that" in refused(scene([block], twice, 1.0))
     locked = replace(block, dofs=("sway",))
     assert "joints.line: found a rod" in refused(scene([locked], {"line": line}, 1.0))
-    drives = {
-        name: Drive("block", dof=name, position=Harmonic(0.0, 1.0)) for name in ("surge", "heave")
-    }
+    still = Harmonic(0.0, 1.0)
+    drives = {name: Drive("block", dof=name, position=still) for name in ("surge", "heave")}
     upright = replace(block, dofs=("surge", "heave"))
     text = refused(scene([upright], {"line": line}, 1.0, drives))
     assert "drives (surge, heave) of motions that the joints line hold" in text

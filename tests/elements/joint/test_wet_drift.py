@@ -59,9 +59,8 @@ def drifting(pair: str, radiation: RadiationModel) -> hs.Scene:
         )
         for name, x, number in (("fore", arm, 1), ("aft", -arm, 2))
     )
-    hinge = hs.Joint(
-        JointType.HINGE, "fore", "aft", (-arm, 0.0, 0.0), (0.0, 0.0, 1.0), resistances=(FOLDING,)
-    )
+    pin = ((-arm, 0.0, 0.0), (0.0, 0.0, 1.0))
+    hinge = hs.Joint(JointType.HINGE, "fore", "aft", *pin, resistances=(FOLDING,))
     return hs.Scene(
         "drifting pair",
         60.0,
@@ -157,11 +156,8 @@ def barges(memory: str, current: hs.Stream = CURRENT, held: str = "hinge") -> hs
     aft = replace(fore, name="aft", location=(-APART, 0.0), velocity=(0.0,) * 6)
     pin = {"pin": JOINTS[held]}
     found = scene([fore, aft], pin, 60.0, output_step=0.5, method=Method.RK4, step=0.1)
-    return replace(
-        found,
-        environment=hs.Environment(current=current),
-        solver=replace(found.solver, symmetry=Symmetry.IGNORE),
-    )
+    solver = replace(found.solver, symmetry=Symmetry.IGNORE)
+    return replace(found, environment=hs.Environment(current=current), solver=solver)
 
 
 @cache

@@ -18,13 +18,8 @@ from hydrosim.scene import Scene, Symmetry
 
 CASES = Path(__file__).parents[3] / "cases"
 FORMS = [
-    joints.Hinge,
-    joints.Slider,
-    joints.Cylindrical,
-    joints.Universal,
-    joints.Planar,
-    joints.Ball,
-    joints.Fixed,
+    *(joints.Hinge, joints.Slider, joints.Cylindrical, joints.Universal),
+    *(joints.Planar, joints.Ball, joints.Fixed),
 ]
 
 
@@ -73,12 +68,8 @@ SCENES = ["hinged_barges/irregular", "flap/irregular", "point_absorber/irregular
 
 def scene_of(case: str) -> Scene:
     """The first 40 s of a case in its sea, without a ramp, in all degrees of freedom."""
-    settings = {
-        "duration": 40.0,
-        "output.step": 0.5,
-        "environment.waves.ramp": 0.0,
-        "environment.waves.heading": np.radians(30.0),
-    }
+    waves = {"environment.waves.ramp": 0.0, "environment.waves.heading": np.radians(30.0)}
+    settings = {"duration": 40.0, "output.step": 0.5, **waves}
     if case.startswith("point_absorber"):  # the search for a fit of these two takes minutes
         convolution = {"model": "convolution"}
         settings |= {f"bodies.{name}.radiation": convolution for name in ("spar", "float")}

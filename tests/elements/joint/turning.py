@@ -35,13 +35,8 @@ def turned(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scen
 def _turned_body(body: Body, R: np.ndarray, by: float, shift: Sequence[float]) -> Body:
     q, v = np.array(body.position), np.array(body.velocity)
     place = (R @ [*body.location, 0.0])[:2] + shift
-    return replace(
-        body,
-        location=tuple(place),
-        heading=body.heading + by,
-        position=(*(R @ q[:3]), *q[3:]),
-        velocity=(*(R @ v[:3]), *(R @ v[3:])),
-    )
+    start = {"position": (*(R @ q[:3]), *q[3:]), "velocity": (*(R @ v[:3]), *(R @ v[3:]))}
+    return replace(body, location=tuple(place), heading=body.heading + by, **start)
 
 
 def _turned_force(e: ForceElement, R: np.ndarray, shift: Sequence[float]) -> ForceElement:
@@ -76,10 +71,8 @@ def turned_back(found: np.ndarray, by: float, shift: Sequence[float] = (0.0, 0.0
 
 def renamed(scene: Scene, names: Mapping[str, str]) -> Scene:
     """The same scene with other names of its bodies."""
-    joints = {
-        name: replace(told, body=names[told.body], to=names.get(told.to or ""))
-        for name, told in scene.joints.items()
-    }
+    told = {n: (j, names[j.body], names.get(j.to or "")) for n, j in scene.joints.items()}
+    joints = {n: replace(joint, body=body, to=to) for n, (joint, body, to) in told.items()}
     return replace(
         scene,
         bodies=tuple(replace(body, name=names[body.name]) for body in scene.bodies),
@@ -163,6 +156,5 @@ def _started(scene: Scene, body: Body, root: str, run: xr.Dataset) -> Body:
     offset = places(run, root)[0] - place
     yaw, pitch, roll = Rotation.from_matrix(rotations(run, root)[0]).as_euler("ZYX")
     velocity = run.velocity.sel(body=root).values[0]
-    return replace(
-        body, position=(*offset, roll, pitch, yaw - body.heading), velocity=tuple(velocity)
-    )
+    position = (*offset, roll, pitch, yaw - body.heading)
+    return replace(body, position=position, velocity=tuple(velocity))

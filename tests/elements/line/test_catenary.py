@@ -107,9 +107,10 @@ def jonkman(H: float, V: float, L: float, w: float, EA: float, CB: float) -> tup
 def solve_jonkman(span: float, height: float, *pars: float) -> tuple[float, float]:
     """H and V at the end of a line; ``pars`` are those of `jonkman`, and a guess."""
     *line_pars, guess = pars
-    return tuple(
-        fsolve(lambda p: np.subtract(jonkman(*p, *line_pars), (span, height)), guess, xtol=1e-13)
+    found = fsolve(
+        lambda p: np.subtract(jonkman(*p, *line_pars), (span, height)), guess, xtol=1e-12
     )
+    return found[0], found[1]
 
 
 def test_motion_against_independent_equations(validated: Callable[..., None]) -> None:
@@ -184,9 +185,8 @@ def test_rest_is_where_a_root_finder_finds_it() -> None:
     def off(u: np.ndarray) -> list[float]:
         x, z, H, V1, V2 = u * [1.0, 1.0, 1e4, 1e4, 1e4]
         V, height = np.array([V1, V2]), DEPTH - 2.0 + z
-        ends = [
-            jonkman(H, v, L[k], 1e3, 4e7, 0.0) for k, v in zip(("ahead", "astern"), V, strict=True)
-        ]
+        tops = zip((H, H), (V1, V2), L.values(), strict=True)
+        ends = [jonkman(*top, 1e3, 4e7, 0.0) for top in tops]
         spans = np.subtract(ends, [(100.0 - x, height), (100.0 + x, height)])
         return [*spans.ravel(), (V.sum() + 4e5 * z) / 1e4]
 

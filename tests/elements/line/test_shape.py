@@ -81,11 +81,8 @@ def table(name: str) -> list[dict[str, float]]:
 def exact_lines() -> Iterator[tuple[Line, dict[str, float]]]:
     """Lines whose pull and stiffness are known to 50 digits (tests/data/README.md)."""
     for row in table("exact"):
-        rows = [
-            tuple(row[f"{c}{i}"] for c in ("length", "weight", "stiffness", "hung"))
-            for i in range(1, 6)
-            if row[f"length{i}"] > 0.0
-        ]
+        names, pieces = ("length", "weight", "stiffness", "hung"), range(1, 6)
+        rows = [tuple(row[f"{c}{i}"] for c in names) for i in pieces if row[f"length{i}"] > 0.0]
         yield line(*rows, x=row["x"], z=row["z"], bed=row["bed"], CB=row["friction"]), row
 
 
@@ -121,9 +118,8 @@ def test_stiffness() -> None:
         exact = np.array([row[name] for name in ("Hx", "Hz", "Vx", "Vz")])
         if not np.any(np.isnan(exact)):
             found = of(stiffness, case)
-            np.testing.assert_allclose(
-                found, exact, rtol=0, atol=1e-8 * np.abs(exact).max() + 1e-12
-            )
+            tiny = 1e-8 * np.abs(exact).max() + 1e-12
+            np.testing.assert_allclose(found, exact, rtol=0, atol=tiny)
 
 
 def test_stiffness_straight_down() -> None:
@@ -133,9 +129,8 @@ def test_stiffness_straight_down() -> None:
     L, w, EA, _ = CHAIN
     assert p.H == 0.0
     assert p.V - p.anchor_V == pytest.approx(w * L)
-    np.testing.assert_allclose(
-        of(stiffness, case), (1 / (log(p.V / p.anchor_V) / w + L / EA), 0, 0, EA / L), atol=1e-9
-    )
+    exact = (1 / (log(p.V / p.anchor_V) / w + L / EA), 0, 0, EA / L)
+    np.testing.assert_allclose(of(stiffness, case), exact, atol=1e-9)
 
 
 def test_moorpy(validated: Callable[..., None]) -> None:
@@ -227,9 +222,8 @@ def test_length_rates(name: str) -> None:
             pieces["length"][k] += h
             sides.append(np.array(pull((pieces, *case[1:]))[:2]))
         scale = max(np.abs(of(stiffness, case)).max(), 1.0)
-        np.testing.assert_allclose(
-            of(length_rates, case, k), (sides[0] - sides[1]) / 2e-4, rtol=0, atol=1e-6 * scale
-        )
+        slope = (sides[0] - sides[1]) / 2e-4
+        np.testing.assert_allclose(of(length_rates, case, k), slope, rtol=0, atol=1e-6 * scale)
 
 
 @pytest.mark.parametrize("name", [name for name, case in KINDS.items() if case[4] == 0.0])

@@ -101,10 +101,8 @@ class Drum:
 
     def scene(self, step: float, **solver: Any) -> hs.Scene:
         control = TensionControl(SET, self.speed, self.dead_band, *self.friction)
-        winch = Winch(
-            *("block", ORIGIN, (-SPAN, 0.0, 0.0), self.EA, None, control, self.ends),
-            damping=self.damping,
-        )
+        shape = ("block", ORIGIN, (-SPAN, 0.0, 0.0), self.EA, None, control, self.ends)
+        winch = Winch(*shape, damping=self.damping)
         push = AppliedForce("block", ORIGIN, {"surge": Harmonic(self.swing, 7.0, SET)})
         body = block(self.mass, ("surge",))
         forces = {"winch": winch, "push": push}

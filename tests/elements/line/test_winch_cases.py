@@ -15,13 +15,8 @@ from hydrosim.elements import Compensation, SpeedControl, TensionControl, Winch
 from hydrosim.errors import InputError
 
 DRUM = {"shortest": "5 m", "longest": "80 m"}
-WIRE: dict[str, Any] = {
-    "type": "winch",
-    "body": "load",
-    "point": [0, 0, 0],
-    "anchor": [0, 0, "60 m"],
-    "stiffness": "500 MN",
-}
+ENDS = {"body": "load", "point": [0, 0, 0], "anchor": [0, 0, "60 m"]}
+WIRE: dict[str, Any] = {"type": "winch", **ENDS, "stiffness": "500 MN"}
 TUGGER = {**WIRE, "tension": "1000 kN", "speed": "0.3 m/s", "dead_band": "5 %", "drum": DRUM}
 TABLE = {"time": ["0 s", "10 s"], "length": ["50 m", "40 m"]}
 

@@ -108,15 +108,10 @@ def test_small_angles_are_linear_and_propagated(figure: Figure) -> None:
     """Bushings and a torsion spring on two damped bodies, propagated and stepped."""
     earth = hs.Bushing("other", (0.3, 0.2, -0.5), 0.5 * STIFFNESS, 0.02 * STIFFNESS)
     joined = replace(JOINED, damping=0.01 * STIFFNESS)
-    twist = hs.TorsionSpring(
-        *("block", np.array([0.0, 1.0]), np.array([50.0, 4e3]), 3e2),
-        axis=(0.3, 0.5, 0.9),
-        to="other",
-    )
-    bodies = (
-        block(2e3, location=(1.0, 0.0), velocity=moving(surge=0.3, yaw=0.2)),
-        block(5e3, name="other"),
-    )
+    curve = (np.array([0.0, 1.0]), np.array([50.0, 4e3]), 3e2)
+    twist = hs.TorsionSpring("block", *curve, axis=(0.3, 0.5, 0.9), to="other")
+    spinning = block(2e3, location=(1.0, 0.0), velocity=moving(surge=0.3, yaw=0.2))
+    bodies = (spinning, block(5e3, name="other"))
     forces = {"it": joined, "earth": earth, "twist": twist}
     whole = scene(bodies, forces, 5.0, 0.1, kinematics=Kinematics.LINEAR)
     exact = hs.simulate(with_step(whole, 0.1, linear=LinearScenes.EXACT))
@@ -133,10 +128,8 @@ def test_small_angles_are_linear_and_propagated(figure: Figure) -> None:
 
 
 def test_the_ledger_closes_and_a_restart_goes_on_to_the_bit(figure: Figure) -> None:
-    bodies = (
-        block(2e3, location=(1.0, 0.0), velocity=(0.3, -0.4, 0.2, 0.9, 0.5, -0.7)),
-        block(5e3, name="other"),
-    )
+    thrown = block(2e3, location=(1.0, 0.0), velocity=(0.3, -0.4, 0.2, 0.9, 0.5, -0.7))
+    bodies = (thrown, block(5e3, name="other"))
     brief = replace(JOINED, damping=0.05 * STIFFNESS, active=Active(When(0.35), When(3.15)))
     whole = replace(scene(bodies, {"it": brief}, 4.0, 0.1, step=0.005), output_states=True)
     run = hs.simulate(whole)

@@ -27,12 +27,8 @@ SWING = 2.0 * pi / 8.0  # rad/s
 
 def on_gas(step: float, start: float = 0.3, speed: float = 0.0, damping: float = 0.0) -> hs.Scene:
     """A weight that hangs on a passive compensator, and starts off its middle."""
-    gas = Compensator(
-        *("block", ORIGIN, (0.0, 0.0, 20.0), 20.0, T0, STROKE, GAS_LENGTH),
-        exponent=N,
-        stiffness=STOP,
-        damping=damping,
-    )
+    shape = ("block", ORIGIN, (0.0, 0.0, 20.0), 20.0, T0, STROKE, GAS_LENGTH)
+    gas = Compensator(*shape, exponent=N, stiffness=STOP, damping=damping)
     body = block(MASS, ("heave",), position=moving(heave=start), velocity=moving(heave=speed))
     forces = {"gas": gas, "weight": steady(heave=-WEIGHT)}
     return scene(body, forces, 8.0, 0.1, step=step)
@@ -116,11 +112,8 @@ def on_a_vessel(
     drum: tuple[float, float] = (0.0, np.inf),
 ) -> hs.Scene:
     """A load on a winch under the tip of a heavy vessel, which heaves as its force makes it."""
-    winch = Winch(
-        *("block", ORIGIN, ORIGIN, EA, SLACK_LENGTH, control, drum),
-        damping=DAMPING,
-        anchor_body="vessel",
-    )
+    shape = ("block", ORIGIN, ORIGIN, EA, SLACK_LENGTH, control, drum)
+    winch = Winch(*shape, damping=DAMPING, anchor_body="vessel")
     heavy = 1e12
     vessel = block(
         *(heavy, ("heave",), "vessel"),
@@ -130,11 +123,8 @@ def on_a_vessel(
     )
     load = block(MASS, ("heave",), centre_of_gravity=(0.0, 0.0, 60.0 - SPAN))
     drive = Harmonic(-heavy * amplitude * SWING**2, 8.0, WEIGHT)
-    forces = {
-        "winch": winch,
-        "drive": AppliedForce("vessel", ORIGIN, {"heave": drive}),
-        "weight": steady(heave=-WEIGHT),
-    }
+    heave = AppliedForce("vessel", ORIGIN, {"heave": drive})
+    forces = {"winch": winch, "drive": heave, "weight": steady(heave=-WEIGHT)}
     return scene((load, vessel), forces, duration, 0.1, step=0.02)
 
 

@@ -39,9 +39,8 @@ def on(coordinate: dict[str, Any], x: float, rate: float, **forces: ForceElement
     """A `MASS` or inertia from ``x`` along a line to its anchor, about an axis or in a slider."""
     if coordinate is AXIS:
         inertia = np.diag([MASS, MASS, MASS])
-        body = block(
-            MASS, ("yaw",), inertia=inertia, velocity=moving(yaw=rate), position=moving(yaw=x)
-        )
+        start = {"velocity": moving(yaw=rate), "position": moving(yaw=x)}
+        body = block(MASS, ("yaw",), inertia=inertia, **start)
         return scene(body, forces, 6.0, 0.08)
     if coordinate is LINE:
         body = block(MASS, ("surge",), velocity=moving(surge=-rate), position=moving(surge=-x))
@@ -84,9 +83,8 @@ def check_restart(whole: Scene, time: float, *names: str) -> None:
     """A run that goes on from ``time`` is the same to the bit."""
     run = hs.simulate(whole)
     half = replace(whole, duration=time, output_states=True)
-    later = hs.simulate(
-        replace(whole, duration=whole.duration - time, initial=Start(hs.simulate(half)))
-    )
+    start = Start(hs.simulate(half))
+    later = hs.simulate(replace(whole, duration=whole.duration - time, initial=start))
     for name in ("position", "link_mode", "link_segment", *names):
         assert np.array_equal(later[name].values[-1], run[name].values[-1]), name
 
@@ -99,9 +97,8 @@ def test_stops_on_any_coordinate(coordinate: dict[str, Any], figure: Figure) -> 
     """A mass between two stops with damping, which never pull."""
     k, c, low, high = 4e4, 1e3, -0.5, 0.8
     shift = 10.0 if coordinate is LINE else 0.0
-    stop = Stop(
-        "block", **coordinate, lowest=low + shift, highest=high + shift, stiffness=k, damping=c
-    )
+    ends = {"lowest": low + shift, "highest": high + shift}
+    stop = Stop("block", **coordinate, **ends, stiffness=k, damping=c)
     sides = {"low": (low, 1.0), "high": (high, -1.0)}
 
     def push(y: np.ndarray, side: str) -> float:
@@ -135,17 +132,8 @@ def test_gas_springs_on_any_coordinate(coordinate: dict[str, Any], figure: Figur
     """A mass that a constant force presses onto a gas spring, through both of its ends."""
     P, S, h, n, k, c = 2e3, 1.0, 0.9, 1.4, 1e5, 40.0
     neutral = 10.0 if coordinate is LINE else 0.0
-    gas = GasSpring(
-        "block",
-        **coordinate,
-        neutral=neutral,
-        push=P,
-        stroke=S,
-        gas_length=h,
-        exponent=n,
-        stiffness=k,
-        damping=c,
-    )
+    law = {"neutral": neutral, "push": P, "stroke": S, "gas_length": h, "exponent": n}
+    gas = GasSpring("block", **coordinate, **law, stiffness=k, damping=c)
     load = {id(AXIS): steady(yaw=-P), id(LINE): steady(surge=P), id(SLIDER): steady(surge=-P)}
 
     def gas_push(x: float) -> float:
@@ -183,9 +171,8 @@ def test_gas_springs_on_any_coordinate(coordinate: dict[str, Any], figure: Figur
 def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure: Figure) -> None:
     """A mass on a spring with dry friction, which sticks and slips until it rests."""
     static, kinetic, k, c, spring = 900.0, 600.0, 2e5, 3e3, 8e3
-    friction = DryFriction(
-        "block", **coordinate, static=static, kinetic=kinetic, stiffness=k, damping=c
-    )
+    law = {"static": static, "kinetic": kinetic, "stiffness": k, "damping": c}
+    friction = DryFriction("block", **coordinate, **law)
     straight = np.array([-1.0, 1.0]), np.array([-spring, spring])
     if coordinate is AXIS:
         held: ForceElement = TorsionSpring("block", *straight, axis=(0.0, 0.0, 1.0))
@@ -239,10 +226,9 @@ def test_a_spring_of_a_joint_is_the_resistance_of_that_joint() -> None:
     free = replace(hinge, resistances=(Resistance(velocity=1.0),))
     held = replace(hinge, resistances=(Resistance(k, damping=c, velocity=1.0),))
     spring = SpringDamper("block", stiffness=k, damping=c, joint="it")
-    runs = [
-        hs.simulate(replace(scene(body, forces, 4.0, 0.1), joints={"it": joint}))
-        for joint, forces in ((free, {"spring": spring}), (held, {}))
-    ]
+    runs = []
+    for joint, forces in ((free, {"spring": spring}), (held, {})):
+        runs.append(hs.simulate(replace(scene(body, forces, 4.0, 0.1), joints={"it": joint})))
     swing = runs[1].joint_position.values
     assert np.abs(runs[0].joint_position.values - swing).max() < 1e-12 * np.ptp(swing)
     load = runs[0].spring_damper_load.values
@@ -272,9 +258,8 @@ def test_results_say_in_which_units_each_link_acts(tmp_path: Path) -> None:
         "rest": SpringDamper("other", joint="it", motion="angle", damping=1.0),
     }
     whole = scene(block(MASS), forces, 1.0, 0.1)
-    whole = replace(
-        whole, bodies=(*whole.bodies, block(MASS, name="other")), joints={"it": turning}
-    )
+    bodies = (*whole.bodies, block(MASS, name="other"))
+    whole = replace(whole, bodies=bodies, joints={"it": turning})
     run = hs.simulate(whole)
     names = ["line", "axis", "slide", "turn"]
     units = {name: select(Source(tmp_path), run, f"stop_load.{name}")[1] for name in names}

@@ -42,9 +42,8 @@ def line(
     anchor: tuple[float, ...], length: float | Signal, stiffness: float, **changes: Any
 ) -> Spring:
     """A straight line from the centre of gravity of the block."""
-    return replace(
-        Spring("block", ORIGIN, anchor, length, STRAIGHT, stiffness * STRAIGHT), **changes
-    )
+    spring = Spring("block", ORIGIN, anchor, length, STRAIGHT, stiffness * STRAIGHT)
+    return replace(spring, **changes)
 
 
 def first_instant(bodies: Body | tuple[Body, ...], spring: Spring, **solver: Any) -> xr.Dataset:
@@ -121,10 +120,8 @@ class Lines:
     def scene(self, step: float, **solver: Any) -> Scene:
         x, v = self.start
         table = (self.length, self.extension, self.tension, self.damping)
-        springs = {
-            f"line_{i}": Spring("block", ORIGIN, (a, 0.0, 0.0), *table)
-            for i, a in enumerate(self.anchor)
-        }
+        places = enumerate(self.anchor)
+        springs = {f"line_{i}": Spring("block", ORIGIN, (a, 0.0, 0.0), *table) for i, a in places}
         body = block(self.mass, ("surge",), position=moving(surge=x), velocity=moving(surge=v))
         forces = {"push": steady(surge=self.force), **springs}
         return scene(body, forces, self.duration, 0.1, step=step, **solver)
@@ -249,9 +246,8 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
     steps = (0.005, 0.0025, 0.00125)
     start, speed = np.array([6.0, 0.0, 8.5]), np.array([0.0, 1.0, 0.0])
     top = np.array([0.0, 0.0, 16.0])
-    body = block(
-        m, ("surge", "sway", "heave"), position=(*start, 0, 0, 0), velocity=(*speed, 0, 0, 0)
-    )
+    at = {"position": (*start, 0, 0, 0), "velocity": (*speed, 0, 0, 0)}
+    body = block(m, ("surge", "sway", "heave"), **at)
     forces = {"weight": steady(heave=-m * g), "line": line(tuple(top), L, k)}
     runs = [hs.simulate(scene(body, forces, 10.0, 0.1, step=h)) for h in steps]
 
@@ -265,10 +261,8 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
         return (np.linalg.norm(top - y[:3]) - L) * (1 if taut else -1)
 
     taut, launch = bool(np.linalg.norm(top - start) > L), [*start, *speed]
-    motion = integrate(
-        *(rates, lambda taut: [(end, lambda t, y: not taut)], taut, launch, runs[0].time.values),
-        max_step=0.02,
-    )
+    ends, times = lambda taut: [(end, lambda t, y: not taut)], runs[0].time.values
+    motion = integrate(rates, ends, taut, launch, times, max_step=0.02)
     exact, events = motion.states[:, :3], len(motion.events)
     found = [run.position.values[:, 0, :3] for run in runs]
     errors = np.array([np.abs(x - exact).max() / np.ptp(exact) for x in found])
@@ -369,10 +363,8 @@ def test_lines_may_be_other_ones_after_a_restart() -> None:
     assert before.spring_segment[-1, 0] == 3
     again = replace(lines.scene(0.01), duration=0.5, initial=Start(before))
     same, old = hs.simulate(again), again.forces["line_0"]
-    for other in (
-        replace(old, extension=STRAIGHT, tension=8e4 * STRAIGHT),
-        replace(old, length=11.0),
-    ):
+    others = (replace(old, extension=STRAIGHT, tension=8e4 * STRAIGHT), replace(old, length=11.0))
+    for other in others:
         forces = {**again.forces, "line_0": other}
         named = {"push": again.forces["push"], "another": other}
         kept, new = (hs.simulate(replace(again, forces=f)) for f in (forces, named))
@@ -447,10 +439,8 @@ def test_step_limits_are_those_of_slack_and_of_the_steepest_piece() -> None:
 def test_a_step_limit_names_the_spring_if_asked() -> None:
     """Two lines that hold two bodies: each one alone has the limit of its own body."""
     bodies = (block(1e4, ("surge",)), block(1e4, ("surge",), name="tug"))
-    lines = {
-        "soft": line((10.0, 0, 0), 12.0, 1e4),
-        "hard": line((10.0, 0, 0), 5.0, 1e6, body="tug"),
-    }
+    hard = line((10.0, 0, 0), 5.0, 1e6, body="tug")
+    lines = {"soft": line((10.0, 0, 0), 12.0, 1e4), "hard": hard}
     held = scene(bodies, lines, 1.0, 0.5, step=0.5)
     whole = hs.compile_scene(held)
     limits = scene_step_limits(whole, scene_combinations(whole, each_alone=True))

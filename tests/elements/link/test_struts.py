@@ -177,9 +177,8 @@ def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure: Fi
             return 0.5 * k * wrapped(twist_of(moved, axis)) ** 2
 
         for body in (0, 1):
-            gradient = [
-                (energy(body, eps * e) - energy(body, -eps * e)) / (2 * eps) for e in np.eye(3)
-            ]
+            sides = [(energy(body, eps * e), energy(body, -eps * e)) for e in np.eye(3)]
+            gradient = [(up - down) / (2 * eps) for up, down in sides]
             scale = np.abs(gradient).max()
             worst = max(worst, float(np.abs(wrench[body, 3:] + gradient).max() / scale))
     figure("worst", worst)
@@ -451,8 +450,7 @@ def test_mirror_images() -> None:
     """Pairs of struts, springs about the plane's axes, a bushing in it; none crooked or alone."""
     body = block(M, inertia=np.diag([2e3, 3e3, 4e3]), velocity=moving(heave=1.0, pitch=0.3))
     sides = {
-        f"strut_{side:g}": strut(point=(1.0, side, 0.5), anchor=(9.0, 4.0 * side, 2.0))
-        for side in (1.0, -1.0)
+        f"strut_{y:g}": strut(point=(1.0, y, 0.5), anchor=(9.0, 4.0 * y, 2.0)) for y in (1.0, -1.0)
     }
     axes = {"roll": (-1.0, 0.0, 0.0), "pitch": (0.0, 1.0, 0.0)}
     turns = {name: torsion(9e3, axis, damping=10.0) for name, axis in axes.items()}
