@@ -23,8 +23,10 @@ from hydrosim.elements import (
     Fender,
     Frictionless,
     FrictionSlope,
+    LinearMooring,
     NormalCurve,
     Plane,
+    PrescribedNormal,
     Signal,
     StickSlip,
     Table,
@@ -224,3 +226,22 @@ def assert_continues(
         for name in names:
             np.testing.assert_array_equal(after[name].values, rest[name].values, err_msg=name)
         np.testing.assert_array_equal(after.state_value[-1], run.state_value[-1])
+
+
+def central_force(body: str = "block", **signals: Signal) -> AppliedForce:
+    """Forces and moments over time on the centre of gravity."""
+    return AppliedForce(body, (0.0, 0.0, 0.0), signals)
+
+
+def mooring(body: str = "block", **stiffness: float) -> LinearMooring:
+    """Springs at the centre of gravity that couple nothing."""
+    return LinearMooring(body, np.diag(moving(**stiffness)))
+
+
+def straight_curve(stiffness: float, damping: float = 0.0) -> NormalCurve:
+    return NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+
+
+def foot(normal: NormalCurve | PrescribedNormal, friction: Law) -> Fender:
+    """The origin of the block on the floor."""
+    return Fender("block", np.zeros((1, 3)), FLOOR, normal, friction)

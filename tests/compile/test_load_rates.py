@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import block, scene, steady
+from scenes import block, central_force, scene, steady
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
@@ -25,7 +25,7 @@ TIME = np.linspace(0.0, 30.0, 301)
 
 
 def pushed(signal: Signal, **solver: object) -> Scene:
-    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": signal})
+    push = central_force(surge=signal)
     return scene(block(1e3), {"push": push}, 10.0, 1.0, **solver)
 
 

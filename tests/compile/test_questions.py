@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scenes
 from markers import few
-from scenes import Law, block, in_waves, moving, on_floor, scene_of, with_body
 from scipy.spatial import ConvexHull
 
 import hydrosim as hs
@@ -46,13 +46,13 @@ def warnings(scene: hs.Scene) -> list[str]:
 
 def afloat(**changes: object) -> hs.Scene:
     """The moored barge of the base case in calm water, its body changed."""
-    return with_body(in_waves(scene_of("free_floating")), **changes)
+    return scenes.with_body(scenes.in_waves(scenes.scene_of("free_floating")), **changes)
 
 
 def in_sea(spectrum: hs.Jonswap | hs.RegularWave, **train: float) -> hs.Scene:
     """The barge in another sea."""
-    (waves,) = scene_of("free_floating").environment.waves
-    return in_waves(afloat(), replace(waves, spectrum=spectrum, **train))  # type: ignore[arg-type]
+    (waves,) = scenes.scene_of("free_floating").environment.waves
+    return scenes.in_waves(afloat(), replace(waves, spectrum=spectrum, **train))  # type: ignore[arg-type]
 
 
 def around(**changes: object) -> hs.Scene:
@@ -66,7 +66,7 @@ def in_brine() -> hs.Scene:
     scene = around(water_density=1200.0)
     database = scene.bodies[0].hydrodynamics
     assert isinstance(database, HydroDatabase)
-    return with_body(scene, hydrodynamics=replace(database, water_density=1200.0))
+    return scenes.with_body(scene, hydrodynamics=replace(database, water_density=1200.0))
 
 
 def with_force(element: object, name: str = "it") -> hs.Scene:
@@ -75,12 +75,12 @@ def with_force(element: object, name: str = "it") -> hs.Scene:
 
 
 def dry(forces: dict[str, object], **changes: object) -> hs.Scene:
-    return hs.Scene("dry", 1.0, (block(1e4, **changes),), forces=forces)  # type: ignore[arg-type]
+    return hs.Scene("dry", 1.0, (scenes.block(1e4, **changes),), forces=forces)  # type: ignore[arg-type]
 
 
-def on_pad(z: float, plane: hs.Plane, law: Law = FREE, **changes: object) -> hs.Scene:
+def on_pad(z: float, plane: hs.Plane, law: scenes.Law = FREE, **changes: object) -> hs.Scene:
     """The block with a fender at ``z`` [m]."""
-    return dry({"f": on_floor(1e5, law, [[0, 0, z]], plane)}, **changes)
+    return dry({"f": scenes.on_floor(1e5, law, [[0, 0, z]], plane)}, **changes)
 
 
 def with_ratio(ratio: float) -> hs.LinearMooring:
@@ -89,7 +89,7 @@ def with_ratio(ratio: float) -> hs.LinearMooring:
 
 
 def stiff(k: float) -> hs.LinearMooring:
-    return hs.LinearMooring("barge", np.diag([k, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    return scenes.mooring("barge", surge=k)
 
 
 def line(length: float) -> hs.Spring:
@@ -98,7 +98,7 @@ def line(length: float) -> hs.Spring:
 
 
 def lifted(force: float) -> hs.AppliedForce:
-    return hs.AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": constant(force)})
+    return scenes.central_force("barge", heave=constant(force))
 
 
 def alongside(
@@ -107,7 +107,7 @@ def alongside(
     """The barge, 57 m broad, at a quay, with two fenders ``side`` [m] from its middle."""
     points = np.array([[60.0, side, 6.0], [-60.0, side, 6.0]])
     quay = hs.Plane((0.0, side + thickness, 0.0), (0.0, -1.0, 0.0))
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]))
+    curve = scenes.straight_curve(stiffness)
     return with_force(hs.Fender("barge", points, quay, curve, FREE))
 
 
@@ -124,7 +124,7 @@ def filled(level: float, heading: float, breadth: float = 54.0, **more: object) 
     """The barge with a tank across it, in a sea of 12 s."""
     tank = hs.Tank("mid", Box((-50, -breadth / 2, -12), (50, breadth / 2, 2)), level, **more)  # type: ignore[arg-type]
     scene = in_sea(hs.RegularWave(1.0, 12.0), heading=heading)
-    return with_body(scene, tanks=(tank,), weight=Weight.CARRIED)
+    return scenes.with_body(scene, tanks=(tank,), weight=Weight.CARRIED)
 
 
 def pressed_through(capacity: float) -> hs.Scene:
@@ -156,7 +156,7 @@ def box_triangles(box: Box) -> np.ndarray:
 
 
 def coarse_steps() -> hs.Scene:
-    scene = scene_of("free_floating")
+    scene = scenes.scene_of("free_floating")
     solver = replace(scene.solver, step=1.0, linear=LinearScenes.STEP)
     return replace(scene, solver=solver, output_step=1.0)
 
@@ -169,7 +169,7 @@ REVERSED = hs.Plane((0.0, 0.0, -1.0), (0.0, 0.0, -1.0))
 FAR = hs.Plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0))
 ODD = {
     Question.ANGLES: (in_sea(hs.Jonswap(1.5, 8.0), heading=45.0), "2578.3 deg"),
-    Question.SPEED: (dry({}, velocity=moving(surge=50.0)), "50 m/s"),
+    Question.SPEED: (dry({}, velocity=scenes.moving(surge=50.0)), "50 m/s"),
     Question.OVERLAP: (on_pad(-4.0, BELOW), "that point 1 is 3.0 m behind"),
     Question.PLANE: (on_pad(-0.9, REVERSED), "which is 1.0 m behind the plane"),
     Question.LINES: (dry({"l": line(5.0)}), "5 m further"),
@@ -261,7 +261,7 @@ def test_a_lift_of_more_than_the_weight_is_refused() -> None:
 
 
 def test_a_value_close_to_its_limit_differs_from_it_in_the_message() -> None:
-    (body,) = scene_of("free_floating").bodies
+    (body,) = scenes.scene_of("free_floating").bodies
     force = 0.503 * body.mass * 9.81
     (text,) = warnings(with_force(lifted(force)))
     assert "lift by 50.3% of the weight; usual is up to 50%" in text
@@ -341,7 +341,7 @@ def test_fenders_on_deck_are_not_asked_about() -> None:
     """Neither below a topside, nor a stop against the wall of a dry body."""
     points = np.array([[20.0, 5.0, 9.5]])
     above = hs.Plane((0.0, 0.0, 5.5), (0.0, 0.0, -1.0))
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8]))
+    curve = scenes.straight_curve(1e8)
     for plane in (above, hs.Plane((0.0, 6.0, 0.0), (0.0, -1.0, 0.0))):
         scene = with_force(hs.Fender("barge", points, plane, curve, FREE))
         assert not asked_of(scene, Question.POINTS)
@@ -358,7 +358,7 @@ def test_many_soft_fenders_are_as_good_as_a_few_stiff_ones() -> None:
 
 def test_a_dry_body_whose_weight_presses_its_fenders_by_metres_is_asked_about() -> None:
     """98.1 kN on 2 kN/m, for 2 MN/m: 49 m; a line that carries it, or enough points, do."""
-    soft, firm = (on_floor(k, FREE, [[0, 0, -1.0]], BELOW) for k in (2e3, 2e6))
+    soft, firm = (scenes.on_floor(k, FREE, [[0, 0, -1.0]], BELOW) for k in (2e3, 2e6))
     (text,) = asked_of(dry({"f": soft}, weight=Weight.CARRIED), Question.SOFTNESS)
     assert "whose weight of 9.81e+04 N compresses it by 49 m" in text
     for forces in ({"f": soft, "l": line(9.9)}, {"f": firm}):
@@ -375,8 +375,8 @@ def test_a_body_that_hangs_or_is_held_does_not_fall() -> None:
 
 def test_a_run_that_presses_a_fender_by_metres_says_so() -> None:
     """A block of 1e4 kg at 0.5 m/s against 100 N/m: v sqrt(m / k) = 5 m deep."""
-    fender = on_floor(100.0, FREE, [[0, 0, -1.0]], BELOW)
-    scene = replace(dry({"f": fender}, velocity=moving(heave=-0.5)), duration=20.0)
+    fender = scenes.on_floor(100.0, FREE, [[0, 0, -1.0]], BELOW)
+    scene = replace(dry({"f": fender}, velocity=scenes.moving(heave=-0.5)), duration=20.0)
     run = hs.simulate(scene)
     assert "forces.f: point 1 was compressed by 5 m at 15.5 s" in str(run.attrs["warnings"])
     accepted = hs.simulate(replace(scene, accept=(Question.SOFTNESS,)))
@@ -403,7 +403,7 @@ def test_hulls_with_a_database_each_are_asked_about_if_they_are_near() -> None:
     assert not asked_of(two_boxes(41.0), Question.SHIELDING)
     (text,) = asked_of(two_boxes(41.0, np.radians(20.0)), Question.SHIELDING)
     assert "about 24.5 m apart" in text
-    assert not asked_of(in_waves(two_boxes(10.0)), Question.SHIELDING)
+    assert not asked_of(scenes.in_waves(two_boxes(10.0)), Question.SHIELDING)
 
 
 def test_hulls_of_one_database_are_not_asked_about() -> None:
@@ -435,7 +435,9 @@ def hung(mass: float) -> hs.Scene:
     """A block on a slack line of 1 kN."""
     table = np.array([0.0, 1.0])
     rope = hs.Spring("block", (0, 0, 0), (0, 0, 10.0), 10.0, table, 1e5 * table, capacity=1000.0)
-    return hs.Scene("hangs", 1.0, (block(mass, weight=Weight.CARRIED),), forces={"rope": rope})
+    return hs.Scene(
+        "hangs", 1.0, (scenes.block(mass, weight=Weight.CARRIED),), forces={"rope": rope}
+    )
 
 
 @pytest.mark.parametrize(
@@ -473,7 +475,7 @@ def test_the_roll_beside_sloshing_is_that_of_the_linear_analysis() -> None:
     """Free surfaces make it slower: 12 s of the hull by itself, 16 s with them."""
     scene = filled(5.0, np.pi / 2)
     waves = replace(scene.environment.waves[0], spectrum=hs.RegularWave(1.0, 15.0))
-    scene = in_waves(scene, waves)
+    scene = scenes.in_waves(scene, waves)
     (text,) = asked_of(scene, Question.SLOSHING)
     (roll,) = (mode for mode in responder(scene).natural_modes() if mode.dof == "roll")
     assert roll.natural_period > 14.0
@@ -484,7 +486,7 @@ def test_levels_of_resonance_are_those_that_a_plan_goes_through() -> None:
     """10 % about 12 s across 54 m are 10.8 to 13.2 s: omega^2 = g k tanh k h, k = pi / b; roll is
     farther away in a scene without it."""
     plan = hs.Plan(np.array([0.0, 10.0]), np.array([12.0, 6.0]))
-    scene = with_body(filled(12.0, np.pi / 2, plan=plan), dofs=("sway",))
+    scene = scenes.with_body(filled(12.0, np.pi / 2, plan=plan), dofs=("sway",))
     (text,) = asked_of(scene, Question.SLOSHING)
     k = np.pi / 54.0
     levels = [np.arctanh((2 * np.pi / (12 * x)) ** 2 / (9.81 * k)) / k for x in (1 / 0.9, 1 / 1.1)]
@@ -583,7 +585,7 @@ def moored(point: tuple[float, ...], anchor: tuple[float, ...], **changes: objec
     one = {"weight": np.array([1e3]), "stiffness": np.array([1e9]), "hung": np.zeros(1)}
     one |= {"length": np.array([330.0]), "drag_width": np.zeros(1), "friction": 0.5}
     scene = with_force(Catenary("barge", point, anchor, **{**one, **changes}))  # type: ignore[arg-type]
-    scene = with_body(scene, hydrodynamics=ROOT / "hydro_db" / "h851_50m.nc")
+    scene = scenes.with_body(scene, hydrodynamics=ROOT / "hydro_db" / "h851_50m.nc")
     return replace(scene, environment=replace(scene.environment, water_depth=50.0))
 
 
@@ -612,13 +614,15 @@ def test_stops_are_asked_about_that_are_pressed_by_a_part_of_their_range() -> No
 
 
 def test_forces_along_the_water_are_compared_with_the_weight() -> None:
-    push = hs.AppliedForce("barge", (0.0, 0.0, 0.0), {"sway": constant(-9e9)})
+    push = scenes.central_force("barge", sway=constant(-9e9))
     (text,) = [text for text in warnings(with_force(push)) if "accept: [lift]" in text]
     assert "forces.it.force.sway: found 9e+09 N" in text
 
 
 def test_a_hull_that_starts_above_the_water_is_asked_about() -> None:
-    assert any("a heave of 50 m" in text for text in warnings(afloat(position=moving(heave=50.0))))
+    assert any(
+        "a heave of 50 m" in text for text in warnings(afloat(position=scenes.moving(heave=50.0)))
+    )
 
 
 def test_a_jointed_hull_of_a_hundred_displacements_is_asked_about() -> None:

@@ -9,22 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scenes
 import xarray as xr
 from markers import few
 from numpy.testing import assert_array_equal
-from scenes import (
-    CASES,
-    SEA,
-    block,
-    in_contact,
-    in_waves,
-    moving,
-    on_floor,
-    scene_of,
-    steady,
-    with_body,
-)
-from scenes import scene as dry
 
 import hydrosim as hs
 from hydrosim.compile.restart import open_start
@@ -60,13 +48,13 @@ def assert_same_bytes(found: xr.Dataset, expected: xr.Dataset) -> None:
 
 @pytest.fixture(scope="module")
 def whole() -> xr.Dataset:
-    return hs.simulate(in_contact(END))
+    return hs.simulate(scenes.in_contact(END))
 
 
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
 def test_a_restart_goes_on_to_the_bit(method: Method, validated: Callable[..., None]) -> None:
     """Steps, stages, waves and events are the same ones; energies and slip distances go on."""
-    scene = replace(in_contact(END), solver=hs.Solver(method=method, step=0.1))
+    scene = replace(scenes.in_contact(END), solver=hs.Solver(method=method, step=0.1))
     whole, after = hs.simulate(scene), continued(scene)
     assert after.time[0] == BREAK
     assert after.solver_events >= 20
@@ -80,7 +68,7 @@ def test_a_restart_goes_on_to_the_bit(method: Method, validated: Callable[..., N
 def test_a_restart_of_a_restart_through_files(whole: xr.Dataset, tmp_path: Path) -> None:
     start = None
     for end, length in ((30.0, 30.0), (60.0, 30.0), (100.0, 40.0)):
-        run = hs.simulate(replace(in_contact(length), initial=start))
+        run = hs.simulate(replace(scenes.in_contact(length), initial=start))
         write_run(run, tmp_path / f"{end:g}.nc")
         start = hs.Start(tmp_path / f"{end:g}.nc")
     assert_same_bytes(run, rest_of(whole))
@@ -90,7 +78,7 @@ def test_a_restart_of_a_restart_through_files(whole: xr.Dataset, tmp_path: Path)
 
 def test_a_start_from_any_output_time(whole: xr.Dataset) -> None:
     """And what is kept for it does not change the run."""
-    scene = replace(in_contact(END), output_states=True)
+    scene = replace(scenes.in_contact(END), output_states=True)
     every = hs.simulate(scene)
     assert_same_bytes(every, whole)
     for time in (0.0, 12.5, 99.5):
@@ -100,7 +88,7 @@ def test_a_start_from_any_output_time(whole: xr.Dataset) -> None:
 
 def test_tables_and_ramps_keep_their_phase() -> None:
     """The base case on its way up: a ramp of 200 s and the corner of a table at 500 s."""
-    whole = replace(scene_of("base"), duration=520.0, output_states=True)
+    whole = replace(scenes.scene_of("base"), duration=520.0, output_states=True)
     every = hs.simulate(whole)
     for time in (100.0, 499.5):
         start = replace(whole, duration=520.0 - time, initial=hs.Start(every, time))
@@ -109,7 +97,7 @@ def test_tables_and_ramps_keep_their_phase() -> None:
 
 def test_the_ledger_of_a_restart_is_its_own(whole: xr.Dataset) -> None:
     """Sums go on, but the residual begins at 0 and is of what was exchanged in this run."""
-    after, expected = continued(in_contact(END)), rest_of(whole)
+    after, expected = continued(scenes.in_contact(END)), rest_of(whole)
     residual = expected.energy_residual - expected.energy_residual[0]
     size = float(after.energy_wave_absolute[-1] - after.energy_wave_absolute[0])
     np.testing.assert_allclose(after.energy_residual, residual, atol=1e-9 * size)
@@ -122,7 +110,7 @@ def test_the_ledger_of_a_restart_is_its_own(whole: xr.Dataset) -> None:
 def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
     """The same nodes, sums and slopes at events; within the length of its memory and beyond."""
     memory = ConvolutionRadiation(length=40.0)
-    scene = with_body(in_contact(END), radiation=memory)
+    scene = scenes.with_body(scenes.in_contact(END), radiation=memory)
     scene = replace(scene, solver=hs.Solver(method=method, step=0.1))
     whole = hs.simulate(replace(scene, output_states=True))
     assert whole.solver_events >= 20
@@ -138,7 +126,7 @@ def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
 
 def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
     """Its past is made anew from the run's grid of polynomials: 2e-10 m of 0.1 m were seen."""
-    scene = with_body(in_contact(30.0), radiation=ConvolutionRadiation(length=40.0))
+    scene = scenes.with_body(scenes.in_contact(30.0), radiation=ConvolutionRadiation(length=40.0))
     whole = hs.simulate(replace(scene, output_states=True))
     after = hs.simulate(replace(scene, duration=10.0, initial=hs.Start(whole, 20.0)))
     difference = np.abs(after.position - rest_of(whole, 20.0).position)
@@ -148,7 +136,7 @@ def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
 
 def test_an_adaptive_method_goes_on_within_its_tolerance(figure: Figure) -> None:
     """The controller forgets its pace: other steps, each with an error of 1e-6 at most."""
-    scene = replace(in_contact(END), solver=hs.Solver(method=Method.DOPRI5, step=0.1))
+    scene = replace(scenes.in_contact(END), solver=hs.Solver(method=Method.DOPRI5, step=0.1))
     difference = np.abs(continued(scene).position - rest_of(hs.simulate(scene)).position)
     figure("difference", float(difference.max()))
     assert 0.0 < difference.max() <= 1e-6
@@ -156,11 +144,11 @@ def test_an_adaptive_method_goes_on_within_its_tolerance(figure: Figure) -> None
 
 def test_what_may_be_another(whole: xr.Dataset) -> None:
     """The motion goes on, and sums of elements of the same names; new ones have done nothing."""
-    scene = in_contact(END)
+    scene = scenes.in_contact(END)
     fender = scene.forces["interface"]
     assert isinstance(fender, hs.Fender)
     forces = {
-        "spring": hs.LinearMooring(HULL, np.diag([1e6, 0.0, 0.0, 0.0, 0.0, 0.0])),
+        "spring": scenes.mooring(HULL, surge=1e6),
         "lift": scene.forces["lift"],
         "interface": replace(fender, friction=hs.FrictionSlope(0.15, 1e7)),
     }
@@ -182,10 +170,13 @@ WEIGHT = 1e5  # N
 
 def sliding(stiffness: float = 1e7, **changes: Any) -> hs.Scene:
     """A block that slides over a floor for a second."""
-    start = {"position": moving(heave=-WEIGHT / stiffness), "velocity": moving(surge=1.5)}
-    body = block(1e4, ("surge", "heave"), **start)
-    forces = {"weight": steady(heave=-WEIGHT), "floor": on_floor(stiffness, STEEL)}
-    return replace(dry(body, forces, 0.4, 0.1, step=0.01), **changes)
+    start = {
+        "position": scenes.moving(heave=-WEIGHT / stiffness),
+        "velocity": scenes.moving(surge=1.5),
+    }
+    body = scenes.block(1e4, ("surge", "heave"), **start)
+    forces = {"weight": scenes.steady(heave=-WEIGHT), "floor": scenes.on_floor(stiffness, STEEL)}
+    return replace(scenes.scene(body, forces, 0.4, 0.1, step=0.01), **changes)
 
 
 def fender_of(scene: hs.Scene) -> hs.Fender:
@@ -251,7 +242,7 @@ def refusal(scene: hs.Scene) -> str:
 
 @pytest.fixture(scope="module")
 def short() -> xr.Dataset:
-    return hs.simulate(replace(scene_of("base"), duration=10.0, output_step=0.5))
+    return hs.simulate(replace(scenes.scene_of("base"), duration=10.0, output_step=0.5))
 
 
 def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
@@ -262,19 +253,19 @@ def test_what_is_no_run_is_refused(tmp_path: Path, short: xr.Dataset) -> None:
         tmp_path / "nowhere.nc": "there is no such file",
         tmp_path: "is a directory",
         tmp_path / "text.nc": "cannot be read as netCDF",
-        CASES.parents[1] / "hydro_db" / "h851.nc": "is netCDF without position",
+        scenes.CASES.parents[1] / "hydro_db" / "h851.nc": "is netCDF without position",
         tmp_path / "old.nc": "has no states, so no run can start from it",
         tmp_path / "unnamed.nc": "does not name its states",
     }
     for place, words in places.items():
-        message = refusal(replace(scene_of("base"), initial=hs.Start(place)))
+        message = refusal(replace(scenes.scene_of("base"), initial=hs.Start(place)))
         assert message.startswith("initial.run: ")
         for word in (str(place), words, "expected the result of"):
             assert word in message
 
 
 def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
-    scene = replace(scene_of("base"), duration=10.0)
+    scene = replace(scenes.scene_of("base"), duration=10.0)
     message = refusal(replace(scene, initial=hs.Start(short, 5.0)))
     words = ("found 5 s", "only its last whole state, at 10 s", "output: {states: true}")
     for word in ("initial.time: ", *words):
@@ -288,7 +279,7 @@ def test_times_that_are_not_recorded_are_refused(short: xr.Dataset) -> None:
 
 def test_states_that_are_not_finite_are_refused(short: xr.Dataset) -> None:
     bad = short.assign(state_value=short.state_value.where(short.state != "heave of barge"))
-    message = refusal(replace(scene_of("base"), initial=hs.Start(bad)))
+    message = refusal(replace(scenes.scene_of("base"), initial=hs.Start(bad)))
     assert "at 10 s is not finite; start from an earlier time" in message
 
 
@@ -312,7 +303,7 @@ OTHERS: dict[str, tuple[dict[str, Any], list[str]]] = {
 @pytest.mark.parametrize("what", OTHERS)
 def test_another_system_is_refused(short: xr.Dataset, what: str) -> None:
     changes, words = OTHERS[what]
-    scene = with_body(replace(scene_of("base"), forces={}), **changes)
+    scene = scenes.with_body(replace(scenes.scene_of("base"), forces={}), **changes)
     message = refusal(replace(scene, initial=hs.Start(short)))
     expected = "expected the same bodies, degrees of freedom and radiation"
     for word in ("initial.run: ", *words, expected):
@@ -322,11 +313,11 @@ def test_another_system_is_refused(short: xr.Dataset, what: str) -> None:
 def test_radiation_states_of_another_fit_are_refused(short: xr.Dataset) -> None:
     """A pole's two states may be turned in their plane: the same memory by other states."""
     turned = short.assign(state_input=-short.state_input)
-    assert "another fit" in refusal(replace(scene_of("base"), initial=hs.Start(turned)))
+    assert "another fit" in refusal(replace(scenes.scene_of("base"), initial=hs.Start(turned)))
 
 
 def test_memory_that_has_been_overwritten_is_refused() -> None:
-    scene = with_body(in_contact(5.0), radiation=RadiationModel.CONVOLUTION)
+    scene = scenes.with_body(scenes.in_contact(5.0), radiation=RadiationModel.CONVOLUTION)
     run = hs.simulate(scene)
     names = ("time", "state_time", "memory_time", "memory_node_time", "memory_begin")
     times = {name: run[name] + 500.0 for name in names}
@@ -337,8 +328,8 @@ def test_memory_that_has_been_overwritten_is_refused() -> None:
 
 
 def test_a_sea_must_not_repeat_itself_in_a_restart(short: xr.Dataset) -> None:
-    sea = hs.WaveTrain(SEA, repeat_period=200.0)
-    scene = in_waves(replace(scene_of("base"), duration=195.0), sea)
+    sea = hs.WaveTrain(scenes.SEA, repeat_period=200.0)
+    scene = scenes.in_waves(replace(scenes.scene_of("base"), duration=195.0), sea)
     hs.compile_scene(scene)
     message = refusal(replace(scene, initial=hs.Start(short)))
     for word in ("repeat_period: 200 s is shorter", "Raise it to 205 s, the end of the run"):

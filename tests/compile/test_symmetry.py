@@ -21,6 +21,7 @@ from reading import rows, texts
 from scenes import (
     CASES,
     SEA,
+    central_force,
     hull,
     in_contact,
     in_waves,
@@ -28,6 +29,7 @@ from scenes import (
     on_floor,
     scene_of,
     steady,
+    straight_curve,
     table,
     with_body,
 )
@@ -178,7 +180,7 @@ class TestAgreement:
             for x in (-110.0, 110.0)
             for side in (-1.0, 1.0)
         }
-        curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e7]))
+        curve = straight_curve(2e7)
         law = hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5)
         walls = {
             f"wall_{side}": hs.Fender(
@@ -313,7 +315,7 @@ def in_line() -> hs.Scene:
             "rear",
             np.array([[169.8, 10.0, 5.0], [169.8, -10.0, 5.0]]),
             hs.Plane((-130.0, 0.0, 0.0), (-1.0, 0.0, 0.0), "front"),
-            hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e7])),
+            straight_curve(2e7),
             hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5),
         ),
     }
@@ -514,7 +516,7 @@ def test_a_point_of_rigid_friction_in_the_plane(figure: Figure) -> None:
     elements = {
         "floor": on_floor(1e6, law, [(0.0, 0.0, 0.0)]),
         "weight": steady(heave=-9.81e2),
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(500.0, 1.5)}),
+        "push": central_force(surge=Harmonic(500.0, 1.5)),
     }
     body = hs.Body("block", 100.0, 100.0 * inertia, velocity=moving(pitch=0.1))
     found, _ = agrees(dry(body, elements, 2.0, 0.01), figure)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import block, moving, scene
+from scenes import block, central_force, moving, scene
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Harmonic
+from hydrosim.elements import Harmonic
 from hydrosim.results.dataset import write_run
 
 moordyn = pytest.importorskip("moordyn")
@@ -110,7 +110,7 @@ def test_chains_are_those_of_moordyns_own_run(
     """On a heavy body that stays, or is swung: MoorDyn's force at the output time is held."""
     omega = 2.0 * np.pi / PERIOD
     drive = Harmonic(HEAVY * SWING * omega**2, PERIOD, phase=np.pi / 2.0)
-    forces = {"drive": AppliedForce("barge", (0.0, 0.0, 0.0), {"surge": drive})}
+    forces = {"drive": central_force("barge", surge=drive)}
     whole = heavy({} if name == "at rest" else forces)
     run = hs.simulate(whole, forces={"lines": hs.moordyn(file, "barge", "held")})
     expected = wrenches(alone(file, PATHS[name]), PATHS[name])
@@ -126,7 +126,7 @@ def test_the_coupling_has_the_stated_orders(
 ) -> None:
     """From rest, as a start with a speed would be a blow that the first step holds."""
     file.write_text(LINES.replace("0.005 dtM", "0.0025 dtM"))
-    push = AppliedForce("barge", (0.0, 0.0, 0.0), {"surge": Harmonic(5e7, 8.0)})
+    push = central_force("barge", surge=Harmonic(5e7, 8.0))
 
     def path(step: float, coupling: str) -> np.ndarray:
         light = scene(block(1e8, ("surge",), name="barge"), {"push": push}, 1.6, 0.1, step=step)

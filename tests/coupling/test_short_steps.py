@@ -8,10 +8,10 @@ from math import cos
 
 import numpy as np
 import pytest
-from scenes import block, scene, table
+from scenes import block, central_force, scene, table
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, LinearMooring, Table
+from hydrosim.elements import LinearMooring, Table
 from hydrosim.scene import Active, Method, Scene, Solver, When
 
 PUSH, END = 100.0, 12.0
@@ -32,7 +32,7 @@ def pushed(step: float, corner: float, method: Method = Method.RK4) -> Scene:
     """A body that is pushed by a force with a corner at this time [s]; it ends at 12 s."""
     force = np.zeros((3, 6))
     force[:2, 0] = PUSH
-    push = AppliedForce("block", (0.0, 0.0, 0.0), table([0.0, corner, END], force))
+    push = central_force(**table([0.0, corner, END], force))
     drawn = scene(block(1000.0, ("surge",)), {"push": push}, 2000 * 0.01, step)
     duration = step * round(20.0 / step)
     return replace(drawn, duration=duration, solver=Solver(method=method, step=step))
@@ -74,7 +74,7 @@ def test_a_force_that_is_continued_too_far_is_told() -> None:
 def test_alternating_forces_are_told_and_held_ones_are_not() -> None:
     """Between 1 and -1 N each quarter of a step: to 7 N. A moment of 1e-10 N m is rounding."""
     corners = 0.0125 + 0.05 * np.arange(20)
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(corners, 0.0 * corners)})
+    push = central_force(surge=Table(corners, 0.0 * corners))
     cut = scene(block(1000.0, ("surge",)), {"push": push}, 1.0, 0.05)
     for coupling, told in (("held", False), ("extrapolated", True)):
         signs = cycle([1.0, -1.0])

@@ -9,11 +9,11 @@ from math import pi
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scenes import block, errors, observed_orders, scene, surge
+from scenes import block, central_force, errors, observed_orders, scene, surge
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Harmonic, Recorded, Signal, Table, constant
+from hydrosim.elements import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.elements.signal import compile_signals, corners, rate, time_of_largest, value
 from hydrosim.report.evidence import Feature, Kind
 
@@ -96,7 +96,7 @@ MASS = 5.0
 
 def pushed(signal: Signal, step: float = 0.02, **solver: object) -> hs.Scene:
     """A mass at rest that a signal pushes along x for 20 s."""
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": signal})
+    push = central_force(surge=signal)
     body = block(MASS, ("surge",))
     return scene(body, {"push": push}, 20.0, 0.5, step=step, **solver)
 

@@ -9,7 +9,7 @@ from textwrap import dedent
 import numpy as np
 import pytest
 from reading import texts
-from scenes import block, heave, moving, on_floor, scene, steady, surge, with_step
+from scenes import block, central_force, heave, moving, on_floor, scene, steady, surge, with_step
 
 import hydrosim as hs
 from hydrosim.errors import InputError
@@ -211,7 +211,7 @@ def test_contacts_can_be_waited_for():
     """A force that begins when a pad carries 5 N, and ends when it has done so for 0.2 s."""
     pressed = When(channel="fender_normal_force.pad", above=5.0)
     when = Active(pressed, When(channel="fender_compression.pad 1", above=0.0, lasting=0.3))
-    lift = hs.AppliedForce("block", (0.0, 0.0, 0.0), steady(heave=1.0).force)
+    lift = central_force(**steady(heave=1.0).force)
     pad, lift = on_floor(80.0, hs.Frictionless()), replace(lift, active=when)
     forces = {"pad": pad, "down": steady(heave=-10.0), "lift": lift}
     body = block(MASS, ("heave",), position=moving(heave=0.1))

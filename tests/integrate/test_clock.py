@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import block, moving, observed_orders, scene, steady
+from scenes import block, central_force, moving, observed_orders, scene, steady
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import AppliedForce, LinearMooring, Spring, Table
+from hydrosim.elements import LinearMooring, Spring, Table
 from hydrosim.integrate.state import align_corners, merge_breakpoints
 from hydrosim.scene import Active, Method, Scene, When
 
@@ -33,7 +33,7 @@ def pushed(step: float, corner: float, duration: float, **solver: object) -> Sce
     """A block on a damped line, pushed by two tables, moored from the ``corner`` for 0.5 s."""
     times = np.array([0.0, corner, corner + 0.31])
     force = np.array([-3e3, -3e3, -4e3])
-    push = AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(times, force)})
+    push = central_force(surge=Table(times, force))
     again = replace(push, force={"surge": Table(np.nextafter(times, np.inf), force)})
     line = paid_line(corner)
     until = Active(When(time=corner), When(time=corner + 0.5))

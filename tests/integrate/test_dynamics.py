@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import SEA, hull, in_contact, in_waves, motion, scene_of
+from scenes import SEA, central_force, hull, in_contact, in_waves, motion, scene_of
 from scipy.interpolate import CubicSpline
 
 import hydrosim as hs
@@ -56,7 +56,7 @@ def test_the_last_slope_of_a_step_begins_the_next() -> None:
     its start already. At a corner of the lift, between records, the slope is found anew."""
     scene = scene_of("free_floating")
     ramp = Table(np.array([0.0, 7.3, 20.0]), np.array([0.0, 1e6, 0.0]))
-    lift = AppliedForce("barge", (0.0, 0.0, 0.0), {"heave": ramp})
+    lift = central_force("barge", heave=ramp)
     solver = Solver(method=Method.DOPRI5, step=0.1, linear=LinearScenes.STEP)
     scene = replace(scene, forces={**scene.forces, "lift": lift}, duration=20.0, solver=solver)
     run = hs.simulate(replace(scene, output_step=1.0))

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scenes
 import xarray as xr
 from markers import few
 from numpy.testing import assert_allclose
-from scenes import ROOT, SEA, in_contact, in_waves, motion, moving, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
@@ -37,13 +37,13 @@ from hydrosim.scene import (
 random = Random(20)
 SOLVER = hs.Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
 PLANAR = ("surge", "sway", "yaw")
-LAUNCH = moving(surge=2.0, sway=0.5, yaw=0.05)  # turns about itself once and a half in 200 s
-TUMBLE = moving(surge=2.0, sway=0.5, heave=0.3, roll=0.01, pitch=0.005, yaw=0.05)
+LAUNCH = scenes.moving(surge=2.0, sway=0.5, yaw=0.05)  # turns about itself once and a half in 200 s
+TUMBLE = scenes.moving(surge=2.0, sway=0.5, heave=0.3, roll=0.01, pitch=0.005, yaw=0.05)
 
 
 def barge(**changes: Any) -> hs.Scene:
     """The free H-851 in calm water, stepped with all that it could leave out."""
-    base = with_body(scene_of("base"), **changes)
+    base = scenes.with_body(scenes.scene_of("base"), **changes)
     return replace(base, duration=200.0, environment=hs.Environment(), forces={}, solver=SOLVER)
 
 
@@ -65,7 +65,7 @@ def impulses(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
     model = compile_scene(scene).model
     mass, inertia = model.bodies.each[0]["mass"], model.bodies.each[0]["inertia"]
     found = []
-    for q, v in zip(motion(run), run.velocity.values[:, 0], strict=True):
+    for q, v in zip(scenes.motion(run), run.velocity.values[:, 0], strict=True):
         P, R = turn(q[5]), rotation(q[3:])
         water = P @ model.added_mass @ P.T @ v
         linear = mass * v[:3] + water[:3]
@@ -83,7 +83,7 @@ def test_a_spinning_drifting_body_keeps_impulse_and_energy(
     scene = replace(scene, solver=replace(SOLVER, step=0.05))
     run = hs.simulate(scene)
     kept = impulses(scene, run)
-    assert np.ptp(motion(run)[:, 5]) > 2.0 * pi
+    assert np.ptp(scenes.motion(run)[:, 5]) > 2.0 * pi
     assert_allclose(kept, np.broadcast_to(kept[0], kept.shape), rtol=0, atol=1e-10 * kept.max())
     assert run.energy_residual_relative < (1e-10 if dofs == PLANAR else 1e-8)
 
@@ -108,7 +108,7 @@ def test_a_roll_decay_does_not_know_the_heading(radiation: str) -> None:
         hs.simulate(
             replace(
                 barge(
-                    position=moving(roll=radians(2.0), yaw=radians(yaw)),
+                    position=scenes.moving(roll=radians(2.0), yaw=radians(yaw)),
                     radiation=RadiationModel(radiation),
                 ),
                 duration=60.0,
@@ -116,7 +116,7 @@ def test_a_roll_decay_does_not_know_the_heading(radiation: str) -> None:
         )
         for yaw in (0.0, 1.0, 2.0, 5.0, 10.0, 45.0, 90.0)
     ]
-    roll = [motion(run)[:, 3] for run in runs]
+    roll = [scenes.motion(run)[:, 3] for run in runs]
     for other in roll[1:]:
         assert_allclose(other, roll[0], rtol=0, atol=1e-12)
 
@@ -124,12 +124,12 @@ def test_a_roll_decay_does_not_know_the_heading(radiation: str) -> None:
 def test_a_current_carries_the_water_along() -> None:
     """In a current, without memory, a spinning body moves as in still water but for U t."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
-    changes = {"radiation": RadiationModel.NONE, "position": moving(yaw=0.4)}
+    changes = {"radiation": RadiationModel.NONE, "position": scenes.moving(yaw=0.4)}
     still = hs.simulate(barge(velocity=TUMBLE, **changes))
     scene = barge(velocity=tuple(TUMBLE + U), **changes)
     carried = hs.simulate(replace(scene, environment=hs.Environment(current=stream_of(U))))
     drift = U * carried.time.values[:, None]
-    assert_allclose(motion(carried) - drift, motion(still), rtol=0, atol=1e-9)
+    assert_allclose(scenes.motion(carried) - drift, scenes.motion(still), rtol=0, atol=1e-9)
     assert carried.energy_residual_relative < 1e-6
 
 
@@ -139,7 +139,7 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(
 ) -> None:
     """u w (A_sway - A_surge) on yaw, and nothing else begins to act after the start."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
-    place = moving(yaw=0.4)
+    place = scenes.moving(yaw=0.4)
     scene = barge(position=place, radiation=RadiationModel(radiation), dofs=("yaw",))
     scene = replace(scene, environment=hs.Environment(current=stream_of(U)), duration=1.0)
     scene = replace(scene, output_step=0.1)  # soon, before a memory of the spin is felt
@@ -227,7 +227,9 @@ def assert_turns(scene: hs.Scene, by: float, within: float) -> None:
 @pytest.mark.parametrize("by", few([17.0, 90.0, 123.0], 1))
 def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
     """Waves of both orders, mooring, lift and contact with friction; 40 s with the lift at once."""
-    scene = in_waves(in_contact(40.0), hs.WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
+    scene = scenes.in_waves(
+        scenes.in_contact(40.0), hs.WaveTrain(scenes.SEA, heading=radians(30.0), ramp=20.0)
+    )
     mooring = scene.forces["mooring"]
     damping = np.diag([3e5, 3e5, 0.0, 0.0, 0.0, 1e9])
     moored = replace(mooring, stiffness=mooring.stiffness, damping=damping, damping_ratio=None)
@@ -238,21 +240,23 @@ def test_the_base_case_in_an_oblique_sea_turns(by: float) -> None:
 @pytest.mark.parametrize("by", few([random.uniform(0.0, 360.0) for _ in range(6)], 2))
 def test_ratios_of_critical_damping_and_natural_periods_turn(by: float) -> None:
     """Ratios and periods that differ along surge and sway, where added mass differs too."""
-    scene = in_waves(in_contact(40.0), hs.WaveTrain(SEA, heading=radians(30.0), ramp=20.0))
+    scene = scenes.in_waves(
+        scenes.in_contact(40.0), hs.WaveTrain(scenes.SEA, heading=radians(30.0), ramp=20.0)
+    )
     stiffness = np.diag([4e5, 2e5, 0.0, 0.0, 0.0, 1e9])
     stiffness[0, 1] = stiffness[1, 0] = 1e5
     forces = {
         "lines": hs.LinearMooring(
-            "barge", stiffness, damping_ratio=np.array(moving(surge=0.2, sway=0.4, yaw=0.1))
+            "barge", stiffness, damping_ratio=np.array(scenes.moving(surge=0.2, sway=0.4, yaw=0.1))
         ),
         "periods": hs.LinearMooring(
             "barge",
             np.zeros((6, 6)),
-            damping_ratio=np.array(moving(surge=0.1, sway=0.3)),
-            natural_period=np.array(moving(surge=80.0, sway=120.0)),
+            damping_ratio=np.array(scenes.moving(surge=0.1, sway=0.3)),
+            natural_period=np.array(scenes.moving(surge=80.0, sway=120.0)),
         ),
         "viscous": hs.LinearDamping(
-            "barge", damping_ratio=np.array(moving(surge=0.3, sway=0.1, roll=0.05))
+            "barge", damping_ratio=np.array(scenes.moving(surge=0.3, sway=0.1, roll=0.05))
         ),
     }
     rest = {name: e for name, e in scene.forces.items() if name not in ("mooring", "interface")}
@@ -277,18 +281,18 @@ def alongside() -> hs.Scene:
         inertia=np.diag(1.23e6 * np.square([3.5, 10.4, 10.4])),
         radiation=ConvolutionRadiation(length=30.0),
         wave_forces=hs.WaveForces(),
-        velocity=moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01),
+        velocity=scenes.moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01),
     )
     port, starboard = (
         replace(base, name=name, database_body=k, centre_of_gravity=(0.0, y, 0.0), draught=T)
         for name, k, y, T in (("port", 1, 7.0, 3.0), ("starboard", 2, -7.0, 6.0))
     )
-    still = replace(starboard, velocity=moving(surge=-0.2, yaw=-0.01))
+    still = replace(starboard, velocity=scenes.moving(surge=-0.2, yaw=-0.01))
     ends = {"extension": np.array([0.0, 1.0, 3.0]), "tension": np.array([0.0, 5e4, 4e5])}
     loads = {"headings": np.radians([0.0, 90.0, 180.0, 270.0]), "yaw": np.zeros(4)}
     drag = {"surge": np.array([2e3, 0, -2e3, 0]), "sway": np.array([0, 9e3, 0, -9e3]), **loads}
     friction = hs.StickSlip(0.3, 0.2, 2e6, 1e5, 1e4)
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e6]), 1e4)
+    curve = scenes.straight_curve(2e6, 1e4)
     points = np.array([[15.0, -5.0, 1.0], [-15.0, -5.0, 1.0]])
     return hs.Scene(
         title="two barges that spin",
@@ -322,4 +326,4 @@ def barges() -> HydroDatabase:
     """The shipped database of two; what it is warned of does not matter here."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return load(ROOT / "hydro_db" / "two_barges.nc")
+        return load(scenes.ROOT / "hydro_db" / "two_barges.nc")

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from markers import few
-from scenes import FLOOR, block, scene, steady, surge
+from scenes import block, central_force, foot, mooring, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
@@ -50,7 +50,7 @@ def slider(force: Harmonic, duration: float, output_step: float, **solver: Any) 
     """A block on a slider with dry friction, and a force along it."""
     resistance = JointResistance(friction=JointFriction(STATIC, KINETIC))
     joint = hs.Joint(JointType.SLIDER, "block", axis=(1.0, 0.0, 0.0), resistances=(resistance,))
-    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
+    push = central_force(surge=force)
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"slider": joint})
 
@@ -130,7 +130,7 @@ def test_a_fixed_step_meets_every_peak(
 def breaking(force: Harmonic, duration: float, output_step: float, **solver: Any) -> hs.Scene:
     """A block on a fixed joint that breaks, and a force on it."""
     joint = hs.Joint(JointType.FIXED, "block", breaks_at=STATIC)
-    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
+    push = central_force(surge=force)
     made = scene(block(MASS), {"push": push}, duration, output_step, **solver)
     return replace(made, joints={"bolt": joint})
 
@@ -194,7 +194,7 @@ def test_a_line_that_is_heaved_in_parts_at_its_first_peak(method: Method) -> Non
     curve = np.array([0.0, 1.0]), np.array([0.0, stiffness])
     normal = hs.PrescribedNormal(constant(1e6))
     elements = {
-        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, hs.Coulomb(0.25, 0.1)),
+        "foot": foot(normal, hs.Coulomb(0.25, 0.1)),
         "push": steady(surge=away),
         "wire": hs.Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), length, *curve, active=parts),
     }
@@ -212,8 +212,8 @@ def pressed(
     """A block on rigid friction under a normal force over time, pushed, on a soft mooring."""
     law = hs.Coulomb(0.3, 0.1)
     elements = {
-        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, hs.PrescribedNormal(normal), law),
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
+        "foot": foot(hs.PrescribedNormal(normal), law),
+        "push": central_force(surge=push),
         "mooring": hs.LinearMooring(
             "block", np.diag([1e5, 0, 0, 0, 0, 0]), np.diag([1e5, 0, 0, 0, 0, 0])
         ),
@@ -310,10 +310,7 @@ def test_a_steep_friction_slope_that_creeps_saturates_at_every_peak(method: Meth
     law = hs.FrictionSlope(0.3, 1e10)
     push = Recorded(TIMES, 1.002 * limit * beat(TIMES))
     normal = hs.PrescribedNormal(constant(1e6))
-    elements = {
-        "foot": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": push}),
-    }
+    elements = {"foot": foot(normal, law), "push": central_force(surge=push)}
     run = hs.simulate(scene(block(MASS, ["surge"]), elements, 25.0, 5.0, method=method, step=0.1))
     spline = CubicSpline(push.time, push.value)
     above = [spline.solve(level, extrapolate=False).size for level in (limit, -limit)]
@@ -325,8 +322,8 @@ def test_a_steep_friction_slope_that_creeps_saturates_at_every_peak(method: Meth
 def test_where_nothing_holds_no_step_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
     """The steps of a block that is free are those without a limit for what holds."""
     force = Harmonic(1e5, 0.5)
-    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": force})
-    spring = hs.LinearMooring("block", np.diag([1e5, 0, 0, 0, 0, 0]))
+    push = central_force(surge=force)
+    spring = mooring(surge=1e5)
     forces, body = {"push": push, "spring": spring}, block(MASS, ["surge"])
     free = scene(body, forces, 100.0, 5.0, method=Method.DOPRI5)
     run = hs.simulate(free)

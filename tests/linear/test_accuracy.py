@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reading import texts
-from scenes import SEA, block, in_waves, scene_of, steady, with_body
+from scenes import SEA, block, central_force, in_waves, scene_of, steady, straight_curve, with_body
 
 import hydrosim as hs
 from hydrosim.elements import Harmonic
@@ -50,7 +50,7 @@ def test_what_damping_makes_a_mode_forget_does_not_count() -> None:
 def ringing(method: Method, step: float, damping: float, push: float = 0.0) -> hs.Scene:
     """A mass on a spring, w = 3 rad/s, that swings freely or is pushed slowly."""
     spring = hs.LinearMooring("block", np.diag([9.0, 0, 0, 0, 0, 0]), damping * np.eye(6))
-    slow = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(push, 2 * np.pi / 0.3)})
+    slow = central_force(surge=Harmonic(push, 2 * np.pi / 0.3))
     free = 0.0 if push else 1.0
     body = block(1.0, ["surge"], position=(free, 0, 0, 0, 0, 0))
     solver = hs.Solver(method=method, step=step, linear=LinearScenes.STEP)
@@ -139,7 +139,7 @@ def float_over(step: float) -> hs.Scene:
     inertia = mass * np.diag([225.0, 225.0, 324.0])
     topside = hs.Body("topside", mass, inertia, centre_of_gravity=(0.0, 0.0, 22.6))
     places = np.array([[x, y, -20.0] for x in (-20, 20) for y in (-20, 20)])
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e8]))
+    curve = straight_curve(4e8)
     deck = hs.Plane((0.0, 0.0, 7.5), (0.0, 0.0, 1.0), "barge")
     guide = 0.05 * mass * np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 300.0])
     forces = {

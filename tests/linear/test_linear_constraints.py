@@ -12,20 +12,8 @@ from math import pi
 
 import numpy as np
 import pytest
+import scenes
 from numpy.testing import assert_allclose
-from scenes import (
-    FLOOR,
-    INERTIA,
-    SEA,
-    block,
-    hull,
-    in_waves,
-    moving,
-    on_floor,
-    scene,
-    scene_of,
-    steady,
-)
 from scipy import linalg
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
@@ -52,7 +40,7 @@ Figure = Callable[[str, float], None]
 ROUGH = hs.Coulomb(1e6, 1e6)  # as good as a joint
 G = 9.81
 MASS, ARM = 3.0, 2.0
-TURNING = MASS * INERTIA[0, 0]
+TURNING = MASS * scenes.INERTIA[0, 0]
 
 
 def gripped(
@@ -71,9 +59,9 @@ def gripped(
 
 def pendulum(arm: float = ARM, **changes: object) -> Scene:
     """A body that hangs from a point at a wall, or stands on one, held there by friction alone."""
-    body = block(MASS, ("sway", "heave", "roll"), weight=Weight.CARRIED)
+    body = scenes.block(MASS, ("sway", "heave", "roll"), weight=Weight.CARRIED)
     forces = {"wall": gripped((0.0, 0.0, arm), (1.0, 0.0, 0.0))}
-    return replace(scene(body, forces, 20.0, 0.01), **changes)
+    return replace(scenes.scene(body, forces, 20.0, 0.01), **changes)
 
 
 def linear_of(scene: Scene) -> Linear:
@@ -128,15 +116,19 @@ def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None
 
     steps = 1e-5 * np.eye(6)
     stiffness = -np.transpose([wrench(s) - wrench(-s) for s in steps]) / 2e-5
-    M = linalg.block_diag(MASS * np.eye(3), MASS * INERTIA)
+    M = linalg.block_diag(MASS * np.eye(3), MASS * scenes.INERTIA)
     N = linalg.null_space(held)
     squares = linalg.eigvals(N.T @ stiffness @ N, N.T @ M @ N)
     dofs = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     signals = dict(zip(dofs, applied, strict=True))
     wall = gripped(tuple(arm), (1.0, 0.0, 0.0), force=force)
-    forces = {"wall": wall, "mooring": hs.LinearMooring("block", K), "loads": steady(**signals)}
-    body = block(MASS, weight=Weight.CARRIED)
-    found = linear_of(scene(body, forces, 1.0, 0.1))
+    forces = {
+        "wall": wall,
+        "mooring": hs.LinearMooring("block", K),
+        "loads": scenes.steady(**signals),
+    }
+    body = scenes.block(MASS, weight=Weight.CARRIED)
+    found = linear_of(scenes.scene(body, forces, 1.0, 0.1))
     modes = hs.natural_modes(found)
     assert len(modes) == 4
     periods = np.sort([mode.natural_period for mode in modes])
@@ -154,7 +146,7 @@ def joined(kinematics: Kinematics = Kinematics.LINEAR) -> tuple[Scene, np.ndarra
     """Two bodies on springs, held together by three points on planes; K and M (12, 12)."""
     random = np.random.default_rng(3).standard_normal
     K = [x @ x.T + 5.0 * np.eye(6) for x in random((2, 6, 6))]
-    inertias = [2.0 * INERTIA, 5.0 * INERTIA]
+    inertias = [2.0 * scenes.INERTIA, 5.0 * scenes.INERTIA]
     bodies = (Body("one", 2.0, inertias[0]), Body("other", 5.0, inertias[1], location=(3.0, 1.0)))
     forces = {
         "a": hs.LinearMooring("one", K[0]),
@@ -173,7 +165,7 @@ def joined(kinematics: Kinematics = Kinematics.LINEAR) -> tuple[Scene, np.ndarra
             )
         },
     }
-    both = scene(bodies, forces, 10.0, 0.05, kinematics=kinematics)
+    both = scenes.scene(bodies, forces, 10.0, 0.05, kinematics=kinematics)
     M = linalg.block_diag(2.0 * np.eye(3), inertias[0], 5.0 * np.eye(3), inertias[1])
     return both, linalg.block_diag(*K), M
 
@@ -229,7 +221,7 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
     load[:3] = 1.0, -2.0, 0.5
     names = ("surge", "sway", "heave")
     push = {dof: Harmonic(load[i], 2 * pi / w) for i, dof in enumerate(names)}
-    forces = {**both.forces, "push": hs.AppliedForce("one", (0.0, 0.0, 0.0), push)}
+    forces = {**both.forces, "push": scenes.central_force("one", **push)}
     model, state = hs.compile_scene(replace(both, forces=forces))
     equation, N = linear_equation(model, state), as_one()
     assert_allclose(equation.G[12:24], N @ linalg.solve(N.T @ M @ N, N.T), atol=1e-9)
@@ -257,7 +249,7 @@ def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
     (body,) = start.bodies
     w = 2 * pi / hs.natural_modes(linear_of(start))[0].natural_period
     rate = 1e-4
-    moved = replace(body, velocity=moving(roll=rate, sway=rate * ARM))
+    moved = replace(body, velocity=scenes.moving(roll=rate, sway=rate * ARM))
     run = hs.simulate(replace(start, bodies=(moved,)))
     exact = rate / w * np.sin(w * run.time.values)
     error = np.abs(run.position.sel(dof="roll").values[:, 0] - exact).max()
@@ -269,12 +261,12 @@ def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
 def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None:
     """Below resonance, steady: friction is the weight plus the linear amplitude."""
     w, size = 1.1, 1e-3
-    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"sway": Harmonic(size, 2 * pi / w)})
+    push = scenes.central_force(sway=Harmonic(size, 2 * pi / w))
     still = pendulum()
     (body,) = still.bodies
     linear = linear_of(still)
     q, reaction = (of(w, np.array([size, 0.0, 0.0])) for of in (linear.response, linear.reaction))
-    start = moving(**dict(zip(("sway", "heave", "roll"), w * q.real, strict=True)))
+    start = scenes.moving(**dict(zip(("sway", "heave", "roll"), w * q.real, strict=True)))
     forces = {**still.forces, "push": push}
     run = hs.simulate(replace(still, bodies=(replace(body, velocity=start),), forces=forces))
     friction = run.fender_friction.values[:, 0]
@@ -286,18 +278,18 @@ def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None
 
 def standing(step: float, damping: float = 0.0) -> Scene:
     """A body on a stiff floor, held at its point there."""
-    body = block(2.0, ("surge", "heave", "pitch"))
+    body = scenes.block(2.0, ("surge", "heave", "pitch"))
     plane = hs.Plane((0, 0, -1.1), (0, 0, 1))
-    floor = on_floor(400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=plane)
+    floor = scenes.on_floor(400.0, ROUGH, points=[(0.5, 0.0, -1.0)], plane=plane)
     mooring = hs.LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0]))
-    forces = {"floor": floor, "hold": mooring, "weight": steady(heave=-40.0)}
-    at = replace(body, position=moving(heave=-0.2))
-    return scene(at, forces, 300 * step, step, step=step, kinematics=Kinematics.LINEAR)
+    forces = {"floor": floor, "hold": mooring, "weight": scenes.steady(heave=-40.0)}
+    at = replace(body, position=scenes.moving(heave=-0.2))
+    return scenes.scene(at, forces, 300 * step, step, step=step, kinematics=Kinematics.LINEAR)
 
 
 def test_the_step_limit_of_what_is_held(figure: Figure) -> None:
     """A stiff normal spring on an arm: by hand, and by runs a little below and above."""
-    M = np.diag([2.0, 2.0, 2.0 * INERTIA[1, 1]])
+    M = np.diag([2.0, 2.0, 2.0 * scenes.INERTIA[1, 1]])
     normal = np.array([0.0, 1.0, -0.5])  # heave of the point
     K = 400.0 * np.outer(normal, normal) + np.diag([0.0, 0.0, 30.0])
     N = linalg.null_space(np.array([[1.0, 0.0, -1.0]]))  # surge of the point
@@ -315,7 +307,7 @@ def test_the_step_limit_of_what_is_held(figure: Figure) -> None:
         """How much a small motion has grown in 300 steps."""
         still = standing(factor * limit)
         rest = held_place(standing(0.1))
-        body = replace(still.bodies[0], position=rest, velocity=moving(heave=1e-6))
+        body = replace(still.bodies[0], position=rest, velocity=scenes.moving(heave=1e-6))
         run = hs.simulate(replace(still, bodies=(body,)))
         assert (run.fender_mode == 1).all()
         return float(np.abs(run.velocity.values[-50:, 0, 2]).max()) / 1e-6
@@ -332,7 +324,7 @@ def held_place(scene: Scene) -> tuple[float, ...]:
     N = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0]])  # surge = pitch, heave
     load = np.array([0.0, -40.0, 0.0]) + 400.0 * -0.1 * normal
     surge, heave, pitch = N @ linalg.solve(N.T @ K @ N, N.T @ load)
-    return moving(surge=surge, heave=heave, pitch=pitch)
+    return scenes.moving(surge=surge, heave=heave, pitch=pitch)
 
 
 # the place at rest
@@ -342,7 +334,9 @@ def hung(**force: float) -> Scene:
     """A pendulum that a steady force and a mooring pull aside."""
     still = pendulum()
     mooring = hs.LinearMooring("block", np.diag([0, 4.0, 3.0, 5.0, 0, 0]))
-    return replace(still, forces={**still.forces, "pull": steady(**force), "mooring": mooring})
+    return replace(
+        still, forces={**still.forces, "pull": scenes.steady(**force), "mooring": mooring}
+    )
 
 
 def test_rest_of_what_is_held_against_a_minimum(
@@ -381,7 +375,7 @@ def test_rest_stays_where_nothing_pulls(monkeypatch: pytest.MonkeyPatch) -> None
         **both.forces,
         "a": hs.LinearMooring("one", springs),
         "b": hs.LinearMooring("other", springs),
-        "pull": steady("one", surge=0.5, heave=1.0),
+        "pull": scenes.steady("one", surge=0.5, heave=1.0),
     }
     model, state = hs.compile_scene(replace(both, forces=forces))
     rest = equilibrium(model, state, 0.0, 7.0 * G)
@@ -402,9 +396,9 @@ def test_rest_stays_where_nothing_pulls(monkeypatch: pytest.MonkeyPatch) -> None
 
 def held_barge(force: float = 50.0) -> Scene:
     """The moored barge, a point of its deck held along the horizontal."""
-    free, place, up = scene_of("free_floating"), (30.0, 0.0, 10.0), (0.0, 0.0, 1.0)
-    grip = replace(gripped(place, up, "barge", force=force), plane=FLOOR)
-    return replace(in_waves(free), forces={**free.forces, "grip": grip})
+    free, place, up = scenes.scene_of("free_floating"), (30.0, 0.0, 10.0), (0.0, 0.0, 1.0)
+    grip = replace(gripped(place, up, "barge", force=force), plane=scenes.FLOOR)
+    return replace(scenes.in_waves(free), forces={**free.forces, "grip": grip})
 
 
 HELD_POINT = np.array([[1.0, 0, 0, 0, 10.0, 0], [0, 1.0, 0, -10.0, 0, 30.0]])
@@ -414,7 +408,7 @@ HELD_POINT = np.array([[1.0, 0, 0, 0, 10.0, 0], [0, 1.0, 0, -10.0, 0, 30.0]])
 def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
     """Against the equation of motion from the database with the constraint beside it."""
     by_hand = FrequencyDomain()
-    grid = hull().frequency
+    grid = scenes.hull().frequency
     w = float(grid[np.abs(grid - w).argmin()])
     damping = by_hand.radiation_damping(w) + by_hand.mooring_damping
     inertia = by_hand.mass + by_hand.added_mass(w)
@@ -436,12 +430,12 @@ def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure: Figure)
     period, height = 10.0, 0.01
     train = WaveTrain(RegularWave(amplitude=height, period=period), ramp=100.0)
     solver = Solver(step=0.1)
-    small = first_order(in_waves(held_barge(), train))
+    small = first_order(scenes.in_waves(held_barge(), train))
     run = hs.simulate(replace(small, duration=700.0, solver=solver))
     assert (run.fender_mode == 1).all()
     linear = linear_of(first_order(held_barge()))
     w = 2 * pi / period
-    load = height * CubicSpline(hull().frequency, hull().excitation[:, 0])(w)
+    load = height * CubicSpline(scenes.hull().frequency, scenes.hull().excitation[:, 0])(w)
     found, expected = harmonic(run, period), linear.response(w, load)
     error = np.abs(found - expected)[[0, 2, 4]] / np.abs(expected)[[0, 2, 4]]
     figure("surge, heave, pitch of a run less the response, relative", error.max())
@@ -459,8 +453,8 @@ def test_waves_that_let_a_rigid_grip_slip_are_told() -> None:
     still = held_barge(1e6)
     grip = replace(still.forces["grip"], friction=hs.Coulomb(0.5, 0.4))
     for height, slips in ((0.01, False), (10.0, True)):
-        train = WaveTrain(replace(SEA, significant_height=height))
-        held = in_waves(replace(still, forces={**still.forces, "grip": grip}), train)
+        train = WaveTrain(replace(scenes.SEA, significant_height=height))
+        held = scenes.in_waves(replace(still, forces={**still.forces, "grip": grip}), train)
         remarks = linear_analysis(held, LinearRequest()).remarks
         assert ("grip 1 would slip" in remarks) == slips
         assert "no motion along the plane" in remarks
@@ -494,9 +488,9 @@ def test_what_a_change_of_radiation_does_to_what_is_held() -> None:
 
 def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
     """One of two bodies that nothing couples is held in all that it could do."""
-    bodies = [block(2.0, ("surge",), name) for name in ("free", "held")]
+    bodies = [scenes.block(2.0, ("surge",), name) for name in ("free", "held")]
     grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), "held", force=1.0)
-    linear = linear_of(scene(bodies, {"grip": grip}, 1.0, 0.1))
+    linear = linear_of(scenes.scene(bodies, {"grip": grip}, 1.0, 0.1))
     dofs, none = [np.arange(6), np.arange(6, 12)], np.zeros((1, 6, 6))
     slopes = [np.asarray(own[:, None] == linear.active, dtype=float) for own in dofs]
     found = find_admittances(np.array([1j]), slopes, [none, none], linear)
@@ -508,9 +502,9 @@ def test_a_change_of_radiation_moves_nothing_that_is_held() -> None:
 
 
 def test_where_motion_remains_rigid_friction_is_linear() -> None:
-    body, law = block(2.0, ("surge", "heave")), hs.Coulomb(0.5, 0.4)
-    forces = {"weight": steady(heave=-100.0), "floor": on_floor(1e3, law)}
-    found = linear_analysis(scene(body, forces, 1.0, 0.1), LinearRequest())
+    body, law = scenes.block(2.0, ("surge", "heave")), hs.Coulomb(0.5, 0.4)
+    forces = {"weight": scenes.steady(heave=-100.0), "floor": scenes.on_floor(1e3, law)}
+    found = linear_analysis(scenes.scene(body, forces, 1.0, 0.1), LinearRequest())
     assert list(found["mode"].values) == ["block heave"]
     assert float(found.natural_period[0]) == pytest.approx(2 * pi / np.sqrt(500.0), rel=1e-6)
     assert "floor 1 hold by friction: no motion along the plane" in found.remarks
@@ -519,14 +513,16 @@ def test_where_motion_remains_rigid_friction_is_linear() -> None:
 def test_where_none_remains_it_is_refused() -> None:
     forces = {"floor": gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), force=1.0)}
     with pytest.raises(InputError, match="holds floor 1 at rest, so that nothing can move"):
-        linear_analysis(scene(block(2.0, ("surge", "sway")), forces, 1.0, 0.1), LinearRequest())
+        linear_analysis(
+            scenes.scene(scenes.block(2.0, ("surge", "sway")), forces, 1.0, 0.1), LinearRequest()
+        )
 
 
 def test_what_holds_more_once_it_has_moved_is_refused() -> None:
     """A point on the axis of roll holds no roll, but does a little beside it."""
     place = (0.0, 1.0, 0.0)
     forces = {"wall": gripped(place, (0.0, 0.0, 1.0), force=1e-3)}
-    linear = linear_of(scene(block(2.0, ("surge", "roll")), forces, 1.0, 0.1))
+    linear = linear_of(scenes.scene(scenes.block(2.0, ("surge", "roll")), forces, 1.0, 0.1))
     with pytest.raises(InputError, match="dependent directions, or directions that change with"):
         linear.dynamic_stiffness(1.0)
 
@@ -544,7 +540,7 @@ def test_rows_that_hold_the_same_are_refused() -> None:
 def test_a_row_through_the_door_reaches_everything() -> None:
     """One point more, and each part of the linear analysis has one motion less."""
     forces = {"k": hs.LinearMooring("block", np.eye(6))}
-    free = scene(block(2.0, ("surge", "heave")), forces, 1.0, 0.1)
+    free = scenes.scene(scenes.block(2.0, ("surge", "heave")), forces, 1.0, 0.1)
 
     grip = gripped((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), force=1.0)
     held = replace(free, forces={**free.forces, "grip": grip})

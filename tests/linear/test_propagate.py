@@ -8,21 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scenes
 import xarray as xr
 from numpy.testing import assert_allclose
 from reading import texts
-from scenes import (
-    SEA,
-    block,
-    in_waves,
-    motion,
-    moving,
-    observed_orders,
-    on_floor,
-    scene_of,
-    steady,
-    with_body,
-)
 from scipy import linalg
 
 import hydrosim as hs
@@ -76,8 +65,8 @@ def dry(
 def barge(step: float = 0.1, **changes: Any) -> hs.Scene:
     """The H-851 in its plane in its sea, second order too; the ramp ends between records."""
     loads = hs.WaveForces(second_order=SecondOrder.NEWMAN)
-    scene = with_body(scene_of("free_floating"), dofs=PLANAR, wave_forces=loads)
-    scene = in_waves(scene, hs.WaveTrain(SEA, ramp=73.33))
+    scene = scenes.with_body(scenes.scene_of("free_floating"), dofs=PLANAR, wave_forces=loads)
+    scene = scenes.in_waves(scene, hs.WaveTrain(scenes.SEA, ramp=73.33))
     changes = {"duration": 200.0, "output_step": 0.4, "solver": hs.Solver(step=step), **changes}
     return replace(scene, **changes)
 
@@ -151,7 +140,7 @@ def oscillator(**forces: ForceElement) -> hs.Scene:
     """2 kg on 8 N/m with 0.6 N s/m along x, at 1 m at the start: z' = OSCILLATOR z + f / 2."""
     one = np.diag([1.0, 0, 0, 0, 0, 0])
     spring = hs.LinearMooring("block", 8.0 * one, 0.6 * one)
-    body = block(2.0, ["surge"], position=moving(surge=1.0))
+    body = scenes.block(2.0, ["surge"], position=scenes.moving(surge=1.0))
     return dry(body, {"spring": spring, **forces})
 
 
@@ -173,7 +162,7 @@ def test_free_decay_is_the_exponential(validated: Callable[..., None]) -> None:
 
 
 def test_harmonic_force() -> None:
-    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(2.0, 5.0, 0.0, np.pi / 2)})
+    push = scenes.central_force(surge=Harmonic(2.0, 5.0, 0.0, np.pi / 2))
     run = hs.simulate(oscillator(push=push))
     whole = with_force(OSCILLATOR, PUSH[2], 2 * np.pi / 5.0)
     expected = [linalg.expm(whole * t)[:2] @ [1.0, 0.0, 1.0, 0.0] for t in run.time.values]
@@ -182,7 +171,7 @@ def test_harmonic_force() -> None:
 
 def test_corners_of_a_table_between_records() -> None:
     corners, force = np.array([1.0, 3.37, 3.41, 9.5]), np.array([0.0, 4.0, -2.0, 1.0])
-    push = hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Table(corners, force)})
+    push = scenes.central_force(surge=Table(corners, force))
     scene = oscillator(push=push)
     run = hs.simulate(replace(scene, duration=12.3))  # the last record is not on the grid either
     ends, slopes = [0.0, *corners, 99.0], [0.0, *np.diff(force) / np.diff(corners), 0.0]
@@ -197,8 +186,8 @@ def test_corners_of_a_table_between_records() -> None:
 
 
 def test_a_free_body_drifts() -> None:
-    body = block(5.0, velocity=moving(sway=0.3, yaw=0.01))
-    run = hs.simulate(dry(body, {"push": steady(surge=10.0, heave=-2.0)}))
+    body = scenes.block(5.0, velocity=scenes.moving(sway=0.3, yaw=0.01))
+    run = hs.simulate(dry(body, {"push": scenes.steady(surge=10.0, heave=-2.0)}))
     t, expected = run.time.values, np.zeros((run.time.size, 6))
     expected[:, 0], expected[:, 2] = t**2, -0.2 * t**2
     expected[:, 1], expected[:, 5] = 0.3 * t, 0.01 * t
@@ -209,7 +198,7 @@ def test_a_free_body_drifts() -> None:
 def test_a_current_gives_what_a_damper_takes() -> None:
     """v = U (1 - exp(-c t / m)), and the energy m v^2 / 2 comes from the damper."""
     drag = hs.LinearDamping("block", 0.5 * np.eye(6), relative_to_current=True)
-    adrift = replace(dry(block(1.0), {"drag": drag}), environment=CURRENT)
+    adrift = replace(dry(scenes.block(1.0), {"drag": drag}), environment=CURRENT)
     run = hs.simulate(adrift)
     assert run.attrs["solver_linear"].startswith("propagated exactly")
     along = CURRENT.current.speed * (1.0 - np.exp(-0.5 * run.time.values))
@@ -221,15 +210,17 @@ def test_a_current_gives_what_a_damper_takes() -> None:
 def test_steps_come_near_with_their_order(figure: Figure) -> None:
     exact, steps = hs.simulate(barge()), (0.2, 0.1, 0.05)
     assert exact.attrs["solver_linear"] == "propagated exactly: linear"
-    size = np.ptp(motion(exact), axis=0)[[0, 2, 4]]
+    size = np.ptp(scenes.motion(exact), axis=0)[[0, 2, 4]]
     misses = []
     for step in steps:
         run = hs.simulate(stepped(barge(step)))
         assert run.attrs["solver_steps"] > 0
-        misses.append(np.abs(motion(run) - motion(exact))[:, [0, 2, 4]].max(axis=0) / size)
+        misses.append(
+            np.abs(scenes.motion(run) - scenes.motion(exact))[:, [0, 2, 4]].max(axis=0) / size
+        )
     for dof, miss in zip(PLANAR, np.array(misses).T, strict=True):
         figure(f"{dof}, rk4 at {steps[-1]} s", miss[-1])
-        assert_allclose(observed_orders(steps, miss), 4.0, atol=0.1)
+        assert_allclose(scenes.observed_orders(steps, miss), 4.0, atol=0.1)
     assert misses[-1].max() < 1e-7
     assert (misses[-1] / 16**2).max() < 1e-9  # what is left at a quarter of the step
 
@@ -249,19 +240,23 @@ def test_all_is_recorded_as_in_a_stepped_run() -> None:
 
 def test_the_step_hardly_matters() -> None:
     fine, coarse = hs.simulate(barge(0.05)), hs.simulate(barge(0.4))
-    assert_allclose(motion(coarse), motion(fine), rtol=0, atol=1e-8 * np.ptp(motion(fine)))
+    assert_allclose(
+        scenes.motion(coarse), scenes.motion(fine), rtol=0, atol=1e-8 * np.ptp(scenes.motion(fine))
+    )
 
 
 def test_regular_waves_on_all_motions_in_linear_kinematics() -> None:
     waves = hs.WaveTrain(hs.RegularWave(0.7, 9.0), heading=0.6, ramp=11.1)
-    scene = in_waves(with_body(scene_of("free_floating"), wave_forces=hs.WaveForces()), waves)
+    scene = scenes.in_waves(
+        scenes.with_body(scenes.scene_of("free_floating"), wave_forces=hs.WaveForces()), waves
+    )
     roll = hs.LinearDamping("barge", np.diag([0, 0, 0, 3e9, 0, 0]))
     linear = hs.Solver(step=0.05, kinematics=Kinematics.LINEAR)
     scene = replace(scene, duration=60.0, forces={**scene.forces, "bilges": roll}, solver=linear)
     exact, run = hs.simulate(scene), hs.simulate(stepped(scene))
     assert exact.attrs["solver_steps"] == 0 < run.attrs["solver_steps"]
-    miss = np.abs(motion(exact) - motion(run)).max(axis=0)
-    assert (miss < 2e-7 * np.ptp(motion(run), axis=0)).all()  # of rk4 at 0.05 s
+    miss = np.abs(scenes.motion(exact) - scenes.motion(run)).max(axis=0)
+    assert (miss < 2e-7 * np.ptp(scenes.motion(run), axis=0)).all()  # of rk4 at 0.05 s
 
 
 def same(scene: hs.Scene) -> hs.Scene:
@@ -276,10 +271,10 @@ def test_restarts_from_and_into_stepped_runs(first: Change, then: Change) -> Non
     whole, run = hs.simulate(barge()), hs.simulate(then(replace(half, initial=start)))
     after = whole.sel(time=slice(100.0 - 1e-9, None))
     exact = first is then is same
-    size = np.ptp(motion(whole))
+    size = np.ptp(scenes.motion(whole))
     assert_allclose(run.time, after.time, rtol=0, atol=0)
     assert_allclose(  # rk4 at 0.1 s is within 1e-6
-        motion(run), motion(after), rtol=0, atol=size * (1e-11 if exact else 1e-6)
+        scenes.motion(run), scenes.motion(after), rtol=0, atol=size * (1e-11 if exact else 1e-6)
     )
     work = "energy_work_wave_first_order"
     size = np.ptp(whole[work].values)
@@ -287,8 +282,8 @@ def test_restarts_from_and_into_stepped_runs(first: Change, then: Change) -> Non
 
 
 def test_what_capsizes_fails() -> None:
-    lever = hs.LinearMooring("block", np.diag([0, 0, 0, 0, -40.0, 0]))
-    body = block(1.0, ["pitch"], position=moving(pitch=0.01))
+    lever = scenes.mooring(pitch=-40.0)
+    body = scenes.block(1.0, ["pitch"], position=scenes.moving(pitch=0.01))
     scene = dry(body, {"lever": lever}, kinematics=Kinematics.EXACT)
     assert hs.compile_scene(scene).derived.exact
     with pytest.raises(hs.SimulationError, match="the pitch of body block is beyond 85 deg") as at:
@@ -306,31 +301,33 @@ EXACT = {"kinematics": Kinematics.EXACT}
 ON_ONE_AXIS = ("surge", "sway", "heave", "yaw")
 
 NONLINEAR = {
-    "floor": dry(block(1.0), {"floor": on_floor(1e3, hs.Frictionless())}),
+    "floor": dry(scenes.block(1.0), {"floor": scenes.on_floor(1e3, hs.Frictionless())}),
     "line": dry(
-        block(1.0),
+        scenes.block(1.0),
         {
             "line": hs.Spring(
                 "block", (0, 0, 1.0), (0, 0, 9.0), 1.0, np.array([0.0, 1.0]), np.array([0.0, 5.0])
             )
         },
     ),
-    "drag": dry(block(1.0), {"drag": hs.QuadraticDamping("block", SIX)}),
+    "drag": dry(scenes.block(1.0), {"drag": hs.QuadraticDamping("block", SIX)}),
     r"forces\.push\.force\.surge is a record": dry(
-        block(1.0), {"push": hs.AppliedForce("block", (0, 0, 0), {"surge": RECORD})}
+        scenes.block(1.0), {"push": scenes.central_force(surge=RECORD)}
     ),
-    "exact rotations of block": dry(block(1.0), {}, **EXACT),
-    "push turns with block": dry(block(1.0, ["yaw"]), {"push": PUSHED}, **EXACT),
-    "thrust turns with block": dry(block(1.0, ["yaw"]), {"thrust": replace(PUSHED, frame="body")}),
+    "exact rotations of block": dry(scenes.block(1.0), {}, **EXACT),
+    "push turns with block": dry(scenes.block(1.0, ["yaw"]), {"push": PUSHED}, **EXACT),
+    "thrust turns with block": dry(
+        scenes.block(1.0, ["yaw"]), {"thrust": replace(PUSHED, frame="body")}
+    ),
     "drag turns with block": dry(
-        block(1.0, ON_ONE_AXIS), {"drag": hs.LinearDamping("block", SIX)}, **EXACT
+        scenes.block(1.0, ON_ONE_AXIS), {"drag": hs.LinearDamping("block", SIX)}, **EXACT
     ),
-    "radiation by convolution": with_body(barge(), radiation=RadiationModel.CONVOLUTION),
-    "waves follow barge": with_body(
+    "radiation by convolution": scenes.with_body(barge(), radiation=RadiationModel.CONVOLUTION),
+    "waves follow barge": scenes.with_body(
         barge(), wave_forces=hs.WaveForces(position=Place.INSTANTANEOUS)
     ),
     "the contents of the tanks of block change": dry(
-        block(
+        scenes.block(
             5e4,
             ["heave"],
             weight=Weight.CARRIED,
@@ -339,29 +336,33 @@ NONLINEAR = {
         ),
         {"mooring": hs.LinearMooring("block", SIX, SIX)},
     ),
-    "exact rotations of barge": with_body(
+    "exact rotations of barge": scenes.with_body(
         barge(), dofs=DOFS, wave_forces=hs.WaveForces(headings=Place.MEAN)
     ),
 }
 LINEAR = {
-    "free": dry(block(1.0), {"drag": hs.LinearDamping("block", SIX, relative_to_current=True)}),
-    "off centre": dry(block(1.0), {"push": PUSHED, "mooring": hs.LinearMooring("block", SIX, SIX)}),
+    "free": dry(
+        scenes.block(1.0), {"drag": hs.LinearDamping("block", SIX, relative_to_current=True)}
+    ),
+    "off centre": dry(
+        scenes.block(1.0), {"push": PUSHED, "mooring": hs.LinearMooring("block", SIX, SIX)}
+    ),
     "one axis": dry(
-        block(1.0, ON_ONE_AXIS, position=moving(sway=1.0)),
+        scenes.block(1.0, ON_ONE_AXIS, position=scenes.moving(sway=1.0)),
         {
             "mooring": hs.LinearMooring("block", SIX, SIX),
             "drag": hs.LinearDamping("block", np.diag([2.0, 2.0, 1.0, 3.0, 3.0, 7.0])),
-            "push": steady(surge=1.0, yaw=2.0),
+            "push": scenes.steady(surge=1.0, yaw=2.0),
         },
         **EXACT,
     ),
     "no rotation": dry(
-        block(1.0, DOFS[:3], position=moving(roll=0.3, yaw=0.2)),
+        scenes.block(1.0, DOFS[:3], position=scenes.moving(roll=0.3, yaw=0.2)),
         {"drag": hs.LinearDamping("block", SIX), "thrust": replace(PUSHED, frame="body")},
         **EXACT,
     ),
     "barge": barge(),
-    "one frequency": with_body(barge(), radiation=ConstantRadiation(8.0)),
+    "one frequency": scenes.with_body(barge(), radiation=ConstantRadiation(8.0)),
 }
 
 
@@ -406,7 +407,7 @@ def test_it_is_said_and_stepped_if_asked() -> None:
 
 def test_steps_above_the_stable_limit_do_not_matter() -> None:
     stiff = hs.LinearMooring("block", 1e4 * np.eye(6))
-    body = block(1.0, ["surge"], position=moving(surge=1.0))
+    body = scenes.block(1.0, ["surge"], position=scenes.moving(surge=1.0))
     run = hs.simulate(dry(body, {"stiff": stiff}, step=0.1, method=Method.RK4))
     assert_allclose(run.position.values[:, 0, 0], np.cos(100.0 * run.time), rtol=0, atol=1e-10)
     assert "step" not in run.attrs.get("warnings", "")
@@ -416,8 +417,8 @@ def test_independent_bodies_cost_their_number() -> None:
     """Forty oscillators beside each other: matrices of each alone, motions and energies of each."""
     count = 40
     stiffness = np.linspace(1e3, 4e4, count)
-    start = moving(heave=0.1)
-    bodies = tuple(block(1e3, ["heave"], f"b{k}", position=start) for k in range(count))
+    start = scenes.moving(heave=0.1)
+    bodies = tuple(scenes.block(1e3, ["heave"], f"b{k}", position=start) for k in range(count))
     upward = np.diag([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     springs = {f"s{k}": hs.LinearMooring(f"b{k}", of * upward) for k, of in enumerate(stiffness)}
     scene = dry(bodies, springs, duration=10.0)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from markers import few
-from scenes import CASES, hull, in_waves, scene_of, with_body
+from scenes import CASES, central_force, hull, in_waves, scene_of, straight_curve, with_body
 
 import hydrosim as hs
 from hydrosim import load_case
@@ -126,11 +126,11 @@ def stuck_barge(slope: float) -> Scene:
     base, lift, k = scene_of("base"), 1.5, 33026e3
     fender = base.forces["interface"]
     assert isinstance(fender, hs.Fender)
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, k]))
+    curve = straight_curve(k)
     law = hs.FrictionSlope(0.2, slope)
     load = lift * hull().hydrostatic_stiffness[:, 2] + 4 * k * 0.5 * (np.arange(6) == 2)
     signals = {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
-    table = hs.AppliedForce("barge", (0.0, 0.0, 0.0), signals)
+    table = central_force("barge", **signals)
     start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
     return replace(
         with_body(in_waves(base), **start),
@@ -255,7 +255,7 @@ def test_no_element_changes_what_limits_another() -> None:
     assert isinstance(fender, hs.Fender)
     points = fender.points.copy()
     points[points[:, 0] > 0.0, 2] -= 0.3
-    soft = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e7]))
+    soft = straight_curve(1e7)
     ahead = hs.Plane((95.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
     bumper = hs.Fender("barge", np.array([[90.0, 0.0, 0.0]]), ahead, soft, hs.Frictionless())
     assert limit_of(interface=replace(fender, points=points)) == pytest.approx(alone, rel=1e-3)
@@ -266,7 +266,7 @@ def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
     """Two free blocks of 2 and 4 t with a friction slope b = 6e4 N s/m between them: its rate is
     b (1 / m1 + 1 / m2) = 45 1/s where it sticks, mu N / b of that over the speed aside in slip."""
     law = hs.FrictionSlope(0.4, 6e4)
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]))
+    curve = straight_curve(1e5)
     deck = hs.Plane((0.0, 0.0, 0.5), (0.0, 0.0, 1.0), "below")
     bodies = [
         Body(name, mass, mass * np.eye(3), dofs=("surge", "sway"), centre_of_gravity=(0, 0, z))
@@ -281,7 +281,7 @@ def test_a_block_that_slips_on_a_block_is_as_stiff_as_one_that_sticks() -> None:
 def feet(*places: tuple[float, float]) -> Compiled:
     """A free block of 2 t on equal feet of steel at these places below it, with friction."""
     law = hs.StickSlip(0.2, 0.1, stiffness=1e5, damping=1e3)
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e5]), damping=1e2)
+    curve = straight_curve(1e5, damping=1e2)
     points = np.array([(x, y, -0.5) for x, y in places])
     floor = hs.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     body = Body("block", 2e3, np.diag([2e3, 3e3, 4e3]), centre_of_gravity=(0, 0, 1.0))

@@ -11,12 +11,12 @@ import pytest
 import xarray as xr
 from dry_bodies import INERTIA, dry_body, rate_map, rotation, skew
 from numpy.testing import assert_allclose
-from scenes import table
+from scenes import straight_curve, table
 from scipy.integrate import solve_ivp
 
 from hydrosim import simulate
 from hydrosim.dofs import DOFS
-from hydrosim.elements import AppliedForce, Fender, LinearMooring, NormalCurve, Plane, StickSlip
+from hydrosim.elements import AppliedForce, Fender, LinearMooring, Plane, StickSlip
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, Method, Scene, Solver
 
@@ -151,7 +151,7 @@ def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
         "upper",
         corners,
         Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="lower"),
-        NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 20.0]), damping=1.0),
+        straight_curve(20.0, damping=1.0),
         StickSlip(static=0.3, kinetic=0.2, stiffness=100.0, damping=2.0, slip_damping=1.0),
     )
     forces = {

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scenes import FLOOR, block, moving, table
+from scenes import block, central_force, foot, mooring, moving, table
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -46,11 +46,9 @@ class Block:
         start = {"position": moving(surge=x, heave=z), "velocity": moving(surge=v, heave=w)}
         body = block(self.mass, ("surge", "heave"), **start)
         forces = {
-            "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), table(self.time, force)),
-            "spring": hs.LinearMooring(
-                "block", np.diag([self.spring[0], 0, self.spring[1], 0, 0, 0])
-            ),
-            "fender": hs.Fender("block", np.zeros((1, 3)), FLOOR, self.curve, self.friction),
+            "push": central_force(**table(self.time, force)),
+            "spring": mooring(surge=self.spring[0], heave=self.spring[1]),
+            "fender": foot(self.curve, self.friction),
         }
         solver = Solver(step=step, events=events)
         whole = Scene("one axis", self.duration, (body,), forces=forces, solver=solver)

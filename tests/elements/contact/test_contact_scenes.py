@@ -16,14 +16,17 @@ from scenes import (
     INERTIA,
     Law,
     block,
+    central_force,
     errors,
     heave,
     momenta,
+    mooring,
     moving,
     observed_orders,
     on_floor,
     scene,
     steady,
+    straight_curve,
     surge,
     table,
     with_step,
@@ -83,7 +86,7 @@ def test_ledger_closes_through_impacts_on_a_damped_fender(figure: Figure):
 def swinging(law: Law, press: float) -> Block:
     """A block on a spring, pressed so lightly that it sticks for a moment only where it turns."""
     return Block(
-        *(1e6, hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e8])), law),
+        *(1e6, straight_curve(1e8), law),
         *(np.array([0.0, 2.5]), np.zeros(2), np.full(2, -press)),
         spring=(4e6, 0.0),
         start=(0.0, 1.0, -press / 1e8, 0.0),
@@ -101,7 +104,7 @@ REVERSALS = {
 def test_what_a_fender_holds_that_is_left_at_the_start_is_lost_later() -> None:
     """Compressed by 3 cm and leaving at 2 m/s, its damper would pull: it is open, and the energy of
     its curve, k d^2 / 2, is lost bit by bit until that is free."""
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]), damping=2e4)
+    curve = straight_curve(1e6, damping=2e4)
     foot = hs.Fender("block", np.array([[0.0, 0.0, 0.0]]), FLOOR, curve, hs.Frictionless())
     body = block(1e4, ["heave"], position=moving(heave=-0.03), velocity=moving(heave=2.0))
     run = hs.simulate(scene(body, {"foot": foot, "weight": steady(heave=-9.81e4)}, 0.2, 0.005))
@@ -153,7 +156,7 @@ def test_friction_does_not_know_the_axes():
     def slide(direction: np.ndarray) -> np.ndarray:
         forces = {
             "weight": steady(heave=-1e6),
-            "springs": hs.LinearMooring("block", np.diag([4e6, 4e6, 0.0, 0.0, 0.0, 0.0])),
+            "springs": mooring(surge=4e6, sway=4e6),
             "fender": on_floor(1e9, hs.StickSlip(0.2, 0.1, 1e7, 1e6, 1e5)),
         }
         v = 2.0 * direction
@@ -188,7 +191,7 @@ def test_a_point_driven_in_a_circle(figure: Figure):
     }
     loss = law.kinetic * N * w * r + sum(losses.values())
 
-    springs = hs.LinearMooring("block", np.diag([m * w * w, m * w * w, 0.0, 0.0, 0.0, 0.0]))
+    springs = mooring(surge=m * w * w, sway=m * w * w)
     forces = {"springs": springs, "weight": steady(heave=-N), "fender": on_floor(1e7, law)}
     start = {"position": moving(surge=R, heave=-N / 1e7), "velocity": moving(sway=w * R)}
     body = block(m, ("surge", "sway", "heave"), **start)
@@ -339,13 +342,13 @@ def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figu
     def run(size: float, kinematics: Kinematics) -> np.ndarray:
         whole = tumbling(np.eye(3), np.zeros(3), STEEL)
         fender = whole.forces["fender"]
-        straight = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
+        straight = straight_curve(1e6)
         points = fender.points - 0.1 * np.eye(3)[2]
         forces = {
             **whole.forces,
             "push": replace(whole.forces["push"], force=table([0.0, 3.0], size * PUSH)),
             "fender": replace(fender, plane=FLOOR, normal=straight, points=points),
-            "springs": hs.LinearMooring("block", np.diag([0, 0, 0, 1e6, 1e6, 1e5])),
+            "springs": mooring(roll=1e6, pitch=1e6, yaw=1e5),
         }
         (body,) = whole.bodies
         body = replace(body, velocity=tuple(size * np.array(body.velocity)))
@@ -377,10 +380,10 @@ def pressed_barge(**law: float) -> Scene:
     friction = {"stiffness": 1.4e8, "damping": 8.25e6, "slip_damping": 2.5e5} | law
     corners = np.array([[x, y, 7.5] for x in (20, -20) for y in (20, -20)], dtype=float)
     topside = hs.Plane((0.0, 0.0, 3.6), (0.0, 0.0, -1.0))
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 9.81e7]))
+    curve = straight_curve(9.81e7)
     steel = hs.StickSlip(static=0.2, kinetic=0.1, **friction)
     forces = {
-        "waves and lift": hs.AppliedForce("block", (0.0, 0.0, 0.0), table(t, force)),
+        "waves and lift": central_force(**table(t, force)),
         "mooring": hs.LinearMooring("block", springs, 0.05 * springs),
         "fender": hs.Fender("block", corners, topside, curve, steel),
     }

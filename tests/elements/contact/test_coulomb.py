@@ -10,19 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from scenes import (
-    FLOOR,
-    INERTIA,
-    block,
-    errors,
-    heave,
-    moving,
-    observed_orders,
-    on_floor,
-    scene,
-    steady,
-    surge,
-)
+import scenes
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -40,14 +28,14 @@ ROUGH = hs.Coulomb(1e3, 1e3)  # as good as a hinge
 def pressed(law: hs.Coulomb, force: float) -> hs.Fender:
     """The block's origin, pressed on the floor by a constant force."""
     normal = hs.PrescribedNormal(Table(np.array([0.0]), np.array([force])))
-    return hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law)
+    return scenes.foot(normal, law)
 
 
 def pushed(mean: float, amplitude: float, duration: float = 1000.0, step: float = 0.1) -> hs.Scene:
     """The block of chapter 4 of the thesis, on friction of 2e5 N."""
-    push = hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(amplitude, PERIOD, mean)})
+    push = scenes.central_force(surge=Harmonic(amplitude, PERIOD, mean))
     forces = {"push": push, "fender": pressed(hs.Coulomb(0.2, 0.2), GRIP / 0.2)}
-    return scene(block(MASS, ("surge",)), forces, duration, 10 * step, step=step)
+    return scenes.scene(scenes.block(MASS, ("surge",)), forces, duration, 10 * step, step=step)
 
 
 @dataclass(frozen=True)
@@ -99,7 +87,7 @@ def test_block_of_the_thesis(
     time, pieces = run.time.values, list(closed_form(amplitude, 1000.0))
     of = np.searchsorted([p.start for p in pieces], time, side="right") - 1
     exact = np.array([pieces[i].position(t, amplitude) for i, t in zip(of, time, strict=True)])
-    error = np.abs(surge(run) - exact).max()
+    error = np.abs(scenes.surge(run) - exact).max()
     figure("position error [m]", error)
     claim = "block under dry friction, 1000 s, over its range"
     part = error / np.ptp(exact)
@@ -113,7 +101,7 @@ def test_block_of_the_thesis(
 def test_no_creep(figure: Figure, validated: Callable[..., None]) -> None:
     """Others creep by 3.6e-6 m (MuJoCo, tuned) to 7e-4 m (Drake) in an hour of this."""
     run = hs.simulate(pushed(1e5, 5e4, duration=3600.0))
-    creep = np.abs(surge(run)).max()
+    creep = np.abs(scenes.surge(run)).max()
     figure("creep [m]", creep)
     claim = "block held by friction for an hour, creep [m]"
     validated(Kind.CLOSED_FORM, claim, "0", creep, 0.0, Feature.COULOMB)
@@ -138,13 +126,13 @@ def oscillator(ratio: float, friction: float, phase: float, start: float, cycles
     half = np.pi / ratio
     swing = {"surge": Harmonic(1.0, 2 * half, phase=phase + np.pi / 2)}
     forces = {
-        "push": hs.AppliedForce("block", (0, 0, 0), swing),
-        "spring": hs.LinearMooring("block", np.diag([1.0, 0, 0, 0, 0, 0])),
+        "push": scenes.central_force(**swing),
+        "spring": scenes.mooring(surge=1.0),
         "fender": pressed(hs.Coulomb(1.0, 1.0), friction),
     }
-    body = block(1.0, ("surge",), position=moving(surge=start))
+    body = scenes.block(1.0, ("surge",), position=scenes.moving(surge=start))
     steps = int(np.ceil(half / min(0.02, half / 40)))
-    return scene(body, forces, 2 * cycles * half, half, step=half / steps)
+    return scenes.scene(body, forces, 2 * cycles * half, half, step=half / steps)
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.45, 0.6, 0.8, 0.9, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0])
@@ -153,7 +141,7 @@ def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]
     friction = {0.3: 0.02, 0.45: 0.1}.get(ratio, 0.2)
     amplitude, phase = den_hartog(ratio, friction)
     run = hs.simulate(oscillator(ratio, friction, phase, amplitude, cycles=40))
-    turning = surge(run) * np.where(np.arange(run.time.size) % 2, -1.0, 1.0)
+    turning = scenes.surge(run) * np.where(np.arange(run.time.size) % 2, -1.0, 1.0)
     error = np.abs(turning / amplitude - 1.0).max()
     figure(f"amplitude at {ratio:g}", error)
     claim = "oscillator with dry friction, amplitude at 11 frequencies"
@@ -215,7 +203,7 @@ def test_stops_per_cycle(ratio: float, friction: float, figure: Figure) -> None:
     places, count = stops(ratio, friction, cycles=6)
     whole = oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6)
     run = hs.simulate(whole)
-    error = np.abs(surge(run) - places).max()
+    error = np.abs(scenes.surge(run) - places).max()
     figure(f"places at {ratio:g}", error)
     assert error <= 1e-6 * np.ptp(places)
     fine = hs.simulate(replace(whole, output_step=whole.solver.step))
@@ -226,10 +214,13 @@ def test_stops_per_cycle(ratio: float, friction: float, figure: Figure) -> None:
 
 def test_a_block_thrown_along_the_floor_stops_straight(figure: Figure) -> None:
     g, mu, v = 9.81, 0.3, np.array([3.0, 4.0])
-    forces = {"weight": steady(heave=-g), "fender": on_floor(1e3, hs.Coulomb(mu, mu))}
-    start = {"position": moving(heave=-g / 1e3), "velocity": moving(surge=v[0], sway=v[1])}
-    body = block(1.0, ("surge", "sway", "heave"), **start)
-    run = hs.simulate(scene(body, forces, 3.0, 0.1, step=0.05))
+    forces = {"weight": scenes.steady(heave=-g), "fender": scenes.on_floor(1e3, hs.Coulomb(mu, mu))}
+    start = {
+        "position": scenes.moving(heave=-g / 1e3),
+        "velocity": scenes.moving(surge=v[0], sway=v[1]),
+    }
+    body = scenes.block(1.0, ("surge", "sway", "heave"), **start)
+    run = hs.simulate(scenes.scene(body, forces, 3.0, 0.1, step=0.05))
     way = v * np.hypot(*v) / (2 * mu * g)
     error = np.abs(run.position.values[-1, 0, :2] - way).max()
     figure("where it stops [m]", error)
@@ -245,19 +236,19 @@ ARM, STIFFNESS, G = 1.0, 400.0, 9.81
 
 def rocking(duration: float, step: float) -> hs.Scene:
     """A body on one rough point below its centre of gravity, tilted."""
-    start = moving(surge=ARM * np.sin(0.1), heave=ARM * np.cos(0.1) - G / 400, pitch=0.1)
-    body = block(1.0, ("surge", "heave", "pitch"), position=start)
+    start = scenes.moving(surge=ARM * np.sin(0.1), heave=ARM * np.cos(0.1) - G / 400, pitch=0.1)
+    body = scenes.block(1.0, ("surge", "heave", "pitch"), position=start)
     forces = {
-        "weight": steady(heave=-G),
-        "spring": hs.LinearMooring("block", np.diag([0, 0, 0, 0, 30.0, 0])),
-        "fender": on_floor(STIFFNESS, ROUGH, points=[[0.0, 0.0, -ARM]]),
+        "weight": scenes.steady(heave=-G),
+        "spring": scenes.mooring(pitch=30.0),
+        "fender": scenes.on_floor(STIFFNESS, ROUGH, points=[[0.0, 0.0, -ARM]]),
     }
-    return scene(body, forces, duration, 0.1, step=step)
+    return scenes.scene(body, forces, duration, 0.1, step=step)
 
 
 def test_a_held_point_is_a_hinge(figure: Figure) -> None:
     """Against Lagrange's equations of height z and pitch, with x = arm sin(pitch)."""
-    inertia = INERTIA[1, 1]
+    inertia = scenes.INERTIA[1, 1]
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         z, a, dz, da = y
@@ -270,9 +261,9 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
     exact = solve_ivp(rates, (0, 5), start, "DOP853", t_eval=times, rtol=1e-12, atol=1e-13).y
     x = ARM * np.sin(exact[1])
     steps = np.array([0.05, 0.025, 0.0125])
-    found = errors(rocking(5.0, 0.05), steps, x)
-    figure("order", observed_orders(steps, found)[-1])
-    assert observed_orders(steps, found)[-1] > 3.7
+    found = scenes.errors(rocking(5.0, 0.05), steps, x)
+    figure("order", scenes.observed_orders(steps, found)[-1])
+    assert scenes.observed_orders(steps, found)[-1] > 3.7
     run = hs.simulate(rocking(5.0, 0.0125))
     assert found[-1] < 1e-6 * np.ptp(x)
     assert np.abs(run.position.values[:, 0, 4] - exact[1]).max() < 1e-6
@@ -285,15 +276,20 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
 
 def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) -> None:
     """All six DOFs, three dimensions: the point stays, the energy stays."""
-    start = {"position": moving(pitch=0.3, roll=-0.2), "velocity": moving(heave=-0.5, yaw=0.2)}
-    body = block(1.0, **start)
+    start = {
+        "position": scenes.moving(pitch=0.3, roll=-0.2),
+        "velocity": scenes.moving(heave=-0.5, yaw=0.2),
+    }
+    body = scenes.block(1.0, **start)
     arm = [0.05, -0.03, 0.2]
     forces = {
-        "spring": hs.LinearMooring("block", np.diag([0, 0, 0, 3.0, 3.0, 3.0])),
-        "weight": steady(heave=-G),
-        "fender": on_floor(200.0, ROUGH, points=[arm], plane=hs.Plane((0, 0, 0.15), (0, 0, 1))),
+        "spring": scenes.mooring(roll=3.0, pitch=3.0, yaw=3.0),
+        "weight": scenes.steady(heave=-G),
+        "fender": scenes.on_floor(
+            200.0, ROUGH, points=[arm], plane=hs.Plane((0, 0, 0.15), (0, 0, 1))
+        ),
     }
-    runs = [hs.simulate(scene(body, forces, 4.0, 0.1, step=h)) for h in (0.01, 0.005)]
+    runs = [hs.simulate(scenes.scene(body, forces, 4.0, 0.1, step=h)) for h in (0.01, 0.005)]
     assert {*np.unique(runs[1].fender_mode.values)} >= {STICK}
     residual = [run.attrs["energy_residual_relative"] for run in runs]
     figure("residual", residual[1])
@@ -307,13 +303,13 @@ def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) ->
 
 def test_two_bodies_stick_together(figure: Figure) -> None:
     """A block on a cart that is pushed: one body while it holds, momentum always."""
-    cart = block(3.0, ("surge",), name="cart")
-    body = block(1.0, ("surge", "heave"), position=moving(heave=-0.1))
-    push = hs.AppliedForce("cart", (0, 0, 0), {"surge": Harmonic(6.0, 5.0, phase=np.pi / 2)})
+    cart = scenes.block(3.0, ("surge",), name="cart")
+    body = scenes.block(1.0, ("surge", "heave"), position=scenes.moving(heave=-0.1))
+    push = scenes.central_force("cart", surge=Harmonic(6.0, 5.0, phase=np.pi / 2))
     top = hs.Plane((0, 0, 0), (0, 0, 1), body="cart")
-    fender = on_floor(100.0, hs.Coulomb(0.4, 0.4), plane=top)
-    forces = {"push": push, "weight": steady(heave=-10.0), "fender": fender}
-    run = hs.simulate(scene((body, cart), forces, 10.0, 0.1, step=0.05))
+    fender = scenes.on_floor(100.0, hs.Coulomb(0.4, 0.4), plane=top)
+    forces = {"push": push, "weight": scenes.steady(heave=-10.0), "fender": fender}
+    run = hs.simulate(scenes.scene((body, cart), forces, 10.0, 0.1, step=0.05))
     w, t = 2 * np.pi / 5.0, run.time.values
     assert np.all(run.fender_mode.values == STICK)
     exact = 6.0 / 4.0 / w**2 * (1.0 - np.cos(w * t))
@@ -321,7 +317,7 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
     assert np.abs(run.position.values[:, :, 0] - exact[:, None]).max() < 2e-7  # Simpson
     assert np.all(run.velocity.values[:, 0, 0] == run.velocity.values[:, 1, 0])
     loose = {**forces, "fender": replace(fender, friction=hs.Coulomb(0.12, 0.08))}
-    run = hs.simulate(scene((body, cart), loose, 10.0, 0.1, step=0.05))
+    run = hs.simulate(scenes.scene((body, cart), loose, 10.0, 0.1, step=0.05))
     assert {*np.unique(run.fender_mode.values)} == {STICK, SLIP}
     momentum = run.velocity.values[:, 0, 0] + 3.0 * run.velocity.values[:, 1, 0]
     assert np.abs(momentum - 6.0 / w * np.sin(w * t)).max() < 1e-6
@@ -330,26 +326,28 @@ def test_two_bodies_stick_together(figure: Figure) -> None:
 
 def test_friction_on_what_cannot_slide_does_nothing() -> None:
     """A block that bounces straight up and down: as without friction, and it opens as often."""
-    body = block(1.0, ("heave",), position=moving(heave=0.1))
+    body = scenes.block(1.0, ("heave",), position=scenes.moving(heave=0.1))
     ends = []
     for law in (hs.Coulomb(0.4, 0.3), hs.Frictionless()):
-        forces = {"weight": steady(heave=-9.81), "fender": on_floor(1e3, law)}
-        run = hs.simulate(scene(body, forces, 3.0, 0.01, step=0.005))
-        ends.append(heave(run))
+        forces = {"weight": scenes.steady(heave=-9.81), "fender": scenes.on_floor(1e3, law)}
+        run = hs.simulate(scenes.scene(body, forces, 3.0, 0.01, step=0.005))
+        ends.append(scenes.heave(run))
         assert np.count_nonzero(np.diff(run.fender_mode.values[:, 0] != 0)) > 10
     assert ends[0] == pytest.approx(ends[1], abs=1e-10)
 
 
 def test_what_does_not_fit_is_refused() -> None:
     corners = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]
-    forces = {"fender": on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners)}
+    forces = {"fender": scenes.on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners)}
     with pytest.raises(InputError, match="stick_slip") as refused:
-        hs.simulate(scene(block(1.0), forces, 1.0, 0.1))
+        hs.simulate(scenes.scene(scenes.block(1.0), forces, 1.0, 0.1))
     assert "forces.fender: rigid friction holds 4 directions at 2 points" in str(refused.value)
     wall = hs.Plane((5.0, 0.0, 0.0), (-1.0, 0.0, 0.0))
     one_each = {
-        "floor": on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners[:1]),
-        "wall": on_floor(1e3, hs.Coulomb(0.2, 0.1), points=[[1.0, 0.0, 1.0]], plane=wall),
+        "floor": scenes.on_floor(1e3, hs.Coulomb(0.2, 0.1), points=corners[:1]),
+        "wall": scenes.on_floor(1e3, hs.Coulomb(0.2, 0.1), points=[[1.0, 0.0, 1.0]], plane=wall),
     }
-    run = hs.simulate(scene(block(1.0, velocity=moving(heave=-0.1)), one_each, 1.0, 0.1))
-    assert np.isfinite(heave(run)).all()
+    run = hs.simulate(
+        scenes.scene(scenes.block(1.0, velocity=scenes.moving(heave=-0.1)), one_each, 1.0, 0.1)
+    )
+    assert np.isfinite(scenes.heave(run)).all()

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import FLOOR, block, moving, on_floor, scene, steady, with_step
+from scenes import FLOOR, block, central_force, mooring, moving, on_floor, scene, steady, with_step
 
 import hydrosim as hs
 from hydrosim.elements import Harmonic, constant
@@ -50,7 +50,7 @@ def test_a_node_that_comes_to_stick_on_the_kinetic_cone_stays() -> None:
     elements = {
         "weight": steady(heave=-803150.0),
         "legs": hs.Fender("block", np.array(corners), slope, curve, law),
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(88314.0, 4.7002)}),
+        "push": central_force(surge=Harmonic(88314.0, 4.7002)),
     }
     body = block(81871.0, ["surge", "heave"], centre_of_gravity=(0.0, 0.0, 1.4957))
     turned = replace(body, position=moving(yaw=0.95297))
@@ -64,8 +64,8 @@ def test_a_drawbar_without_length_is_no_reason_to_stop() -> None:
     elements = {
         "weight": steady(heave=-8e4),
         "foot": on_floor(4e6, law),
-        "guide": hs.LinearMooring("block", np.diag([5e4, 8e4, 0.0, 0.0, 0.0, 0.0])),
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(2e4, 2.7)}),
+        "guide": mooring(surge=5e4, sway=8e4),
+        "push": central_force(surge=Harmonic(2e4, 2.7)),
     }
     speed, height = moving(surge=-0.305, sway=-0.246), moving(heave=0.072)
     body = block(8e3, ["surge", "sway", "heave"], velocity=speed, position=height)
@@ -89,8 +89,8 @@ def test_what_begins_to_slide_heads_for_where_it_is_pushed() -> None:
         "rough": hs.Fender(
             "above", np.array([(0.0, 0.0, -0.7)]), deck, curve, hs.Coulomb(0.181, 0.181)
         ),
-        "push": hs.AppliedForce("below", (0.0, 0.0, 0.0), {"surge": Harmonic(899.62, 4.0987)}),
-        "drag": hs.AppliedForce("above", (0.0, 0.0, 0.0), {"surge": Harmonic(1736.4, 17.202)}),
+        "push": central_force("below", surge=Harmonic(899.62, 4.0987)),
+        "drag": central_force("above", surge=Harmonic(1736.4, 17.202)),
     }
     pair = [below, replace(above, position=moving(yaw=-2.244))]
     there = scene(pair, elements, 73.0, 0.5, method=Method.DOPRI5, step=0.01)
@@ -106,7 +106,7 @@ def test_rigid_friction_that_just_begins_to_slip_comes_on() -> None:
     normal, law = hs.PrescribedNormal(constant(1e4)), hs.Coulomb(0.3, 0.3)
     push = {"surge": Harmonic(3.2e3, 1.0), "sway": Harmonic(1.5e3, 1.4)}
     foot = hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law)
-    elements = {"foot": foot, "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), push)}
+    elements = {"foot": foot, "push": central_force(**push)}
     body = block(1e3, ["surge", "sway"])
     whole = scene(body, elements, 30.0, 0.1, step=0.01)
     methods = (Method.DOPRI5, Method.ESDIRK4)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import block, moving, observed_orders, scene, steady, with_step
+from scenes import block, mooring, moving, observed_orders, scene, steady, straight_curve, with_step
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
@@ -16,7 +16,7 @@ from hydrosim.report.evidence import Feature, Kind
 MASS, K, G = 1e3, 2e5, 9.81
 GAP = 0.1
 TABLE = np.array([0.0, 1.0]), np.array([0.0, K])
-SEAT = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e5]))
+SEAT = straight_curve(4e5)
 
 
 def wall_of(slope: float = 0.0, depth: float | None = None) -> hs.Wall:
@@ -125,7 +125,7 @@ def lock(begin: float, until: float | None = None, duration: float = 4.0) -> hs.
         wall=wall_of(),
         active=hs.Active(hs.When(begin), end),
     )
-    swing = hs.LinearMooring("block", np.diag([SWING, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    swing = mooring(surge=SWING)
     body = block(MASS, ("surge",), velocity=moving(surge=1.0))
     return scene(body, {"leg": leg, "swing": swing}, duration, 0.05, step=0.0025)
 

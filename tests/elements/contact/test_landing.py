@@ -8,7 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 from modes_apart import Event, integrate
-from scenes import assert_continues, block, heave, moving, observed_orders, scene, steady, with_step
+from scenes import (
+    assert_continues,
+    block,
+    central_force,
+    heave,
+    mooring,
+    moving,
+    observed_orders,
+    scene,
+    steady,
+    straight_curve,
+    with_step,
+)
 from scipy.linalg import expm
 
 import hydrosim as hs
@@ -233,9 +245,9 @@ def test_an_impact_oscillator_is_that_of_the_matrix_exponential_over_100_impacts
     force = {"heave": Harmonic(-F, 2 * np.pi / w, phase=0.5 * np.pi)}
     seat = np.array([[0.0, 0.0, -gap]])
     forces = {
-        "leg": leg(hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, kc])), seats=seat),
+        "leg": leg(straight_curve(kc), seats=seat),
         "spring": hs.LinearMooring("block", k * np.eye(6), c * np.eye(6)),
-        "drive": hs.AppliedForce("block", (0.0, 0.0, 0.0), force),
+        "drive": central_force(**force),
     }
     period = 2 * np.pi / w
     duration = 101 * period
@@ -287,7 +299,7 @@ def pushed(amplitude: float, **changes: object) -> Scene:
     forces = {
         "leg": leg(),
         "weight": steady(heave=-WEIGHT),
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), force),
+        "push": central_force(**force),
         "damping": hs.LinearDamping("block", 5e3 * np.eye(6)),
     }
     body = block(MASS, ("heave",), position=moving(heave=-WEIGHT / 2e5))
@@ -325,7 +337,7 @@ def two_legs(y: tuple[float, float], **position: float) -> Scene:
     dofs, inertia = ("sway", "heave", "roll"), MASS * np.eye(3)
     body = block(MASS, dofs, inertia=inertia, position=moving(**position))
     places = np.array([[0.0, y[0], 0.0], [0.0, y[1], 0.0]])
-    sway = hs.LinearMooring("block", np.diag([0.0, 1e4, 0.0, 1e4, 0.0, 0.0]))
+    sway = mooring(sway=1e4, roll=1e4)
     legs = leg(points=places, seats=places)
     forces = {"legs": legs, "weight": steady(heave=-WEIGHT), "sway": sway}
     return scene(body, forces, 2.0, 0.05, step=0.005)
@@ -350,7 +362,7 @@ DECK = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
 
 
 def on_deck(law: object, edge: tuple[tuple[float, ...], ...] = DECK) -> hs.Fender:
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 1e6]))
+    curve = straight_curve(1e6)
     plane = hs.Plane((0, 0, 0), (0, 0, 1), None, edge)
     return hs.Fender("block", np.zeros((1, 3)), plane, curve, law)
 
@@ -455,7 +467,7 @@ def test_a_block_that_slides_off_its_seat_falls_at_its_edge() -> None:
     """Without friction it goes on at its speed: 1 m at 2 m/s, from the start at the middle."""
     start = {"position": moving(heave=-WEIGHT / 2e5), "velocity": moving(surge=2.0)}
     body = block(MASS, ("surge", "heave"), **start)
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 2e5]))
+    curve = straight_curve(2e5)
     forces = {"leg": leg(curve, extent=1.0), "weight": steady(heave=-WEIGHT)}
     run = hs.simulate(scene(body, forces, 1.0, 0.01, step=0.005))
     t = run.time.values

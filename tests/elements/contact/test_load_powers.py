@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scenes import FLOOR, block, moving, observed_orders, scene, surge, with_step
+import scenes
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
@@ -25,15 +25,15 @@ E = 1e-3  # of x without load
 
 def driven(law: hs.StickSlip, lag: float, step: float = 0.01, grip: float = 1.0) -> hs.Scene:
     """A block whose shear and normal force swing with a lag between them."""
-    push = hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(grip * 100.0, 2.0)})
+    push = scenes.central_force(surge=Harmonic(grip * 100.0, 2.0))
     normal = hs.PrescribedNormal(Harmonic(SWING, 2.0, mean=LOAD, phase=lag))
     only_surge = np.diag([1.0, 0, 0, 0, 0, 0])
     forces = {
         "push": push,
         "spring": hs.LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge),
-        "fender": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+        "fender": scenes.foot(normal, law),
     }
-    return scene(block(1.0, ("surge",)), forces, 12.0, 0.1, step=step)
+    return scenes.scene(scenes.block(1.0, ("surge",)), forces, 12.0, 0.1, step=step)
 
 
 def held(power: float) -> hs.StickSlip:
@@ -83,12 +83,12 @@ def test_against_an_independent_integration(power: float, figure: Figure) -> Non
         y, t = piece[-1], stop
     whole = np.concatenate(exact)
     steps = np.array([0.005, 0.0025])
-    runs = [hs.simulate(with_step(driven(held(power), lag), step)) for step in steps]
-    error = np.array([np.abs(surge(run) - whole[:, 0]).max() for run in runs])
-    figure("order", observed_orders(steps, error)[0])
+    runs = [hs.simulate(scenes.with_step(driven(held(power), lag), step)) for step in steps]
+    error = np.array([np.abs(scenes.surge(run) - whole[:, 0]).max() for run in runs])
+    figure("order", scenes.observed_orders(steps, error)[0])
     figure("error over the range", error[-1] / np.ptp(whole[:, 0]))
     assert error[-1] <= 1e-6 * np.ptp(whole[:, 0])
-    assert observed_orders(steps, error)[0] > 3.7
+    assert scenes.observed_orders(steps, error)[0] > 3.7
     friction = runs[-1].fender_friction.values[:, 0, 0]
     assert np.abs(friction + whole[:, 2]).max() <= 1e-5 * np.ptp(whole[:, 2])
 
@@ -103,13 +103,13 @@ LAWS = {
 def test_slip_and_lift_off(name: str, figure: Figure) -> None:
     """A pushed block that bounces: ledger, bound of traction, growing dissipation."""
     law = LAWS[name]
-    body = block(1.0, ("surge", "heave"), position=moving(heave=0.01))
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e3]))
+    body = scenes.block(1.0, ("surge", "heave"), position=scenes.moving(heave=0.01))
+    curve = scenes.straight_curve(4e3)
     push = {"surge": Harmonic(5.0, 1.7), "heave": Harmonic(14.0, 1.1, mean=-9.81)}
-    fender = hs.Fender("block", np.zeros((1, 3)), FLOOR, curve, law)
-    forces = {"push": hs.AppliedForce("block", (0, 0, 0), push), "fender": fender}
+    fender = scenes.foot(curve, law)
+    forces = {"push": scenes.central_force(**push), "fender": fender}
     steps = (0.01, 0.005, 0.0025)
-    runs = [hs.simulate(scene(body, forces, 8.0, 0.02, step=step)) for step in steps]
+    runs = [hs.simulate(scenes.scene(body, forces, 8.0, 0.02, step=step)) for step in steps]
     fine = runs[-1]
     assert len({*np.unique(fine.fender_mode.values)} - {OPEN}) >= 1
     assert np.any(fine.fender_mode.values == OPEN)
@@ -131,7 +131,9 @@ def test_without_powers_it_is_the_same_law() -> None:
     runs = [hs.simulate(driven(law, 1.0, grip=4.0)) for law in (plain, powers)]
     assert {*np.unique(runs[0].fender_mode.values)} == {STICK, SLIP}
     # the load's turning points are events of one only: pieces differ, within the method's error
-    assert np.abs(surge(runs[0]) - surge(runs[1])).max() < 1e-6 * np.ptp(surge(runs[0]))
+    assert np.abs(scenes.surge(runs[0]) - scenes.surge(runs[1])).max() < 1e-6 * np.ptp(
+        scenes.surge(runs[0])
+    )
 
 
 def test_rate_free_friction_with_powers_is_refused() -> None:

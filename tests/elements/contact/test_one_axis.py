@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from markers import few
 from one_axis import OPEN, SLIP, STICK, Block, Exact, integrate
-from scenes import FLOOR, block, moving, on_floor, scene, steady
+from scenes import block, foot, moving, on_floor, scene, steady, straight_curve
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
@@ -29,7 +29,7 @@ STEEL = hs.StickSlip(static=0.2, kinetic=0.1, stiffness=1.4e7, damping=8e5, slip
 
 
 def line(stiffness: float, damping: float = 0.0) -> hs.NormalCurve:
-    return hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
+    return straight_curve(stiffness, damping)
 
 
 def sine(amplitude: float, period: float, phase: float = 0.0) -> np.ndarray:
@@ -276,7 +276,7 @@ def test_normal_damping(figure: Figure) -> None:
 
     let_go = brentq(force, 0.5 * np.pi / w, np.pi / w, xtol=1e-14)
     body = block(m, ("heave",), position=moving(heave=speed * 0.05), velocity=moving(heave=-speed))
-    floor = hs.Fender("block", np.zeros((1, 3)), FLOOR, line(k, c), hs.Frictionless())
+    floor = foot(line(k, c), hs.Frictionless())
     runs = [simulate(scene(body, {"floor": floor}, 0.4, 0.1, step=h)) for h in (0.002, 0.001)]
     errors = [abs(-rate(let_go) - run.velocity.values[-1, 0, 2]) for run in runs]
     figure("speed afterwards", -rate(let_go))
@@ -294,7 +294,7 @@ def test_without_rates_a_prescribed_normal_force_is_felt_at_once(figure: Figure)
     m, v, law = 1e5, 9.0, hs.StickSlip(0.3, 0.2, 2e7, 0.0)
     time, N = np.array([0.0, 0.33, 0.7, 1.24, 2.0]), np.array([1e5, 9e5, 2e5, 2e5, 1.5e6])
     body = block(m, ("surge",), velocity=moving(surge=v))
-    pad = hs.Fender("block", np.zeros((1, 3)), FLOOR, hs.PrescribedNormal(Table(time, N)), law)
+    pad = foot(hs.PrescribedNormal(Table(time, N)), law)
     run = simulate(scene(body, {"pad": pad}, 2.0, 0.1, step=0.1))
     sliding = run.time.values > 0.1
     assert (run.fender_mode.values[sliding] == SLIP).all()

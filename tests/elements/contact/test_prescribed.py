@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from markers import few
-from scenes import FLOOR, block, moving, scene, surge
+from scenes import block, central_force, foot, mooring, moving, scene, surge
 
 import hydrosim as hs
 from hydrosim.elements import Harmonic
@@ -27,9 +27,9 @@ def pressed(law: Law, period: float, phase: float, method: Method, step: float) 
     """A block that is pushed to and fro under a normal force from 0 to 2e5 N."""
     normal = hs.PrescribedNormal(Harmonic(1e5, period, 1e5, phase))
     forces = {
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), {"surge": Harmonic(4e4, 7.0)}),
-        "spring": hs.LinearMooring("block", np.diag([2e4, 0.0, 0.0, 0.0, 0.0, 0.0])),
-        "floor": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, law),
+        "push": central_force(surge=Harmonic(4e4, 7.0)),
+        "spring": mooring(surge=2e4),
+        "floor": foot(normal, law),
     }
     body = block(1e5, ("surge",), velocity=moving(surge=0.3))
     return scene(body, forces, DURATION, 0.1, method=method, step=step)

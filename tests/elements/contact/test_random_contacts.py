@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import block, scene, table
+from scenes import block, central_force, scene, table
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
@@ -73,7 +73,7 @@ def scenes(draw: Any) -> hs.Scene:
     law = law_of(friction, draw(st.integers(0, 3)))
     times = np.linspace(0.0, DURATION, 6)
     forces = {
-        "push": hs.AppliedForce("block", (0.0, 0.0, 0.0), table(times, force)),
+        "push": central_force(**table(times, force)),
         "mooring": hs.LinearMooring("block", MASS * np.diag([1.0, 1.0, 0.0, 40.0, 40.0, 10.0])),
         "fender": hs.Fender(
             "block", points, hs.Plane((0.0, 0.0, 0.0), slope), curve, _shared(law, count)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import FLOOR, block, heave, moving, on_floor, scene, steady, surge
+import scenes
 from scipy.integrate import solve_ivp
 
 import hydrosim as hs
@@ -23,10 +23,12 @@ def sliding(slope: float, step: float, method: Method = Method.ESDIRK4) -> Scene
     """A block of the barge's mass, pushed to and fro on a friction slope."""
     normal = hs.PrescribedNormal(constant(GRIP / 0.2))
     forces = {
-        "push": hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(PUSH, PERIOD)}),
-        "floor": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, hs.FrictionSlope(0.2, slope)),
+        "push": scenes.central_force(surge=Harmonic(PUSH, PERIOD)),
+        "floor": scenes.foot(normal, hs.FrictionSlope(0.2, slope)),
     }
-    return scene(block(MASS, ("surge",)), forces, 200.0, 1.0, step=step, method=method)
+    return scenes.scene(
+        scenes.block(MASS, ("surge",)), forces, 200.0, 1.0, step=step, method=method
+    )
 
 
 def exact(slope: float, times: np.ndarray) -> np.ndarray:
@@ -47,7 +49,7 @@ def test_steep_slopes_at_a_tenth_of_a_second(
     """h b / m reaches 500: no oscillation, and the creep v = F / b of stick is there."""
     run = hs.simulate(sliding(slope, 0.1))
     wanted = exact(slope, run.time.values)
-    error = np.abs(surge(run) - wanted[:, 0]).max() / np.ptp(wanted[:, 0])
+    error = np.abs(scenes.surge(run) - wanted[:, 0]).max() / np.ptp(wanted[:, 0])
     claim = "block under friction slopes up to 1e12 N s/m at 0.1 s, of its range"
     features = (Feature.SLOPE, Feature.IMPLICIT)
     # order 4 at slack slopes; stages of order 2 where h b / m is about 5
@@ -71,14 +73,14 @@ def test_an_explicit_method_oscillates_there() -> None:
 @pytest.mark.parametrize("stiffness", [1e10, 1e12])
 def test_stiff_steel_settles(stiffness: float, figure: Figure) -> None:
     """A damped contact whose period is far below the step: it rests where weight meets spring."""
-    body = block(1e6, ("heave",), position=moving(heave=-2e7 / stiffness))
+    body = scenes.block(1e6, ("heave",), position=scenes.moving(heave=-2e7 / stiffness))
     forces = {
-        "weight": steady(heave=-1e7),
-        "floor": on_floor(stiffness, hs.Frictionless()),
+        "weight": scenes.steady(heave=-1e7),
+        "floor": scenes.on_floor(stiffness, hs.Frictionless()),
         "damper": hs.LinearMooring("block", np.zeros((6, 6)), np.diag([0, 0, 2e8, 0, 0, 0])),
     }
-    run = hs.simulate(scene(body, forces, 5.0, 0.1, step=0.1, method=Method.ESDIRK4))
-    rest = np.abs(heave(run)[-10:] * stiffness / 1e7 + 1.0).max()
+    run = hs.simulate(scenes.scene(body, forces, 5.0, 0.1, step=0.1, method=Method.ESDIRK4))
+    rest = np.abs(scenes.heave(run)[-10:] * stiffness / 1e7 + 1.0).max()
     figure(f"off its rest at {stiffness:g}", rest)
     assert rest < 1e-6
 
@@ -88,12 +90,12 @@ LEGS = np.array([[x, y, -5.0] for x in (20.0, -20.0) for y in (15.0, -15.0)])
 
 def dropped(stiffness: float, damping: float, **solver: object) -> Scene:
     """A topside of 20,000 t that falls 0.3 m on its four legs, one after the other."""
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, stiffness]), damping)
-    place = moving(heave=5.3, pitch=0.002, roll=0.001)
-    legs = hs.Fender("block", LEGS, FLOOR, curve, hs.Frictionless())
-    forces = {"weight": steady(heave=-9.81 * 2e7), "legs": legs}
-    body = block(2e7, ("heave", "pitch", "roll"), position=place)
-    return scene(body, forces, 5.0, 0.1, **solver)
+    curve = scenes.straight_curve(stiffness, damping)
+    place = scenes.moving(heave=5.3, pitch=0.002, roll=0.001)
+    legs = hs.Fender("block", LEGS, scenes.FLOOR, curve, hs.Frictionless())
+    forces = {"weight": scenes.steady(heave=-9.81 * 2e7), "legs": legs}
+    body = scenes.block(2e7, ("heave", "pitch", "roll"), position=place)
+    return scenes.scene(body, forces, 5.0, 0.1, **solver)
 
 
 @pytest.mark.parametrize("method", [Method.DOPRI5, Method.ESDIRK4])
@@ -127,7 +129,7 @@ def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
         runs.append(hs.simulate(replace(base, solver=solver)))
     fine = runs.pop()
     for run in runs:
-        error = np.abs(surge(run) - surge(fine)).max() / np.ptp(surge(fine))
+        error = np.abs(scenes.surge(run) - scenes.surge(fine)).max() / np.ptp(scenes.surge(fine))
         figure(f"error over the range of {run.solver_method}", error)
         assert run.solver_events == fine.solver_events
         assert error < 1e-4
@@ -139,10 +141,12 @@ def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
     mass, grip, slope, push, h = 1e6, 2e5, 1e6, 4e5, 0.5
     normal = hs.PrescribedNormal(constant(grip / 0.2))
     forces = {
-        "push": hs.AppliedForce("block", (0, 0, 0), {"surge": Harmonic(push, 10.0)}),
-        "floor": hs.Fender("block", np.zeros((1, 3)), FLOOR, normal, hs.FrictionSlope(0.2, slope)),
+        "push": scenes.central_force(surge=Harmonic(push, 10.0)),
+        "floor": scenes.foot(normal, hs.FrictionSlope(0.2, slope)),
     }
-    made = scene(block(mass, ("surge",)), forces, 60.0, h, step=h, method=Method.RK2, events=False)
+    made = scenes.scene(
+        scenes.block(mass, ("surge",)), forces, 60.0, h, step=h, method=Method.RK2, events=False
+    )
     run = hs.simulate(made)
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
@@ -154,7 +158,7 @@ def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
         middle = plain[-1] + 0.5 * h * rates(t, plain[-1])
         plain.append(plain[-1] + h * rates(t + 0.5 * h, middle))
     motion = np.array(plain)
-    np.testing.assert_allclose(surge(run), motion[:, 0], atol=1e-12 * np.ptp(motion[:, 0]))
+    np.testing.assert_allclose(scenes.surge(run), motion[:, 0], atol=1e-12 * np.ptp(motion[:, 0]))
     assert np.abs(run.force_floor.values[:, 0, 0]).max() <= grip * (1.0 + 1e-12)
     fast = np.abs(motion[:, 1]) > 1.1 * grip / slope
     assert 10 < fast.sum() < fast.size - 10

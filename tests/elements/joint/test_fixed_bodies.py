@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scenes import straight_curve
 
 import hydrosim as hs
 from hydrosim import simulate
@@ -169,7 +170,7 @@ def test_contacts() -> None:
     law = hs.StickSlip(0.4, 0.3, stiffness=4e6, damping=4e5, slip_damping=1e4)
     wall = hs.Plane((0.0, 12.0, 0.0), (0.0, -1.0, 0.0))
     points = np.array([(20.0, 10.0, 1.0), (-20.0, 10.0, 1.0)])
-    curve = hs.NormalCurve(np.array([0.0, 1.0]), np.array([0.0, 4e6]))
+    curve = straight_curve(4e6)
     fenders = {**lines(), "quay": hs.Fender("barge", points, wall, curve, law)}
     assert apart(fenders, heading=0.05) < 1e-9
 

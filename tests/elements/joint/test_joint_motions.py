@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import carried, completed, joint, scene
+from scenes import central_force
 
 import hydrosim as hs
 from hydrosim import simulate
 from hydrosim.compile.joints import rodrigues
-from hydrosim.elements import AppliedForce, Table
+from hydrosim.elements import Table
 from hydrosim.errors import InputError
 from hydrosim.scene import JointFriction, JointResistance, JointType, LinearScenes, Method, Stops
 from hydrosim.scene.joint import Window
@@ -114,7 +115,7 @@ def test_a_stuck_joint_breaks_away_under_a_growing_force() -> None:
     growth, static, kinetic = 0.5, 1.1, 0.7
     force = Table(np.array([0.0, 10.0]), np.array([0.0, 10.0 * growth]))
     scene = sliding(0.05, friction=JointFriction(static, kinetic))
-    pull = AppliedForce("body", (0.0, 0.0, 0.0), {"surge": force})
+    pull = central_force("body", surge=force)
     run = simulate(replace(scene, forces={"pull": pull}))
     t = np.maximum(run.time.values - static / growth, 0.0)
     expected = ((static - kinetic) * t**2 / 2.0 + growth * t**3 / 6.0) / MASS

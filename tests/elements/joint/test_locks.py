@@ -7,28 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scenes
 import xarray as xr
 from jointed import FRAME
 from jointed import rotations as told
-from scenes import (
-    block,
-    motion,
-    moving,
-    on_floor,
-    scene,
-    scene_of,
-    steady,
-    table,
-    with_body,
-    with_step,
-)
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
 from hydrosim.dofs import about_z
-from hydrosim.elements import AppliedForce, Coulomb, Harmonic, LinearMooring, StickSlip
+from hydrosim.elements import Coulomb, Harmonic, LinearMooring, StickSlip
 from hydrosim.report.sentences.sections import lines_of
 from hydrosim.scene import (
     Clearance,
@@ -64,10 +53,14 @@ def closing(joint: hs.Joint, at: float = CLOSES) -> hs.Joint:
 
 def pair(**solver: object) -> hs.Scene:
     """Two blocks without symmetry that fly and tumble, and are off their places at rest."""
-    a = block(2.0, name="a", velocity=moving(surge=1.0, heave=0.3, roll=0.4, yaw=-0.6))
-    a = replace(a, position=moving(sway=0.2, pitch=0.3, yaw=0.5))
-    b = block(3.0, name="b", location=(1.5, 0.5), velocity=moving(sway=-0.7, pitch=0.5))
-    return scene([a, b], {}, 1.0, 0.1, **solver)
+    a = scenes.block(
+        2.0, name="a", velocity=scenes.moving(surge=1.0, heave=0.3, roll=0.4, yaw=-0.6)
+    )
+    a = replace(a, position=scenes.moving(sway=0.2, pitch=0.3, yaw=0.5))
+    b = scenes.block(
+        3.0, name="b", location=(1.5, 0.5), velocity=scenes.moving(sway=-0.7, pitch=0.5)
+    )
+    return scenes.scene([a, b], {}, 1.0, 0.1, **solver)
 
 
 def rotations(run: xr.Dataset, k: int) -> list[np.ndarray]:
@@ -166,10 +159,10 @@ def test_the_loss_is_the_kinetic_energy_before_less_that_after(type: JointType, 
 
 @pytest.mark.parametrize("method", Method)
 def test_two_masses_that_meet_in_closed_form(method: Method) -> None:
-    a = block(2.0, ("surge",), "a", velocity=moving(surge=1.0))
-    b = block(3.0, ("surge",), "b", velocity=moving(surge=-0.5))
+    a = scenes.block(2.0, ("surge",), "a", velocity=scenes.moving(surge=1.0))
+    b = scenes.block(3.0, ("surge",), "b", velocity=scenes.moving(surge=-0.5))
     pin = closing(hs.Joint(JointType.FIXED, "a", "b"), 0.4321)
-    free = scene([a, b], {}, 1.0, 0.1, method=method)
+    free = scenes.scene([a, b], {}, 1.0, 0.1, method=method)
     run = hs.simulate(replace(free, joints={"pin": pin}))
     reduced = 2.0 * 3.0 / 5.0
     assert run.velocity.values[-1, :, 0] == pytest.approx(0.1, abs=1e-12)
@@ -199,8 +192,8 @@ def test_several_locks_close_at_once() -> None:
 def hinged(hinge: hs.Joint, **launch: float) -> hs.Scene:
     """The pair at rest on a hinge that carries the first, launched with the second."""
     free = pair(step=0.05)
-    a, b = (replace(body, position=moving(), points=FRAME) for body in free.bodies)
-    bodies = (replace(a, velocity=moving()), replace(b, velocity=moving(**launch)))
+    a, b = (replace(body, position=scenes.moving(), points=FRAME) for body in free.bodies)
+    bodies = (replace(a, velocity=scenes.moving()), replace(b, velocity=scenes.moving(**launch)))
     return replace(free, bodies=bodies, joints={"hinge": hinge})
 
 
@@ -216,12 +209,14 @@ def test_a_lock_beside_a_joint_takes_its_body_along() -> None:
 
 def lifted(law: object) -> hs.Scene:
     """A block that rests on the floor with friction, and one that slides into it without."""
-    still = block(3.0, ("surge", "heave"), "still")
-    fast = block(2.0, ("surge",), "fast", velocity=moving(surge=1.0), location=(-1.0, 0.0))
-    floor = on_floor(3e4, law, body="still", points=[(0.0, 0.0, 0.0)])
-    loads = {"floor": floor, "weight": steady("still", heave=-30.0)}
-    found = scene([still, fast], loads, 1.0, 0.02, step=0.01, method=Method.RK4)
-    pressed = replace(found.bodies[0], position=moving(heave=-1e-3))
+    still = scenes.block(3.0, ("surge", "heave"), "still")
+    fast = scenes.block(
+        2.0, ("surge",), "fast", velocity=scenes.moving(surge=1.0), location=(-1.0, 0.0)
+    )
+    floor = scenes.on_floor(3e4, law, body="still", points=[(0.0, 0.0, 0.0)])
+    loads = {"floor": floor, "weight": scenes.steady("still", heave=-30.0)}
+    found = scenes.scene([still, fast], loads, 1.0, 0.02, step=0.01, method=Method.RK4)
+    pressed = replace(found.bodies[0], position=scenes.moving(heave=-1e-3))
     pin = hs.Joint(JointType.FIXED, "fast", "still", active=hs.Active(hs.When(CLOSES)))
     return replace(found, bodies=(pressed, found.bodies[1]), joints={"pin": pin})
 
@@ -243,7 +238,7 @@ def test_a_stick_slip_fender_is_tested_again_after_the_impulse() -> None:
     """Its damper C2 exceeds static friction after the jump: it slips with both masses' impulse."""
     law = StickSlip(0.4, 0.3, 1e5, damping=500.0, slip_damping=0.0)
     assert 500.0 * 0.4 > 0.4 * 30.0  # N
-    run = hs.simulate(with_step(lifted(law), 1e-3))
+    run = hs.simulate(scenes.with_step(lifted(law), 1e-3))
     t = run.time.values
     k = int(np.searchsorted(t, CLOSES - 1e-9))
     assert run.fender_mode.values[k, 0] != run.fender_mode.values[k + 1, 0]
@@ -255,7 +250,7 @@ def test_a_stick_slip_fender_is_tested_again_after_the_impulse() -> None:
 
 def test_a_pin_that_never_closes_changes_no_byte() -> None:
     """Except what names it: the joint, its states and its row of forces."""
-    base = replace(scene_of("base"), duration=20.0)
+    base = replace(scenes.scene_of("base"), duration=20.0)
     body = base.bodies[0].name
     pin = hs.Joint(JointType.FIXED, body, None, active=hs.Active(hs.When(1e4)))
     alone = hs.simulate(base)
@@ -277,15 +272,15 @@ def test_a_pin_that_never_closes_changes_no_byte() -> None:
 
 def sprung(step: float, **window: float) -> hs.Scene:
     """Two masses on springs to the earth, that a pin joins where they pass slowly enough."""
-    a = block(2.0, ("surge",), "a", position=moving(surge=0.6))
-    b = block(3.0, ("surge",), "b", position=moving(surge=-0.4))
+    a = scenes.block(2.0, ("surge",), "a", position=scenes.moving(surge=0.6))
+    b = scenes.block(3.0, ("surge",), "b", position=scenes.moving(surge=-0.4))
     forces = {}
     for name, k in (("a", 8.0), ("b", 27.0)):
         K = np.zeros((6, 6))
         K[0, 0] = k
         forces[name + "_spring"] = LinearMooring(name, K)
     pin = hs.Joint(JointType.FIXED, "a", "b", window=Window(**window))
-    found = scene([a, b], forces, 4.0, 0.1, step=step, method=Method.RK4)
+    found = scenes.scene([a, b], forces, 4.0, 0.1, step=step, method=Method.RK4)
     return replace(found, joints={"pin": pin})
 
 
@@ -368,8 +363,10 @@ def test_a_lock_lets_go_at_its_time() -> None:
 
 def wet(current: float, radiation: RadiationModel) -> hs.Scene:
     """The free H-851 adrift in calm water or a current."""
-    base = with_body(scene_of("base"), velocity=moving(surge=1.0, sway=0.4, yaw=0.03))
-    base = with_body(base, radiation=radiation)
+    base = scenes.with_body(
+        scenes.scene_of("base"), velocity=scenes.moving(surge=1.0, sway=0.4, yaw=0.03)
+    )
+    base = scenes.with_body(base, radiation=radiation)
     solver = hs.Solver(step=0.1, linear=LinearScenes.STEP, symmetry=Symmetry.IGNORE)
     water = hs.Environment(current=hs.Stream(current, 0.5))
     return replace(base, duration=40.0, environment=water, forces={}, solver=solver)
@@ -386,7 +383,7 @@ def test_water_is_stopped_too(current: float, radiation: RadiationModel) -> None
     run = hs.simulate(replace(free, joints={"pin": closing(hinge, 20.0)}))
     k = len(before.time) - 1
     (R,) = rotations(before, k)
-    P = np.kron(np.eye(2), about_z(motion(before)[k, 5]))
+    P = np.kron(np.eye(2), about_z(scenes.motion(before)[k, 5]))
     model = compile_scene(free).model
     M = mass_matrix(free.bodies, [R]) + P @ model.added_mass @ P.T
     v = before.velocity.values[k, 0]
@@ -428,10 +425,12 @@ def test_a_clearance_closes_a_pin() -> None:
 
 def test_a_joint_breaks_at_its_force() -> None:
     """A pin between a mass and the earth, pulled by 5 N/s, holds up to 3 N at 0.6 s."""
-    ramp = table([0.0, 2.0], np.outer([0.0, 10.0], np.eye(6)[0]))
-    pull = AppliedForce("a", (0.0, 0.0, 0.0), ramp)
+    ramp = scenes.table([0.0, 2.0], np.outer([0.0, 10.0], np.eye(6)[0]))
+    pull = scenes.central_force("a", **ramp)
     pin = hs.Joint(JointType.FIXED, "a", breaks_at=3.0)
-    found = scene([block(2.0, ("surge",), "a")], {"pull": pull}, 2.0, 0.1, method=Method.RK4)
+    found = scenes.scene(
+        [scenes.block(2.0, ("surge",), "a")], {"pull": pull}, 2.0, 0.1, method=Method.RK4
+    )
     run = hs.simulate(replace(found, joints={"pin": pin}))
     t = np.maximum(run.time.values - 0.6, 0.0)
     wanted = 1.5 * t**2 / 2.0 + 2.5 * t**3 / 6.0
@@ -449,8 +448,10 @@ def test_a_pin_takes_the_load_of_the_hinge_that_it_locks(method: Method) -> None
     hinge = hs.Joint(JointType.HINGE, "a", axis=(0.0, 1.0, 0.0), resistances=(held,))
     late, slow = hs.Active(hs.When(2.0)), Window(gap=1.0, speed=0.01)
     pin = hs.Joint(JointType.FIXED, "a", None, (1.0, 0.0, 0.0), active=late, window=slow)
-    load = AppliedForce("a", (0.0, 0.0, 0.0), {"pitch": Harmonic(6.0, 1.0)})
-    found = scene([block(2.0, name="a")], {"load": load}, 6.0, 0.1, method=method, step=0.02)
+    load = scenes.central_force("a", pitch=Harmonic(6.0, 1.0))
+    found = scenes.scene(
+        [scenes.block(2.0, name="a")], {"load": load}, 6.0, 0.1, method=method, step=0.02
+    )
     run = hs.simulate(replace(found, joints={"hinge": hinge, "pin": pin}))
     closed = run.lock_mode.values[:, 0] == 3
     assert 20 <= closed.argmax() < 30
@@ -486,10 +487,12 @@ def test_a_lock_between_jointed_bodies() -> None:
 
 def pushed_in_a_sleeve(guide: hs.Joint) -> xr.Dataset:
     """A block without symmetry on springs, pushed and turned; a point of it stays on an axis."""
-    body = block(2.0, name="a")
-    stiff = LinearMooring("a", np.diag([8.0, 6.0, 9.0, 0.0, 0.0, 0.0]))
-    push = steady("a", surge=3.0, sway=-2.0, heave=1.5, roll=0.4, pitch=-0.3, yaw=0.2)
-    found = scene([body], {"springs": stiff, "push": push}, 2.0, 0.1, step=0.005, method=Method.RK4)
+    body = scenes.block(2.0, name="a")
+    stiff = scenes.mooring("a", surge=8.0, sway=6.0, heave=9.0)
+    push = scenes.steady("a", surge=3.0, sway=-2.0, heave=1.5, roll=0.4, pitch=-0.3, yaw=0.2)
+    found = scenes.scene(
+        [body], {"springs": stiff, "push": push}, 2.0, 0.1, step=0.005, method=Method.RK4
+    )
     return hs.simulate(replace(found, joints={"guide": guide}))
 
 
@@ -506,10 +509,10 @@ def test_a_guide_is_the_same_as_coordinates_and_as_a_lock() -> None:
 
 def test_a_window_does_not_count_a_slide_that_is_free() -> None:
     """Along its axis a guide may be anywhere, and as fast as it likes."""
-    a = block(2.0, ("surge", "heave"), "a", position=moving(surge=0.5, heave=3.0))
-    a = replace(a, velocity=moving(surge=-0.2, heave=2.0))
+    a = scenes.block(2.0, ("surge", "heave"), "a", position=scenes.moving(surge=0.5, heave=3.0))
+    a = replace(a, velocity=scenes.moving(surge=-0.2, heave=2.0))
     pin = hs.Joint(JointType.GUIDE, "a", None, axis=(0.0, 0.0, 1.0), window=Window(0.1, 0.3))
-    run = hs.simulate(replace(scene([a], {}, 4.0, 0.1, step=0.05), joints={"pin": pin}))
+    run = hs.simulate(replace(scenes.scene([a], {}, 4.0, 0.1, step=0.05), joints={"pin": pin}))
     assert run.lock_mode.values[[0, -1], 0].tolist() == [1, 3]
     assert run.position.values[-1, 0, 0] == pytest.approx(0.1, abs=1e-9)
     assert run.velocity.values[-1, 0, 2] == pytest.approx(2.0, abs=1e-12)

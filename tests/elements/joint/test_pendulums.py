@@ -21,9 +21,10 @@ from jointed import (
     scene,
     swivelled,
 )
+from scenes import central_force
 from solutions import about, skew, solved
 
-from hydrosim.elements import AppliedForce, Harmonic
+from hydrosim.elements import Harmonic
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Scene
 
@@ -196,7 +197,7 @@ def moving_pivot(shaking: Shaking) -> Scene:
         ),
     }
     signal = Harmonic(shaking.force, 2.0 * pi / shaking.frequency)
-    push = AppliedForce("carriage", (0.0, 0.0, 0.0), {"heave": signal})
+    push = central_force("carriage", heave=signal)
     bodies = [carriage, UPPER.hanging("rod")]
     return scene(bodies, joints, LONG[-1], {"push": push}, output_step=0.2)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import block, moving, scene, table
+from scenes import block, central_force, moving, scene, table
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -29,7 +29,7 @@ def driven(pitch: float = 0.0, step: float = 0.05, **changes: object) -> Scene:
     """A cart on a spring, thrown forward and then pushed and pulled; a ratchet lets it go +x."""
     cart = block(MASS, ("surge",), "cart", velocity=moving(surge=1.0))
     six = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
-    push = hs.AppliedForce("cart", (0.0, 0.0, 0.0), table(CORNERS, six))
+    push = central_force("cart", **table(CORNERS, six))
     loads = {"spring": along(STIFFNESS), "push": push}
     found = scene([cart], loads, 8.0, 0.1, step=step, method=Method.RK4)
     pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, pitch))
@@ -168,7 +168,7 @@ def test_the_axis_of_a_ratchet_without_teeth_stays_where_it_is() -> None:
     start = moving(surge=1.0, yaw=0.4)
     cart = block(MASS, ("surge", "sway", "yaw"), "cart", velocity=start)
     pushes = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
-    push = hs.AppliedForce("cart", (0.0, 0.0, 0.0), table(CORNERS, pushes))
+    push = central_force("cart", **table(CORNERS, pushes))
     found = scene([cart], {"spring": along(STIFFNESS), "push": push}, 8.0, 0.1, step=0.05)
     pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, 0.0))
     run = hs.simulate(replace(found, joints={"pawl": pawl}))

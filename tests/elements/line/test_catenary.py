@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import ROOT, assert_continues, block, moving, observed_orders, scene, with_step
+from scenes import ROOT, assert_continues, block, mooring, moving, observed_orders, scene, with_step
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
 
 import hydrosim as hs
-from hydrosim.elements import Catenary, Drive, Harmonic, LinearMooring, Table
+from hydrosim.elements import Catenary, Drive, Harmonic, Table
 from hydrosim.elements.line.kind import drag_points, linearise_random
 from hydrosim.errors import InputError
 from hydrosim.linear.linearise import linearise
@@ -26,7 +26,7 @@ from hydrosim.scene import Active, Environment, Kinematics, Method, Scene, Start
 
 DEPTH = 50.0
 WATER = Environment(water_depth=DEPTH)
-AFLOAT = LinearMooring("block", np.diag([0.0, 0.0, 4e5, 4e7, 4e7, 0.0]))
+AFLOAT = mooring(heave=4e5, roll=4e7, pitch=4e7)
 
 
 def line(
@@ -124,7 +124,7 @@ def test_motion_against_independent_equations(validated: Callable[..., None]) ->
     start = [1.0, 0.0, 0.0, 0.8, 0.3, 0.03]
     at = {"position": moving(surge=1.0), "velocity": moving(surge=0.8, heave=0.3, pitch=0.03)}
     body = block(4e5, ("surge", "heave", "pitch"), **at)
-    hold = LinearMooring("block", np.diag([0.0, 0.0, 4e5, 0.0, 4e7, 0.0]))
+    hold = mooring(heave=4e5, pitch=4e7)
     whole = scene(body, {"hold": hold, **forces}, 10.0, 0.5, step=0.005, method=Method.RK4)
     run = hs.simulate(replace(whole, environment=WATER))
     guess = dict.fromkeys(ends, (4e4, 6e4))
@@ -178,7 +178,7 @@ def test_rest_is_where_a_root_finder_finds_it() -> None:
         for name, s in (("ahead", 1.0), ("astern", -1.0))
     }
     body = block(4e5, ("surge", "heave"))
-    hold = LinearMooring("block", np.diag([0.0, 0.0, 4e5, 0.0, 0.0, 0.0]))
+    hold = mooring(heave=4e5)
     case = scene(body, {"hold": hold, **forces}, 0.1, 0.1)
     run = hs.simulate(replace(case, environment=WATER, at_rest=True))
 

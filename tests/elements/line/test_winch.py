@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scenes
 from modes_apart import Event, ModalMotion, integrate
-from scenes import assert_continues, block, moving, observed_orders, scene, steady, surge
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Harmonic, Spring, Table, TensionControl, Winch
+from hydrosim.elements import Harmonic, Spring, Table, TensionControl, Winch
 from hydrosim.elements.line.drum import (
     DRUM_INACTIVE,
     EMPTY,
@@ -43,7 +43,9 @@ def test_hoist_at_constant_speed_in_closed_form() -> None:
     w = sqrt(k / MASS)
     length = Table(np.array([1.0, 5.0]), np.array([30.0, 30.0 - 4.0 * v]))
     line = Spring("block", ORIGIN, (0.0, 0.0, 30.0), length, STRAIGHT, k * STRAIGHT)
-    run = hs.simulate(scene(block(MASS, ("heave",)), {"line": line}, 4.0, 0.1, step=0.0025))
+    run = hs.simulate(
+        scenes.scene(scenes.block(MASS, ("heave",)), {"line": line}, 4.0, 0.1, step=0.0025)
+    )
     t = np.maximum(run.time.values - 1.0, 0.0)
     slack = np.pi / w  # until then it pulls
     taut = t <= slack
@@ -63,8 +65,8 @@ def test_hoist_on_a_wire_is_that_of_an_independent_integration() -> None:
     length = Harmonic(-2.0, 40.0, l00)
     w = 2.0 * pi / 40.0
     winch = Winch("block", ORIGIN, (0.0, 0.0, 30.0), EA, length, damping=c)
-    forces = {"hoist": winch, "weight": steady(heave=-weight)}
-    run = hs.simulate(scene(block(MASS, ("heave",)), forces, 10.0, 0.1, step=0.002))
+    forces = {"hoist": winch, "weight": scenes.steady(heave=-weight)}
+    run = hs.simulate(scenes.scene(scenes.block(MASS, ("heave",)), forces, 10.0, 0.1, step=0.002))
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         l0, speed = l00 - 2.0 * sin(w * t), -2.0 * w * cos(w * t)
@@ -103,10 +105,10 @@ class Drum:
         control = TensionControl(SET, self.speed, self.dead_band, *self.friction)
         shape = ("block", ORIGIN, (-SPAN, 0.0, 0.0), self.EA, None, control, self.ends)
         winch = Winch(*shape, damping=self.damping)
-        push = AppliedForce("block", ORIGIN, {"surge": Harmonic(self.swing, 7.0, SET)})
-        body = block(self.mass, ("surge",))
+        push = scenes.central_force(surge=Harmonic(self.swing, 7.0, SET))
+        body = scenes.block(self.mass, ("surge",))
         forces = {"winch": winch, "push": push}
-        return scene(body, forces, self.duration, 0.1, step=step, **solver)
+        return scenes.scene(body, forces, self.duration, 0.1, step=step, **solver)
 
     def pull(self, y: np.ndarray, mode: str) -> tuple[float, float]:
         """Tension and speed of pay-out in a mode."""
@@ -195,13 +197,16 @@ def test_a_slipping_drum_is_that_of_an_independent_integration(
     runs = [hs.simulate(drum.scene(h)) for h in steps]
     exact, modes, _ = drum.integrate(runs[0].time.values)
     parts = [(r.winch_length, r.winch_work, r.winch_friction_loss) for r in runs]
-    own = [np.stack([surge(r), *(x[:, 0] for x in p)], 1) for r, p in zip(runs, parts, strict=True)]
+    own = [
+        np.stack([scenes.surge(r), *(x[:, 0] for x in p)], 1)
+        for r, p in zip(runs, parts, strict=True)
+    ]
     ranges = np.ptp(exact[:, [0, 2, 3, 4]], axis=0)
     errors = np.array([np.abs((x - exact[:, [0, 2, 3, 4]]) / ranges).max() for x in own])
-    figure("order", observed_orders(steps, errors)[-1])
+    figure("order", scenes.observed_orders(steps, errors)[-1])
     claim = "mass on a winch whose drum sticks, slips and meets its ends, of the ranges"
     validated(Kind.INDEPENDENT, claim, "DOP853 by events", errors[-1], 1e-9, Feature.WINCHES)
-    assert observed_orders(steps, errors)[-1] >= 3.7
+    assert scenes.observed_orders(steps, errors)[-1] >= 3.7
     assert [run.solver_events for run in runs] == [len(modes) - 1] * 3
     assert {NAMES[m] for m in modes} >= {*np.unique(runs[-1].winch_mode)}
     assert np.abs(runs[-1].energy_residual).max() <= 1e-9 * np.abs(exact[:, 3:]).max()
@@ -227,8 +232,8 @@ def test_a_drum_with_an_acceleration_comes_to_rest_in_its_band() -> None:
     """A push of 1.5 T0 that stays: the drum speeds up at a, and pays out at its largest speed."""
     control = TensionControl(SET, 0.5, 0.1, acceleration=0.2)
     winch = Winch("block", ORIGIN, (-SPAN, 0.0, 0.0), 4e8, None, control, (5.0, 200.0), 0.05)
-    forces = {"winch": winch, "push": AppliedForce("block", ORIGIN, {"surge": STEP_UP})}
-    run = hs.simulate(scene(block(1e5, ("surge",)), forces, 10.0, 0.05, step=0.0025))
+    forces = {"winch": winch, "push": scenes.central_force(surge=STEP_UP)}
+    run = hs.simulate(scenes.scene(scenes.block(1e5, ("surge",)), forces, 10.0, 0.05, step=0.0025))
     speed = run.winch_speed.values[:, 0]
     assert speed.max() == pytest.approx(0.5, rel=1e-12)
     assert np.abs(np.diff(speed)).max() <= 0.2 * 0.05 * (1.0 + 1e-9)
@@ -243,8 +248,8 @@ def test_a_snap_is_that_of_the_energy() -> None:
     """A mass that runs into a slack wire at v is stopped by v sqrt(k m) [closed form]."""
     EA, v = 4e7, 1.5
     winch = Winch("block", ORIGIN, (-SPAN, 0.0, 0.0), EA, Table(np.zeros(1), np.full(1, 61.0)))
-    body = block(MASS, ("surge",), velocity=moving(surge=v))
-    run = hs.simulate(scene(body, {"winch": winch}, 3.0, 0.1, step=0.0005))
+    body = scenes.block(MASS, ("surge",), velocity=scenes.moving(surge=v))
+    run = hs.simulate(scenes.scene(body, {"winch": winch}, 3.0, 0.1, step=0.0005))
     assert float(run.winch_snap_speed[-1, 0]) == pytest.approx(v, rel=1e-12)
     largest = float(run.winch_largest_tension[-1, 0])
     assert largest == pytest.approx(v * sqrt(EA / 61.0 * MASS), rel=1e-6)
@@ -261,7 +266,9 @@ def test_a_wire_that_breaks_is_located() -> None:
     active = hs.Active(until=hs.When(0.0, "spring_tension.line", above=end))
     curve = (STRAIGHT, k * STRAIGHT)
     line = Spring("block", ORIGIN, (0.0, 0.0, 30.0), length, *curve, active=active)
-    run = hs.simulate(scene(block(MASS, ("heave",)), {"line": line}, 1.0, 0.1, step=0.001))
+    run = hs.simulate(
+        scenes.scene(scenes.block(MASS, ("heave",)), {"line": line}, 1.0, 0.1, step=0.001)
+    )
     exact = np.arcsin(0.6) / w
     speed = float(run.velocity[-1, 0, 2])
     found = brentq(lambda t: v * (1.0 - cos(w * t)) - speed, 0.0, 0.5 * pi / w, xtol=1e-15)
@@ -277,8 +284,8 @@ def test_the_wire_of_a_winch_breaks_at_its_tension() -> None:
     until = hs.When(0.0, "winch_tension.winch", above=0.6 * v * w * MASS)
     length = Table(np.zeros(1), np.full(1, SPAN))
     wire = Winch(*("block", ORIGIN, (-SPAN, 0.0, 0.0), EA, length), active=hs.Active(until=until))
-    body = block(MASS, ("surge",), velocity=moving(surge=v))
-    run = hs.simulate(scene(body, {"winch": wire}, 1.0, 0.1, step=0.002))
+    body = scenes.block(MASS, ("surge",), velocity=scenes.moving(surge=v))
+    run = hs.simulate(scenes.scene(body, {"winch": wire}, 1.0, 0.1, step=0.002))
     found = np.arccos(float(run.velocity[-1, 0, 0]) / v) / w
     assert found == pytest.approx(np.arcsin(0.6) / w, abs=1e-10)
     assert int(run.winch_mode[-1, 0]) == DRUM_INACTIVE
@@ -291,7 +298,7 @@ def test_a_restart_goes_on_to_the_bit(tmp_path: Path) -> None:
     run = hs.simulate(whole)
     mode = run.winch_mode.values[:, 0]
     at = [np.flatnonzero(mode[:-1] == one)[-1] for one in (STUCK, SLIPPING_OUT, FAST_OUT, FAST_IN)]
-    assert_continues(whole, run, run.time.values[at], "winch_mode", file=tmp_path / "run.nc")
+    scenes.assert_continues(whole, run, run.time.values[at], "winch_mode", file=tmp_path / "run.nc")
 
 
 def in_the_plane(angle: float) -> hs.Scene:
@@ -309,9 +316,9 @@ def in_the_plane(angle: float) -> hs.Scene:
     pull = {dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5) for dof, f in swing}
 
     inertia = turn @ np.diag([4e4, 6e4, 8e4]) @ turn.T
-    body = block(2e4, inertia=inertia, velocity=(*(turn @ (0.3, 0.0, 0.0)), 0.0, 0.0, 0.0))
-    forces = {**winches, "pull": AppliedForce("block", ORIGIN, pull)}
-    return scene(body, forces, 6.0, 0.1, step=0.01)
+    body = scenes.block(2e4, inertia=inertia, velocity=(*(turn @ (0.3, 0.0, 0.0)), 0.0, 0.0, 0.0))
+    forces = {**winches, "pull": scenes.central_force(**pull)}
+    return scenes.scene(body, forces, 6.0, 0.1, step=0.01)
 
 
 def test_a_turned_scene_moves_as_it_did_and_a_mirrored_one_in_its_plane() -> None:

@@ -9,10 +9,10 @@ from math import pi
 import numpy as np
 import pytest
 from modes_apart import Event, integrate
-from scenes import block, moving, observed_orders, scene, steady
+from scenes import block, central_force, moving, observed_orders, scene, steady
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Compensation, Compensator, Harmonic, Winch
+from hydrosim.elements import Compensation, Compensator, Harmonic, Winch
 from hydrosim.elements.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIBED, delay_factors
 from hydrosim.elements.link.gas import IN_STROKE, LOWER, SLACK_PIECE, UPPER
 from hydrosim.report.evidence import Feature, Kind
@@ -123,7 +123,7 @@ def on_a_vessel(
     )
     load = block(MASS, ("heave",), centre_of_gravity=(0.0, 0.0, 60.0 - SPAN))
     drive = Harmonic(-heavy * amplitude * SWING**2, 8.0, WEIGHT)
-    heave = AppliedForce("vessel", ORIGIN, {"heave": drive})
+    heave = central_force("vessel", heave=drive)
     forces = {"winch": winch, "drive": heave, "weight": steady(heave=-WEIGHT)}
     return scene((load, vessel), forces, duration, 0.1, step=0.02)
 

@@ -10,20 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scenes
 import xarray as xr
 from modes_apart import Event, integrate
-from scenes import (
-    assert_continues,
-    block,
-    momenta,
-    moving,
-    observed_orders,
-    on_floor,
-    scene,
-    steady,
-    surge,
-    with_step,
-)
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
@@ -47,7 +36,7 @@ def line(
 
 
 def first_instant(bodies: Body | tuple[Body, ...], spring: Spring, **solver: Any) -> xr.Dataset:
-    return hs.simulate(scene(bodies, {"line": spring}, 1e-3, 1e-3, **solver)).isel(time=0)
+    return hs.simulate(scenes.scene(bodies, {"line": spring}, 1e-3, 1e-3, **solver)).isel(time=0)
 
 
 def test_force_and_moment_at_a_known_place() -> None:
@@ -56,7 +45,7 @@ def test_force_and_moment_at_a_known_place() -> None:
     the end going at 0.1 m/s away from the anchor, 15 kN and 0.1 of 2 kN s/m."""
     away = -np.array([3.0, -4.0, 12.0]) / 13.0
     velocity = (*(0.1 * away), 0.0, 0.0, 0.0)
-    body = block(1e3, position=(1.0, 2.0, 3.0, 0.0, 0.0, pi / 2), velocity=velocity)
+    body = scenes.block(1e3, position=(1.0, 2.0, 3.0, 0.0, 0.0, pi / 2), velocity=velocity)
     spring = line((4.0, 0.0, 16.0), 10.0, 5e3, point=(2.0, 0.0, 1.0), damping=2e3)
     run = first_instant(body, spring)
     force = -15.2e3 * away
@@ -76,7 +65,7 @@ def test_tension_is_that_of_the_table(distance: float, tension: float) -> None:
     """Slack before the first point, straight between the points, the last slope beyond."""
     table = np.array([0.5, 1.0, 1.5]), np.array([0.0, 100.0, 400.0])
     spring = Spring("block", ORIGIN, (0.0, 0.0, distance), 10.0, *table)
-    run = first_instant(block(1e3), spring)
+    run = first_instant(scenes.block(1e3), spring)
     assert float(run.spring_tension[0]) == pytest.approx(tension, rel=1e-12)
     assert int(run.spring_mode[0]) == (1 if tension else 0)
 
@@ -84,7 +73,7 @@ def test_tension_is_that_of_the_table(distance: float, tension: float) -> None:
 def test_a_damper_alone_never_pushes() -> None:
     """T = f + c x' where that is positive, and nothing otherwise, stretched as it may be."""
     for speed, tension in ((1.0, 0.0), (0.2, 300.0), (-1.0, 1500.0)):
-        body = block(1e3, velocity=moving(heave=speed))
+        body = scenes.block(1e3, velocity=scenes.moving(heave=speed))
         run = first_instant(body, line((0.0, 0.0, 10.5), 10.0, 1e3, damping=1e3))
         assert float(run.spring_tension[0]) == pytest.approx(tension, abs=1e-9)
         assert float(run.energy_stored_line) == pytest.approx(125.0, rel=1e-12)
@@ -94,9 +83,9 @@ def test_a_damper_feels_the_pay_out() -> None:
     """T = f + c (l' - L0'): the end comes 0.2 m/s nearer, and the line is hauled in at 0.1 m/s.
     What the line stores and dissipates over 2 s is what it takes from the body and the drum."""
     length = Table(np.array([0.0, 10.0]), np.array([10.0, 9.0]))
-    body = block(1e3, ("heave",), velocity=moving(heave=0.2))
+    body = scenes.block(1e3, ("heave",), velocity=scenes.moving(heave=0.2))
     spring = line((0.0, 0.0, 10.5), length, 1e3, damping=1e3)
-    run = hs.simulate(scene(body, {"line": spring}, 2.0, 0.01))
+    run = hs.simulate(scenes.scene(body, {"line": spring}, 2.0, 0.01))
     tension = 1e3 * 0.5 - 1e3 * (0.2 - 0.1)
     assert float(run.spring_tension[0, 0]) == pytest.approx(tension, rel=1e-12)
     assert run.energy_residual_relative < 1e-9
@@ -122,9 +111,11 @@ class Lines:
         table = (self.length, self.extension, self.tension, self.damping)
         places = enumerate(self.anchor)
         springs = {f"line_{i}": Spring("block", ORIGIN, (a, 0.0, 0.0), *table) for i, a in places}
-        body = block(self.mass, ("surge",), position=moving(surge=x), velocity=moving(surge=v))
-        forces = {"push": steady(surge=self.force), **springs}
-        return scene(body, forces, self.duration, 0.1, step=step, **solver)
+        body = scenes.block(
+            self.mass, ("surge",), position=scenes.moving(surge=x), velocity=scenes.moving(surge=v)
+        )
+        forces = {"push": scenes.steady(surge=self.force), **springs}
+        return scenes.scene(body, forces, self.duration, 0.1, step=step, **solver)
 
     def stretch(self, i: int, y: np.ndarray) -> tuple[float, float]:
         """Extension of a line and its rate."""
@@ -207,16 +198,16 @@ def test_motion_is_that_of_an_independent_integration(
     runs = [hs.simulate(lines.scene(step)) for step in STEPS]
     states, events = lines.integrate(runs[0].time.values)
     span = np.ptp(states[:, 0])
-    errors = np.array([np.abs(surge(run) - states[:, 0]).max() / span for run in runs])
+    errors = np.array([np.abs(scenes.surge(run) - states[:, 0]).max() / span for run in runs])
     residuals = np.array([run.energy_residual_relative for run in runs])
-    figure("order", observed_orders(STEPS, errors).mean())
-    figure("order of the ledger", observed_orders(STEPS, residuals).mean())
+    figure("order", scenes.observed_orders(STEPS, errors).mean())
+    figure("order of the ledger", scenes.observed_orders(STEPS, residuals).mean())
     claim = "block on lines that go slack and taut, of its range"
     against = "DOP853 by events"
     validated(Kind.INDEPENDENT, claim, against, errors[-1], EXACT, Feature.SPRINGS)
-    assert observed_orders(STEPS, errors).mean() >= 3.7
+    assert scenes.observed_orders(STEPS, errors).mean() >= 3.7
     assert residuals[-1] <= EXACT
-    assert observed_orders(STEPS, residuals).mean() >= 3.7
+    assert scenes.observed_orders(STEPS, residuals).mean() >= 3.7
     assert [run.solver_events for run in runs] == [events] * len(runs)
     assert events >= 6  # that there is something to hit
     assert {0, 1} == set(np.unique(runs[0].spring_mode))
@@ -226,8 +217,8 @@ def test_without_events_the_order_is_lost() -> None:
     lines, steps = LINES["damped, snapping taut"], (0.02, 0.005)
     runs = [hs.simulate(lines.scene(step, events=False)) for step in steps]
     exact = lines.integrate(runs[0].time.values)[0][:, 0]
-    errors = np.array([np.abs(surge(run) - exact).max() for run in runs])
-    assert observed_orders(steps, errors)[0] <= 2.2
+    errors = np.array([np.abs(scenes.surge(run) - exact).max() for run in runs])
+    assert scenes.observed_orders(steps, errors)[0] <= 2.2
     assert errors[-1] >= 100 * EXACT * np.ptp(exact)
 
 
@@ -237,7 +228,7 @@ def test_other_methods_go_through_the_same_events(method: Method) -> None:
     run = hs.simulate(lines.scene(0.005, method=method))
     states, events = lines.integrate(run.time.values)
     assert run.solver_events == events
-    np.testing.assert_allclose(surge(run), states[:, 0], atol=1e-4 * np.ptp(states[:, 0]))
+    np.testing.assert_allclose(scenes.surge(run), states[:, 0], atol=1e-4 * np.ptp(states[:, 0]))
 
 
 def test_an_elastic_pendulum(figure: Figure) -> None:
@@ -247,9 +238,9 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
     start, speed = np.array([6.0, 0.0, 8.5]), np.array([0.0, 1.0, 0.0])
     top = np.array([0.0, 0.0, 16.0])
     at = {"position": (*start, 0, 0, 0), "velocity": (*speed, 0, 0, 0)}
-    body = block(m, ("surge", "sway", "heave"), **at)
-    forces = {"weight": steady(heave=-m * g), "line": line(tuple(top), L, k)}
-    runs = [hs.simulate(scene(body, forces, 10.0, 0.1, step=h)) for h in steps]
+    body = scenes.block(m, ("surge", "sway", "heave"), **at)
+    forces = {"weight": scenes.steady(heave=-m * g), "line": line(tuple(top), L, k)}
+    runs = [hs.simulate(scenes.scene(body, forces, 10.0, 0.1, step=h)) for h in steps]
 
     def rates(t: float, y: np.ndarray, taut: bool) -> np.ndarray:
         d = top - y[:3]
@@ -266,24 +257,26 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
     exact, events = motion.states[:, :3], len(motion.events)
     found = [run.position.values[:, 0, :3] for run in runs]
     errors = np.array([np.abs(x - exact).max() / np.ptp(exact) for x in found])
-    figure("order", observed_orders(steps, errors).mean())
+    figure("order", scenes.observed_orders(steps, errors).mean())
     figure("error", errors[-1])
     assert errors[-1] <= EXACT
-    assert observed_orders(steps, errors).mean() >= 3.7
+    assert scenes.observed_orders(steps, errors).mean() >= 3.7
     assert events >= 2
     assert all(run.solver_events == events for run in runs)
 
 
 def two_bodies(step: float, **changes: Any) -> Scene:
     """Two free bodies that fly apart on a line between corners of them, and turn each other."""
-    left = block(2e3, location=(-3.0, 0.0), velocity=(-1.0, 0.2, 0.1, 0.3, -0.2, 0.1))
-    right = block(5e3, name="other", location=(4.0, 1.0), velocity=(0.5, 0.0, -0.2, 0.0, 0.1, -0.2))
+    left = scenes.block(2e3, location=(-3.0, 0.0), velocity=(-1.0, 0.2, 0.1, 0.3, -0.2, 0.1))
+    right = scenes.block(
+        5e3, name="other", location=(4.0, 1.0), velocity=(0.5, 0.0, -0.2, 0.0, 0.1, -0.2)
+    )
     spring = Spring(
         *("block", (0.5, 0.6, -0.4), (-0.7, -0.5, 0.8), 6.0),
         *(np.array([0.0, 0.3, 0.8]), np.array([0.0, 2e3, 2e4])),
         anchor_body="other",
     )
-    return replace(scene((left, right), {"line": spring}, 10.0, 0.1, step=step), **changes)
+    return replace(scenes.scene((left, right), {"line": spring}, 10.0, 0.1, step=step), **changes)
 
 
 def test_two_bodies_keep_their_momentum(figure: Figure) -> None:
@@ -292,7 +285,7 @@ def test_two_bodies_keep_their_momentum(figure: Figure) -> None:
     for step in steps:
         whole = two_bodies(step)
         run = hs.simulate(whole)
-        linear, angular = momenta(run, whole.bodies)
+        linear, angular = scenes.momenta(run, whole.bodies)
         assert np.abs(linear - linear[0]).max() <= 1e-9 * np.abs(linear).max()
         drifts.append(np.abs(angular - angular[0]).max() / np.abs(angular).max())
         losses.append(run.energy_residual_relative)
@@ -301,14 +294,14 @@ def test_two_bodies_keep_their_momentum(figure: Figure) -> None:
     assert run.solver_events >= 4
     assert drifts[-1] <= 1e-7
     assert losses[-1] <= 1e-7
-    assert observed_orders(steps, np.array(drifts))[0] >= 3.5
-    assert observed_orders(steps, np.array(losses))[0] >= 3.5
+    assert scenes.observed_orders(steps, np.array(drifts))[0] >= 3.5
+    assert scenes.observed_orders(steps, np.array(losses))[0] >= 3.5
 
 
 def test_energy_with_small_angles() -> None:
     """Lever arms at rest, and a line that follows its ends: what it does is what it gives up."""
     small = two_bodies(0.01)
-    small = with_step(small, 0.01, kinematics=Kinematics.LINEAR)
+    small = scenes.with_step(small, 0.01, kinematics=Kinematics.LINEAR)
     run = hs.simulate(small)
     assert run.spring_tension.max() > 1e3
     assert run.energy_residual_relative <= 1e-7
@@ -319,7 +312,7 @@ def turned(body: Body, angle: float, turn: np.ndarray) -> Body:
     return replace(
         body,
         location=tuple((turn @ [*body.location, 0.0])[:2]),
-        position=moving(yaw=angle),
+        position=scenes.moving(yaw=angle),
         velocity=(*(turn @ body.velocity[:3]), *(turn @ body.velocity[3:])),
     )
 
@@ -353,7 +346,7 @@ def test_a_restart_goes_on_to_the_bit(name: str, tmp_path: Path) -> None:
     run = hs.simulate(whole)
     assert ((run.spring_mode == 0) & (run.spring_segment.values > 0)).any()
     names = ("position", "velocity", "spring_tension", "spring_mode", "force_line_0")
-    assert_continues(whole, run, run.time.values[:-1:7], *names, file=tmp_path / "run.nc")
+    scenes.assert_continues(whole, run, run.time.values[:-1:7], *names, file=tmp_path / "run.nc")
 
 
 def test_lines_may_be_other_ones_after_a_restart() -> None:
@@ -375,11 +368,11 @@ def test_lines_may_be_other_ones_after_a_restart() -> None:
 
 def on_a_floor(law: StickSlip | Coulomb, height: float, **lines: Spring) -> Scene:
     """A block on two points that is thrown on a floor from a ``height``."""
-    start = {"position": moving(heave=height), "velocity": moving(surge=2.0)}
-    body = block(1e4, ("surge", "heave"), **start)
-    floor = on_floor(2e7, law, points=((0.5, 0.0, 0.0), (-0.5, 0.2, 0.0)))
-    forces = {"weight": steady(heave=-1e5), **lines, "floor": floor}
-    return scene(body, forces, 3.0, 0.1, step=0.005)
+    start = {"position": scenes.moving(heave=height), "velocity": scenes.moving(surge=2.0)}
+    body = scenes.block(1e4, ("surge", "heave"), **start)
+    floor = scenes.on_floor(2e7, law, points=((0.5, 0.0, 0.0), (-0.5, 0.2, 0.0)))
+    forces = {"weight": scenes.steady(heave=-1e5), **lines, "floor": floor}
+    return scenes.scene(body, forces, 3.0, 0.1, step=0.005)
 
 
 STEEL = StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
@@ -402,7 +395,7 @@ def test_lines_and_fenders_keep_their_own_modes(figure: Figure) -> None:
     assert {0, 1} == set(np.unique(run.spring_mode.sel(spring="stern")))
     assert set(np.unique(run.fender_mode)) == {0, 1, 2}
     names = ("position", "fender_mode", "spring_mode", "spring_tension")
-    assert_continues(both, run, (0.4, 0.7), *names)
+    scenes.assert_continues(both, run, (0.4, 0.7), *names)
 
 
 def test_rigid_friction_holds_a_block_on_a_line() -> None:
@@ -417,8 +410,8 @@ def test_rigid_friction_holds_a_block_on_a_line() -> None:
 
 
 def on_steps(step: float, **springs: Spring) -> Scene:
-    body = block(1e4, ("surge",), name="block")
-    return scene(body, springs, 1.0, step, method=Method.RK4)
+    body = scenes.block(1e4, ("surge",), name="block")
+    return scenes.scene(body, springs, 1.0, step, method=Method.RK4)
 
 
 def test_step_limits_are_those_of_slack_and_of_the_steepest_piece() -> None:
@@ -438,10 +431,10 @@ def test_step_limits_are_those_of_slack_and_of_the_steepest_piece() -> None:
 
 def test_a_step_limit_names_the_spring_if_asked() -> None:
     """Two lines that hold two bodies: each one alone has the limit of its own body."""
-    bodies = (block(1e4, ("surge",)), block(1e4, ("surge",), name="tug"))
+    bodies = (scenes.block(1e4, ("surge",)), scenes.block(1e4, ("surge",), name="tug"))
     hard = line((10.0, 0, 0), 5.0, 1e6, body="tug")
     lines = {"soft": line((10.0, 0, 0), 12.0, 1e4), "hard": hard}
-    held = scene(bodies, lines, 1.0, 0.5, step=0.5)
+    held = scenes.scene(bodies, lines, 1.0, 0.5, step=0.5)
     whole = hs.compile_scene(held)
     limits = scene_step_limits(whole, scene_combinations(whole, each_alone=True))
     assert limits[0].what == "surge of tug"
@@ -460,16 +453,16 @@ def test_the_record_says_what_it_holds() -> None:
     ends = (0.5, 0.6, -0.4), (-0.7, -0.5, 0.8)
     a, b = (places[:, i] + turns[i].apply(ends[i]) for i in (0, 1))
     np.testing.assert_allclose(run.spring_length[:, 0], np.linalg.norm(a - b, axis=1), rtol=1e-12)
-    other = hs.simulate(scene(block(1.0), {}, 1.0, 0.5))
+    other = hs.simulate(scenes.scene(scenes.block(1.0), {}, 1.0, 0.5))
     assert "spring" not in other.dims
 
 
 def test_ends_at_one_place_are_refused() -> None:
-    body = block(1e3, position=moving(surge=2.0))
+    body = scenes.block(1e3, position=scenes.moving(surge=2.0))
     spring = line((1.0, 1.0, 1.0), 10.0, 1e3, point=(-1.0, 1.0, 1.0))
     with pytest.raises(hs.InputError, match=r"forces\.line: its point and its anchor are at the"):
-        hs.compile_scene(scene(body, {"line": spring}, 1.0, 0.1))
+        hs.compile_scene(scenes.scene(body, {"line": spring}, 1.0, 0.1))
     astray = replace(spring, anchor_body="ghost")
     said = r"forces\.line\.anchor_body: found ghost, which is no body of the scene"
     with pytest.raises(hs.InputError, match=said):
-        hs.compile_scene(scene(body, {"line": astray}, 1.0, 0.1))
+        hs.compile_scene(scenes.scene(body, {"line": astray}, 1.0, 0.1))

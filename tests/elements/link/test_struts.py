@@ -10,12 +10,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import assert_continues, block, momenta, moving, observed_orders, scene, steady, surge
+from scenes import (
+    assert_continues,
+    block,
+    central_force,
+    momenta,
+    moving,
+    observed_orders,
+    scene,
+    steady,
+    surge,
+)
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.elements import AppliedForce, Bushing, Harmonic, Strut, TorsionSpring
+from hydrosim.elements import Bushing, Harmonic, Strut, TorsionSpring
 from hydrosim.errors import SimulationError
 from hydrosim.integrate.dynamics import new_work, rhs
 from hydrosim.linear.linearise import linearise
@@ -266,7 +276,7 @@ def absorbing(rotary: bool) -> tuple[hs.Scene, float]:
     at = {"position": tuple(np.eye(6)[slot] * x), "velocity": tuple(np.eye(6)[slot] * v)}
     body = block(M, (dof,), inertia=np.diag([M, M, M]), **at)
     link = torsion(K, damping=C, absorbs=True) if rotary else strut(damping=C, absorbs=True)
-    push = AppliedForce("block", ORIGIN, {dof: Harmonic(FORCE, PERIOD)})
+    push = central_force(**{dof: Harmonic(FORCE, PERIOD)})
     driven = scene(body, {"pto": link, "push": push}, 10 * PERIOD, 0.05, step=0.01)
     return driven, abs(amplitude) ** 2
 
