@@ -104,14 +104,9 @@ def test_the_step_in_an_irregular_sea_leaves_what_it_says() -> None:
 
 
 def test_the_step_in_gusts_leaves_what_it_says() -> None:
-    windy = {
-        "environment.wind": {
-            "speed": "20 m/s",
-            "heading": "0 deg",
-            "gusts": {"spectrum": "npd", "repeat_period": "1 hour"},
-        },
-        "environment.waves": None,
-    }
+    gusts = {"spectrum": "npd", "repeat_period": "1 hour"}
+    wind = {"speed": "20 m/s", "heading": "0 deg", "gusts": gusts}
+    windy = {"environment.wind": wind, "environment.waves": None}
     made = hs.load_case(SPHERE / "irregular.yaml", windy).scene()
     gusts = made.environment.gusts
     assert gusts is not None

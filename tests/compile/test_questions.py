@@ -411,11 +411,10 @@ def test_hulls_of_one_database_are_not_asked_about() -> None:
     scene = in_sea(hs.Jonswap(1.0, 8.0))
     assert database.volume is not None
     assert database.centre_of_gravity is not None
+    masses, centres = 1025.0 * database.volume, database.centre_of_gravity
     first, second = (
         hs.Body(name, mass, mass * np.diag([16.0, 200.0, 200.0]), database, tuple(centre))
-        for name, mass, centre in zip(
-            "ab", 1025.0 * database.volume, database.centre_of_gravity, strict=True
-        )
+        for name, mass, centre in zip("ab", masses, centres, strict=True)
     )
     both = replace(scene, bodies=(first, replace(second, database_body=2)), forces={})
     assert not asked_of(both, Question.SHIELDING)

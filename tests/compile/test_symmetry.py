@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -171,27 +172,17 @@ class TestAgreement:
         """Mirror images are so to rounding there; fenders are two elements on oblique walls."""
         y = 37.3
         scene = moored(location=(0.0, y))
-        lines = {
-            f"line_{x}_{side}": hs.Spring(
-                *("barge", (x, side * 25.0, 5.0), (2.5 * x, y + side * 120.0, -3.0), 190.0),
-                *np.array([[0.0, 50.0], [0.0, 5e7]]),
-                damping=1e4,
-            )
-            for x in (-110.0, 110.0)
-            for side in (-1.0, 1.0)
-        }
+        lines, curve = {}, np.array([[0.0, 50.0], [0.0, 5e7]])
+        for x, side in product((-110.0, 110.0), (-1.0, 1.0)):
+            ends = (x, side * 25.0, 5.0), (2.5 * x, y + side * 120.0, -3.0)
+            lines[f"line_{x}_{side}"] = hs.Spring("barge", *ends, 190.0, *curve, damping=1e4)
         curve = straight_curve(2e7)
         law = hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5)
-        walls = {
-            f"wall_{side}": hs.Fender(
-                "barge",
-                np.array([[60.0, side * 31.5, 0.0], [-60.0, side * 31.5, 0.0]]),
-                hs.Plane((side, y + side * 31.51, -4.9), (0.0, -side, -0.2)),
-                curve,
-                law,
-            )
-            for side in (-1.0, 1.0)
-        }
+        walls = {}
+        for side in (-1.0, 1.0):
+            points = np.array([[60.0, side * 31.5, 0.0], [-60.0, side * 31.5, 0.0]])
+            wall = hs.Plane((side, y + side * 31.51, -4.9), (0.0, -side, -0.2))
+            walls[f"wall_{side}"] = hs.Fender("barge", points, wall, curve, law)
         found, _ = agrees(replace(scene, forces={**lines, **walls}), figure)
         assert found.attrs["solver_events"] > 0
         assert float(found.spring_tension.max()) > 0.0
@@ -251,14 +242,10 @@ class TestAgreement:
             "left": hs.AppliedForce("block", (0.0, 0.5, -0.8), push),
             "right": hs.AppliedForce("block", (0.0, -0.5, -0.8), pull),
         }
-        scene, *others = (
-            dry(
-                hs.Body("block", 100.0, 100.0 * inertia, position=moving(heave=heave)),
-                *(elements, 2.0, 0.01),
-                step=5e-4,
-            )
-            for heave in 0.02 + np.spacing(0.02) * np.array([0, -2, -1, 1, 2])
-        )
+        heaves = 0.02 + np.spacing(0.02) * np.array([0, -2, -1, 1, 2])
+        body = hs.Body("block", 100.0, 100.0 * inertia)
+        bodies = [replace(body, position=moving(heave=heave)) for heave in heaves]
+        scene, *others = (dry(body, elements, 2.0, 0.01, step=5e-4) for body in bodies)
         middle = hs.simulate(scene)
         rounding = max(difference(hs.simulate(other), middle) for other in others)
         figure("difference of a rounding at the start", rounding)

@@ -311,10 +311,9 @@ def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) ->
     here, there = (0.4, -0.3, 0.8), (0.5, 0.2, -1.0)
     curve = np.array([0.0, 9.0]), np.array([0.0, 900.0])
     line = hs.Spring("block", here, there, 1.0, *curve, damping=50.0, anchor_body="other")
-    bodies = [
-        block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2)),
-        block(2e3, name="other", position=moving(heave=4.0, yaw=0.2), velocity=moving(pitch=0.1)),
-    ]
+    spinning = block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2))
+    other = {"position": moving(heave=4.0, yaw=0.2), "velocity": moving(pitch=0.1)}
+    bodies = [spinning, block(2e3, name="other", **other)]
 
     def pull(t: float, state: States) -> np.ndarray:
         one, other = state["block"], state["other"]

@@ -132,11 +132,9 @@ def _draw_mean(rng: np.random.Generator, time: np.ndarray, size: float) -> np.nd
     mean = np.full(time.size, np.radians(rng.uniform(-3.0, 3.0)))
     if rng.integers(2):
         along = time / time[-1]
-        drifts = (
-            along,
-            np.exp(-along / rng.uniform(0.3, 1.0)),
-            np.sin(2.0 * np.pi * (rng.uniform(0.3, 0.8) * along + rng.uniform())),
-        )
+        settling = np.exp(-along / rng.uniform(0.3, 1.0))
+        wander = np.sin(2.0 * np.pi * (rng.uniform(0.3, 0.8) * along + rng.uniform()))
+        drifts = (along, settling, wander)
         mean += rng.uniform(-0.1, 0.1) * size * drifts[rng.integers(3)]
     return mean
 

@@ -105,11 +105,8 @@ CASES = [
 ]
 ON_EARTH = (hs.LinearMooring, hs.AppliedForce, Drive)  # in its axes
 EXAMPLES = [name for name, element in ELEMENTS.items() if "example" in name]
-IN_TURNING_AXES = [
-    *IN_BODY_AXES,
-    "applied force, body-fixed",
-    *(name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH)),
-]
+ON_NO_EARTH = (name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH))
+IN_TURNING_AXES = [*IN_BODY_AXES, "applied force, body-fixed", *ON_NO_EARTH]
 RESTING = [  # prescribed forces act at rest; so may what supplies, has weight, or is pressed
     name
     for name, element in ELEMENTS.items()
@@ -263,13 +260,10 @@ def turned_body(body: Body) -> Body:
     """The body in a scene that is turned by `TURN` and then moved by `SHIFT`."""
     R = TURN @ Rotation.from_euler("ZYX", body.position[:2:-1]).as_matrix() @ TURN.T
     angles = Rotation.from_matrix(R).as_euler("ZYX")[::-1]
-    return replace(
-        body,
-        inertia=TURN @ body.inertia @ TURN.T,
-        location=tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2]),
-        position=(*(TURN @ body.position[:3]), *angles),
-        velocity=tuple(turned_wrench(np.array(body.velocity))),
-    )
+    position = (*(TURN @ body.position[:3]), *angles)
+    start = {"position": position, "velocity": tuple(turned_wrench(np.array(body.velocity)))}
+    location = tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2])
+    return replace(body, inertia=TURN @ body.inertia @ TURN.T, location=location, **start)
 
 
 def turned_element(element: Any) -> Any:
@@ -312,11 +306,9 @@ def test_elements_in_body_axes_turn_with_the_body(name, at_rest):
         pytest.skip("its length or place at rest depends on the headings there")
     streams = (STREAMS.current, STREAMS.wind)
     current, wind = (replace(stream, heading=stream.heading + 1.1) for stream in streams)
-    turned = replace(
-        scene_of({"element": ELEMENTS[name]}),
-        bodies=tuple(yawed(body, at_rest) for body in two_bodies()),
-        environment=Environment(current=current, wind=wind),
-    )
+    bodies = tuple(yawed(body, at_rest) for body in two_bodies())
+    there = Environment(current=current, wind=wind)
+    turned = replace(scene_of({"element": ELEMENTS[name]}), bodies=bodies, environment=there)
     here, there = evaluate(scene_of({"element": ELEMENTS[name]})), evaluate(turned)
     expected = turned_wrench(here.wrench[ELEMENT])
     tiny = 1e-12 * np.abs(expected).max()
@@ -329,13 +321,9 @@ def yawed(body: Body, at_rest: bool) -> Body:
     position = np.concatenate([TURN @ body.position[:3], body.position[3:]])
     heading = 1.1 if at_rest else 0.0
     position[5] += 1.1 - heading
-    return replace(
-        body,
-        location=tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2]),
-        heading=heading,
-        position=tuple(position),
-        velocity=tuple(turned_wrench(np.array(body.velocity))),
-    )
+    velocity = tuple(turned_wrench(np.array(body.velocity)))
+    start = {"heading": heading, "position": tuple(position), "velocity": velocity}
+    return replace(body, location=tuple((TURN @ [*body.location, 0.0] + SHIFT)[:2]), **start)
 
 
 @pytest.mark.parametrize(

@@ -52,10 +52,8 @@ def test_a_force_acts_between_its_times_to_the_last_digit(method, validated):
 
 def test_a_force_begins_when_the_body_is_fast_and_ends_when_it_is_far():
     """v = F t / m reaches 1.2 m/s, and the pull against it brings x back down to its own event."""
-    fast, slow = (
-        When(channel="velocity.block.surge", above=1.2),
-        When(channel="speed.block", below=0.3),
-    )
+    fast = When(channel="velocity.block.surge", above=1.2)
+    slow = When(channel="speed.block", below=0.3)
     brake = replace(steady(surge=-6.0), active=Active(fast, slow))
     run = hs.simulate(pushed(brake=brake))
     begun, v = 1.2 * MASS / 3.0, run.velocity.values[:, 0, 0]

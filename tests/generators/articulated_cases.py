@@ -188,10 +188,8 @@ def _turn(tree: Tree, limb: Limb) -> Case:
         found["damping"] = rounded(limb.inertia * d.order(0.05, 1.0))
     if d.chance(0.25):
         rate = d.order(8.0, 25.0)
-        found["stops"] = {
-            "range": [rounded(angle - d.between(0.1, 0.8)), rounded(angle + d.between(0.1, 0.8))],
-            "stiffness": rounded(limb.inertia * rate**2),
-        }
+        ends = [rounded(angle - d.between(0.1, 0.8)), rounded(angle + d.between(0.1, 0.8))]
+        found["stops"] = {"range": ends, "stiffness": rounded(limb.inertia * rate**2)}
         if d.chance(0.6):
             found["stops"]["damping"] = rounded(limb.inertia * rate * d.between(0.05, 0.5))
         tree.rates.append(2.0 * rate)
@@ -209,10 +207,8 @@ def _slide(tree: Tree, limb: Limb) -> Case:
     offset = rounded(limb.size * d.between(-0.1, 0.1))
     rate = d.order(2.0, 6.0)
     tree.rates.append(2.0 * rate)
-    found: Case = {
-        "initial": {"offset": offset, "speed": rounded(limb.size * d.between(-0.2, 0.2))},
-        "stiffness": rounded(limb.mass * rate**2),
-    }
+    start = {"offset": offset, "speed": rounded(limb.size * d.between(-0.2, 0.2))}
+    found: Case = {"initial": start, "stiffness": rounded(limb.mass * rate**2)}
     if d.chance(0.6):
         found["damping"] = rounded(limb.mass * rate * d.order(0.02, 0.5))
     if d.chance(0.2):
@@ -236,13 +232,9 @@ def _body(tree: Tree, limb: Limb, floats: bool) -> Case:
     x, y, z = limb.place
     extent = [limb.size * d.between(0.2, 0.45) for _ in range(3)]
     radii = [rounded(sqrt(extent[i - 1] ** 2 + extent[i - 2] ** 2)) for i in range(3)]
-    body: Case = {
-        "mass": limb.mass,
-        "centre_of_gravity": [0.0, 0.0, z],
-        "location": list(tree.turned(x, y)),
-        "radii_of_gyration": radii,
-        "points": {"bow": [limb.size, 0.0, 0.0], "mast": [0.0, 0.1 * limb.size, limb.size]},
-    }
+    points = {"bow": [limb.size, 0.0, 0.0], "mast": [0.0, 0.1 * limb.size, limb.size]}
+    body: Case = {"mass": limb.mass, "centre_of_gravity": [0.0, 0.0, z]}
+    body |= {"location": list(tree.turned(x, y)), "radii_of_gyration": radii, "points": points}
     if limb.heading or tree.turn:
         body["heading"] = limb.heading + tree.turn
     is_root = limb is tree.limbs[0] and floats
@@ -255,16 +247,10 @@ def _body(tree: Tree, limb: Limb, floats: bool) -> Case:
         offsets = [rounded(limb.size * d.between(-0.2, 0.2)) for _ in range(3)]
         angles = [d.between(-0.2, 0.2) for _ in range(3)]
         speed = [rounded(limb.size * d.between(-0.2, 0.2)) for _ in range(3)]
-        body["initial"] = {
-            "position": [*tree.turned(offsets[0], offsets[1]), offsets[2], *angles],
-            "velocity": [
-                *tree.turned(speed[0], speed[1]),
-                speed[2],
-                0.0,
-                0.0,
-                d.between(-0.2, 0.2),
-            ],
-        }
+        position = [*tree.turned(offsets[0], offsets[1]), offsets[2], *angles]
+        sliding = [*tree.turned(speed[0], speed[1]), speed[2]]
+        velocity = [*sliding, 0.0, 0.0, d.between(-0.2, 0.2)]
+        body["initial"] = {"position": position, "velocity": velocity}
     return body
 
 
@@ -442,13 +428,8 @@ def _face(tree: Tree, limb: Limb) -> None:
     stiffness = rounded(limb.mass * rate**2)
     friction: Case = {"law": "none"}
     if d.chance(0.6):
-        friction = {
-            "law": "stick_slip",
-            "static": 0.3,
-            "kinetic": d.between(0.1, 0.3),
-            "stiffness": stiffness,
-            "damping": rounded(0.2 * limb.mass * rate),
-        }
+        friction = {"law": "stick_slip", "static": 0.3, "kinetic": d.between(0.1, 0.3)}
+        friction |= {"stiffness": stiffness, "damping": rounded(0.2 * limb.mass * rate)}
         tree.rates.append(5.0 * rate)
     normal = {"stiffness": stiffness, "damping": rounded(limb.mass * rate * d.between(0.02, 0.4))}
     tree.add("fender", limb.name, points=[point], plane=plane, normal=normal, friction=friction)

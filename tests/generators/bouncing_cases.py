@@ -85,12 +85,9 @@ def _landing(d: Draw, seed: int) -> Case:
 
 
 def _body(d: Draw, mass: float, size: float, dofs: list[str] | None, up: float = 0.0) -> Case:
-    body: Case = {
-        "mass": rounded(mass),
-        "centre_of_gravity": [0.0, 0.0, 0.0],
-        "radii_of_gyration": [rounded(size * d.between(0.28, 0.38)) for _ in range(3)],
-        "initial": {"position": [0.0, 0.0, up, 0.0, 0.0, 0.0]},
-    }
+    radii = [rounded(size * d.between(0.28, 0.38)) for _ in range(3)]
+    body: Case = {"mass": rounded(mass), "centre_of_gravity": [0.0, 0.0, 0.0]}
+    body |= {"radii_of_gyration": radii, "initial": {"position": [0.0, 0.0, up, 0.0, 0.0, 0.0]}}
     return {**body, "dofs": dofs} if dofs else body
 
 

@@ -85,11 +85,8 @@ def _dip(d: Draw, seed: int, period: float) -> Case:
     floor = _rigid(d, {"prescribed": {**prescribed, "phase": d.between(-pi, pi)}})
     hold = floor["friction"]["static"] * load * (1.0 - dip)
     table = {"time": [0.0, 2.0], "force": [0.0, rounded(_beyond(d) * hold)]}
-    forces = {
-        "floor": floor,
-        "push": {"type": "applied_force", "body": "body", "force": {"surge": table}},
-        "spring": _spring(mass, d.order(0.2, 1.0)),
-    }
+    push = {"type": "applied_force", "body": "body", "force": {"surge": table}}
+    forces = {"floor": floor, "push": push, "spring": _spring(mass, d.order(0.2, 1.0))}
     bodies = {"body": _body(mass, ["surge"])}
     return long_case(d, seed, 2.0 * pi / period, long_duration(d), bodies=bodies, forces=forces)
 

@@ -64,15 +64,9 @@ def mixed_case(seed: int) -> Case:
     rate = topside.rate
     if seed >= LINKED_FROM:
         rate = max(rate, _link(draw, bodies, forces))
-    case: Case = {
-        "title": f"mixed case {seed}",
-        "duration": float(round(duration)),
-        "environment": environment,
-        "bodies": bodies,
-        "forces": forces,
-        "solver": _solver(draw, rate),
-        "output": {"step": 0.5},
-    }
+    case: Case = {"title": f"mixed case {seed}", "duration": float(round(duration))}
+    case |= {"environment": environment, "bodies": bodies, "forces": forces}
+    case |= {"solver": _solver(draw, rate), "output": {"step": 0.5}}
     if at_rest:
         case["initial"] = "at_rest"
     return case
@@ -200,26 +194,17 @@ def _topside(d: Draw, barge: Barge, centre: float, up: float, forces: Case) -> T
     height = rounded(y * d.between(0.6, 1.0))
     half = rounded(height / 2)
     radii = [rounded(r) for r in (0.6 * hypot(y, half), 0.6 * hypot(x, half))]
-    body: Case = {
-        "mass": mass,
-        "weight": "carried",
-        "centre_of_gravity": [0.0, 0.0, rounded(barge.top + half + up)],
-        "location": [0.0, 0.0],
-        "radii_of_gyration": [*radii, rounded(0.6 * hypot(x, y))],
-    }
+    at = [0.0, 0.0, rounded(barge.top + half + up)]
+    body: Case = {"mass": mass, "weight": "carried", "centre_of_gravity": at}
+    body["location"] = [0.0, 0.0]
+    body["radii_of_gyration"] = [*radii, rounded(0.6 * hypot(x, y))]
     points = [[a * x, b * y, -half] for a in (1, -1) for b in (1, -1)]
     seat = rounded(barge.top - centre)
     seats = [[a * x, b * y, seat] for a in (1, -1) for b in (1, -1)]
     normal, stiffness = _supports(d, mass)
     friction = _friction(d, mass, stiffness)
-    landing: Case = {
-        "type": "landing",
-        "body": "topside",
-        "points": points,
-        "on": {"body": "barge", "points": seats},
-        "normal": normal,
-        "friction": friction,
-    }
+    landing: Case = {"type": "landing", "body": "topside", "points": points}
+    landing |= {"on": {"body": "barge", "points": seats}, "normal": normal, "friction": friction}
     if d.chance(0.5):
         gap = d.between(0.1, 0.4)
         wall = rounded(mass * d.order(10.0, 120.0))
@@ -292,12 +277,9 @@ def _hold(d: Draw, barge: Barge, forces: Case) -> None:
     """A mooring, damping of roll, and a push in place of waves."""
     stiffness = rounded(barge.mass * d.order(0.008, 0.04))
     yaw = rounded(stiffness * barge.length**2 / 25.0)
-    forces["mooring"] = {
-        "type": "linear_mooring",
-        "body": "barge",
-        "stiffness": {"surge": stiffness, "sway": stiffness, "yaw": yaw},
-        "damping_ratio": {"surge": 0.1, "sway": 0.1},
-    }
+    held = {"surge": stiffness, "sway": stiffness, "yaw": yaw}
+    mooring = {"type": "linear_mooring", "body": "barge", "stiffness": held}
+    forces["mooring"] = {**mooring, "damping_ratio": {"surge": 0.1, "sway": 0.1}}
     ratio = {"roll": d.between(0.02, 0.08)}
     forces["damping"] = {"type": "linear_damping", "body": "barge", "damping_ratio": ratio}
     push = {
@@ -318,14 +300,10 @@ def _lift(d: Draw, mass: float, duration: float, forces: Case) -> None:
         tilt = d.between(-0.2, 0.2)
         length = d.between(40.0, 70.0)
         stretched = rounded(length * d.between(1.0, 1.06))
-        forces["winch"] = {
-            "type": "spring",
-            "body": "topside",
-            "point": [0.0, 0.0, 3.0],
-            "anchor": [rounded(stretched * sin(tilt)), 0.0, rounded(15.0 + stretched * cos(tilt))],
-            "length": length,
-            "stiffness": rounded(mass * d.order(0.02, 0.2)),
-        }
+        anchor = [rounded(stretched * sin(tilt)), 0.0, rounded(15.0 + stretched * cos(tilt))]
+        winch = {"type": "spring", "body": "topside", "point": [0.0, 0.0, 3.0], "anchor": anchor}
+        stiffness = rounded(mass * d.order(0.02, 0.2))
+        forces["winch"] = {**winch, "length": length, "stiffness": stiffness}
     weight = mass * GRAVITY
     if d.chance(0.7):
         parts = [0.0, d.between(0.0, 0.4), d.between(0.3, 0.7), d.between(0.0, 0.5)]
@@ -346,14 +324,9 @@ def _link(d: Draw, bodies: Case, forces: Case) -> float:
         reach = d.between(5.0, 15.0)
         link = draw_link(d, Course(reach, 0.5, mass, distance=True))
         rates.append(link.rate)
-        forces[f"link_{len(rates)}"] = {
-            "type": link.kind,
-            "body": "topside",
-            "point": [0.0, 0.0, 0.0],
-            "anchor": [reach * axis[0], reach * axis[1], rounded(up)],
-            "anchor_body": "barge",
-            **link.keys,
-        }
+        ends = {"point": [0.0, 0.0, 0.0], "anchor": [reach * axis[0], reach * axis[1], rounded(up)]}
+        ends = {"type": link.kind, "body": "topside", **ends, "anchor_body": "barge"}
+        forces[f"link_{len(rates)}"] = {**ends, **link.keys}
     if d.chance(0.5):
         size = bodies["topside"]["radii_of_gyration"][2]
         link = draw_link(d, Course(0.0, 0.05, mass * size**2))

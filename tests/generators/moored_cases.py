@@ -204,13 +204,10 @@ def _load(s: Sketch, name: str, mass: float, at: Place) -> Form:
     size = _size(mass)
     half = (rounded(0.6 * size), rounded(0.5 * size))
     up = rounded(0.4 * size)
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, at[2]],
-        "location": list(s.turned(at[0], at[1])),
-        "radii_of_gyration": [rounded(r * size) for r in (0.38, 0.42, 0.45)],
-        "weight": "carried",
-    }
+    body: Case = {"mass": mass, "centre_of_gravity": [0.0, 0.0, at[2]]}
+    body |= {"location": list(s.turned(at[0], at[1]))}
+    body |= {"radii_of_gyration": [rounded(r * size) for r in (0.38, 0.42, 0.45)]}
+    body["weight"] = "carried"
     offsets = [rounded(0.05 * size * d.between(-1.0, 1.0)) for _ in range(3)]
     s.head(body, [*offsets, 0.0, 0.0] if d.chance(0.5) else [0.0] * 5)
     s.bodies[name] = body
@@ -282,12 +279,9 @@ def _add_boom(s: Sketch, joints: Case, hull: Form) -> None:
     length = rounded(0.6 * hull.half[0])
     z = rounded(hull.at[2] + hull.top)
     form = Form("boom", mass, (length, 1.0), -0.5, 0.5, (rounded(hull.at[0]), hull.at[1], z))
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, z],
-        "location": list(s.turned(form.at[0], form.at[1])),
-        "radii_of_gyration": [rounded(r * length) for r in (0.2, 0.5, 0.5)],
-    }
+    body: Case = {"mass": mass, "centre_of_gravity": [0.0, 0.0, z]}
+    body |= {"location": list(s.turned(form.at[0], form.at[1]))}
+    body |= {"radii_of_gyration": [rounded(r * length) for r in (0.2, 0.5, 0.5)]}
     s.head(body, [0.0] * 5)
     body.pop("initial", None)
     s.bodies["boom"] = body

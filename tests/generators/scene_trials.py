@@ -71,14 +71,9 @@ def tried(case_of: Maker, number: int, turns: bool = True) -> Trial:
         return Trial("crash", format_exc(limit=-4))
     cpu = process_time() - begin
     status = str(run.attrs["status"])
-    found = Trial(
-        status,
-        str(run.attrs.get("warnings") or ""),
-        tuple(_wrong(run)),
-        cpu,
-        int(run.attrs["solver_evaluations"]),
-        int(run.attrs["solver_events"]),
-    )
+    warned = str(run.attrs.get("warnings") or "")
+    work = [int(run.attrs[f"solver_{what}"]) for what in ("evaluations", "events")]
+    found = Trial(status, warned, tuple(_wrong(run)), cpu, *work)
     if status != "complete":
         return found
     try:

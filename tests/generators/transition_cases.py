@@ -36,32 +36,19 @@ def transition_cases() -> Mapping[str, Case]:
 
 
 def _case(bodies: Case, forces: Case, duration: float, **parts: Any) -> Case:
-    return {
-        "title": "transitions",
-        "duration": duration,
-        "accept": list(ACCEPTED),
-        "environment": {"water_depth": "infinite"},
-        "bodies": bodies,
-        "forces": forces,
-        "solver": {"method": "rk4", "step": 0.01},
-        **parts,
-    }
+    case = {"title": "transitions", "duration": duration, "accept": list(ACCEPTED)}
+    case |= {"environment": {"water_depth": "infinite"}, "bodies": bodies, "forces": forces}
+    return {**case, "solver": {"method": "rk4", "step": 0.01}, **parts}
 
 
 def _body(dofs: list[str], position: Mapping[int, float] | None = None, **velocity: float) -> Case:
     """A body with its displacements [m, rad] at the start by number, and its velocities by name."""
     names = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     start = position or {}
-    return {
-        "mass": MASS,
-        "centre_of_gravity": [0, 0, 0],
-        "radii_of_gyration": [1, 1, 1],
-        "dofs": dofs,
-        "initial": {
-            "position": [start.get(i, 0.0) for i in range(6)],
-            "velocity": [velocity.get(name, 0.0) for name in names],
-        },
-    }
+    position = [start.get(i, 0.0) for i in range(6)]
+    body = {"mass": MASS, "centre_of_gravity": [0, 0, 0], "radii_of_gyration": [1, 1, 1]}
+    initial = {"position": position, "velocity": [velocity.get(name, 0.0) for name in names]}
+    return {**body, "dofs": dofs, "initial": initial}
 
 
 def _spring(body: str, **stiffness: float) -> Case:
@@ -134,19 +121,10 @@ def _compensators() -> Case:
         name = f"cart{i}"
         bodies[name] = _body(["surge"], {0: 2.0})
         forces[f"spring{i}"] = _spring(name, surge=SLOW)
-        forces[f"gas{i}"] = {
-            "type": "compensator",
-            "body": name,
-            "point": [0, 0, 0],
-            "anchor": [-20, 0, 0],
-            "length": 20.0,
-            "tension": 800.0,
-            "stroke": 1.0,
-            "gas_length": 2.0,
-            "exponent": 1.3,
-            "stiffness": 2000.0,
-            "damping": damping,
-        }
+        gas = {"type": "compensator", "body": name, "point": [0, 0, 0], "anchor": [-20, 0, 0]}
+        gas |= {"length": 20.0, "tension": 800.0, "stroke": 1.0, "gas_length": 2.0}
+        gas |= {"exponent": 1.3, "stiffness": 2000.0, "damping": damping}
+        forces[f"gas{i}"] = gas
         forces[f"push{i}"] = _push(name, surge={"amplitude": 2000.0, "period": 3.0})
     return _case(bodies, forces, 20.0)
 
@@ -183,16 +161,10 @@ def _guides() -> Case:
     forces["still"] = _spring("still", surge=SLOW)
     for name, seat in {"free": [0, 0, 0.5], "beside": [0.5, 0, 0.5], "away": [0, 0, -3]}.items():
         wall = {"gap": 0.2, "stiffness": 1000.0, "depth": 1}
-        forces[f"still_{name}"] = {
-            "type": "landing",
-            "body": "still",
-            "points": [[0, 0, 0.6]],
-            "wall": wall,
-            "on": {"points": [seat]},
-            "normal": {"stiffness": 1.0},
-            "friction": {"law": "none"},
-            "active": dict(FOR_A_TIME),
-        }
+        still = {"type": "landing", "body": "still", "points": [[0, 0, 0.6]], "wall": wall}
+        still |= {"on": {"points": [seat]}, "normal": {"stiffness": 1.0}}
+        still |= {"friction": {"law": "none"}, "active": dict(FOR_A_TIME)}
+        forces[f"still_{name}"] = still
     return _case(bodies, forces, 25.0)
 
 

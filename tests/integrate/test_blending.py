@@ -214,17 +214,9 @@ def test_a_family_that_is_turned_is_turned_as_one_database() -> None:
     """At the draught of one, with a heading at rest, a yaw and a place of its own."""
     mean = {"headings": Place.MEAN, "position": Place.MEAN}
     forces = hs.WaveForces(second_order=SecondOrder.NEWMAN, **mean)
-    one, both = (
-        barge(
-            *(source, 4.4),
-            dofs=("surge", "sway", "roll", "yaw"),
-            wave_forces=forces,
-            heading=0.6,
-            location=(30.0, -20.0),
-            position=moving(yaw=0.2, roll=0.05),
-        )
-        for source in (FILES[4.4], FAMILY)
-    )
+    place = {"heading": 0.6, "location": (30.0, -20.0), "position": moving(yaw=0.2, roll=0.05)}
+    keys = {"dofs": ("surge", "sway", "roll", "yaw"), "wave_forces": forces, **place}
+    one, both = (barge(source, 4.4, **keys) for source in (FILES[4.4], FAMILY))
     alone, found = (hs.simulate(scene(body, environment=SEA)) for body in (one, both))
     assert_allclose(found.position, alone.position, rtol=0, atol=1e-12)
 

@@ -142,13 +142,11 @@ def float_over(step: float) -> hs.Scene:
     curve = straight_curve(4e8)
     deck = hs.Plane((0.0, 0.0, 7.5), (0.0, 0.0, 1.0), "barge")
     guide = 0.05 * mass * np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 300.0])
-    forces = {
-        **base.forces,
-        "weight": steady("topside", heave=-9.81 * mass),
-        "lift": steady("barge", heave=9.81 * mass),
-        "legs": hs.Fender("topside", places, deck, curve, hs.Frictionless()),
-        "guide": hs.LinearMooring("topside", guide, damping=guide),
-    }
+    weight, lift = steady("topside", heave=-9.81 * mass), steady("barge", heave=9.81 * mass)
+    legs = hs.Fender("topside", places, deck, curve, hs.Frictionless())
+    guides = hs.LinearMooring("topside", guide, damping=guide)
+    forces = {**base.forces, "weight": weight, "lift": lift, "legs": legs, "guide": guides}
+
     bodies = (*barge.bodies, topside)
     solver = hs.Solver(step=step)
     return replace(barge, duration=300.0, bodies=bodies, forces=forces, solver=solver)

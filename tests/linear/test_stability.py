@@ -132,12 +132,9 @@ def stuck_barge(slope: float) -> Scene:
     signals = {dof: constant(f) for dof, f in zip(DOFS, load, strict=True)}
     table = central_force("barge", **signals)
     start = {"position": (0, 0, lift, 0, 0, 0), "velocity": (DISTURBED, 0, 0, 0, 0, 0)}
-    return replace(
-        with_body(in_waves(base), **start),
-        forces={"lift": table, "interface": replace(fender, normal=curve, friction=law)},
-        duration=30.0,
-        output_step=0.1,
-    )
+    interface = replace(fender, normal=curve, friction=law)
+    whole = replace(with_body(in_waves(base), **start), duration=30.0, output_step=0.1)
+    return replace(whole, forces={"lift": table, "interface": interface})
 
 
 def sliding_block(law: hs.StickSlip, opened: bool, step: float) -> Scene:

@@ -147,13 +147,9 @@ def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
     lower = dry_body(name="lower", velocity=tuple(size * np.array([1.0, 0.5, 0, 0.4, -0.3, 0.6])))
     upper = dry_body(name="upper", mass=3.0, position=tuple(size * np.array([0, 0, 1.0, 0, 0, 0])))
     corners = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
-    fender = Fender(
-        "upper",
-        corners,
-        Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="lower"),
-        straight_curve(20.0, damping=1.0),
-        StickSlip(static=0.3, kinetic=0.2, stiffness=100.0, damping=2.0, slip_damping=1.0),
-    )
+    deck = Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), body="lower")
+    law = StickSlip(static=0.3, kinetic=0.2, stiffness=100.0, damping=2.0, slip_damping=1.0)
+    fender = Fender("upper", corners, deck, straight_curve(20.0, damping=1.0), law)
     forces = {
         "lower": LinearMooring("lower", stiffness, 0.1 * stiffness),
         "upper": LinearMooring("upper", stiffness),

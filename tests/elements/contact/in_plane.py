@@ -47,11 +47,8 @@ class Driven:
         K = np.zeros((6, 6))
         K[:2, :2] = R @ np.diag(mass * np.square(self.frequency)) @ R.T
         (x, y), (u, v) = R @ self.place(0.0), R @ self.velocity(0.0)
-        body = block(
-            *(mass, ("surge", "sway", "heave")),
-            position=moving(surge=x, sway=y, heave=-self.normal / 1e7),
-            velocity=moving(surge=u, sway=v),
-        )
+        place, speed = moving(surge=x, sway=y, heave=-self.normal / 1e7), moving(surge=u, sway=v)
+        body = block(mass, ("surge", "sway", "heave"), position=place, velocity=speed)
         weight = steady(heave=-self.normal)
         springs, fender = LinearMooring("block", K), on_floor(1e7, self.law)
         forces = {"springs": springs, "weight": weight, "fender": fender}

@@ -45,11 +45,9 @@ class Block:
         force[:, 0], force[:, 2] = self.push, self.press
         start = {"position": moving(surge=x, heave=z), "velocity": moving(surge=v, heave=w)}
         body = block(self.mass, ("surge", "heave"), **start)
-        forces = {
-            "push": central_force(**table(self.time, force)),
-            "spring": mooring(surge=self.spring[0], heave=self.spring[1]),
-            "fender": foot(self.curve, self.friction),
-        }
+        push, spring = central_force(**table(self.time, force)), self.spring
+        held = mooring(surge=spring[0], heave=spring[1])
+        forces = {"push": push, "spring": held, "fender": foot(self.curve, self.friction)}
         solver = Solver(step=step, events=events)
         whole = Scene("one axis", self.duration, (body,), forces=forces, solver=solver)
         return replace(whole, output_step=output_step)
@@ -148,15 +146,9 @@ def integrate(block: Block, times: np.ndarray, resolution: float = 0.02) -> Exac
     states, modes, events, t = np.zeros((times.size, 5)), np.zeros(times.size, int), [], 0.0
     for stop in [*corners, block.duration]:
         while t < stop:
-            piece = solve_ivp(
-                *(block.rates, (t, stop), y, "DOP853"),
-                args=(mode,),
-                events=_watch(block, mode, y),
-                dense_output=True,
-                max_step=resolution,
-                rtol=1e-12,
-                atol=1e-14,
-            )
+            settings = {"dense_output": True, "rtol": 1e-12, "atol": 1e-14}
+            settings |= {"max_step": resolution, "events": _watch(block, mode, y)}
+            piece = solve_ivp(block.rates, (t, stop), y, "DOP853", args=(mode,), **settings)
             inside = (times >= t) & (times <= piece.t[-1] + 1e-12)
             if inside.any():
                 states[inside], modes[inside] = piece.sol(times[inside]).T, mode

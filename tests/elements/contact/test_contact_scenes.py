@@ -85,13 +85,9 @@ def test_ledger_closes_through_impacts_on_a_damped_fender(figure: Figure):
 
 def swinging(law: Law, press: float) -> Block:
     """A block on a spring, pressed so lightly that it sticks for a moment only where it turns."""
-    return Block(
-        *(1e6, straight_curve(1e8), law),
-        *(np.array([0.0, 2.5]), np.zeros(2), np.full(2, -press)),
-        spring=(4e6, 0.0),
-        start=(0.0, 1.0, -press / 1e8, 0.0),
-        duration=2.5,
-    )
+    loads = (np.array([0.0, 2.5]), np.zeros(2), np.full(2, -press))
+    start = {"spring": (4e6, 0.0), "start": (0.0, 1.0, -press / 1e8, 0.0)}
+    return Block(1e6, straight_curve(1e8), law, *loads, **start, duration=2.5)
 
 
 REVERSALS = {
@@ -154,11 +150,9 @@ def test_friction_does_not_know_the_axes():
     """A straight slide at 36.9 deg is that along x."""
 
     def slide(direction: np.ndarray) -> np.ndarray:
-        forces = {
-            "weight": steady(heave=-1e6),
-            "springs": mooring(surge=4e6, sway=4e6),
-            "fender": on_floor(1e9, hs.StickSlip(0.2, 0.1, 1e7, 1e6, 1e5)),
-        }
+        rough = hs.StickSlip(0.2, 0.1, 1e7, 1e6, 1e5)
+        springs, fender = mooring(surge=4e6, sway=4e6), on_floor(1e9, rough)
+        forces = {"weight": steady(heave=-1e6), "springs": springs, "fender": fender}
         v = 2.0 * direction
         start = {"position": moving(heave=-1e-3), "velocity": moving(surge=v[0], sway=v[1])}
         body = block(1e6, ("surge", "sway", "heave"), **start)

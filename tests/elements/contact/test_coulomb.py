@@ -276,11 +276,8 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
 
 def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) -> None:
     """All six DOFs, three dimensions: the point stays, the energy stays."""
-    start = {
-        "position": scenes.moving(pitch=0.3, roll=-0.2),
-        "velocity": scenes.moving(heave=-0.5, yaw=0.2),
-    }
-    body = scenes.block(1.0, **start)
+    position, velocity = scenes.moving(pitch=0.3, roll=-0.2), scenes.moving(heave=-0.5, yaw=0.2)
+    body = scenes.block(1.0, position=position, velocity=velocity)
     arm = [0.05, -0.03, 0.2]
     forces = {
         "spring": scenes.mooring(roll=3.0, pitch=3.0, yaw=3.0),

@@ -25,10 +25,8 @@ def test_a_node_far_beyond_its_step_limit(method: Method) -> None:
     """K2 / C2 is 190 1/s, the step 0.05 s: what relaxes grows; steps that adapt come to the end."""
     law = hs.StickSlip(0.14, 0.12, stiffness=1.9e8, damping=1e6)
     surge = 4300.0 * np.cos(HEADINGS)
-    elements = {
-        "fender": hs.Fender("block", POINT, PLANE, CURVE, law),
-        "wind": hs.WindLoad("block", (0.0, 0.0, 0.0), HEADINGS, surge, 0.0 * surge, 0.0 * surge),
-    }
+    wind = hs.WindLoad("block", (0.0, 0.0, 0.0), HEADINGS, surge, 0.0 * surge, 0.0 * surge)
+    elements = {"fender": hs.Fender("block", POINT, PLANE, CURVE, law), "wind": wind}
     windy = scene(block(3.8e6, ["surge"]), elements, 52.0, 0.5, step=0.05, method=method)
     windy = replace(windy, environment=Environment(wind=Stream(18.0)))
     if method is Method.DOPRI5:
@@ -47,11 +45,9 @@ def test_a_node_that_comes_to_stick_on_the_kinetic_cone_stays() -> None:
     curve = hs.NormalCurve(np.array([0.0, 0.065889, 0.19767]), force)
     corners = [(x, y, -1.4957) for x in (3.4438, -3.4438) for y in (1.8693, -1.8693)]
     law = hs.StickSlip(0.19361, 0.19361, 18103000.0 / 4, 0.0)
-    elements = {
-        "weight": steady(heave=-803150.0),
-        "legs": hs.Fender("block", np.array(corners), slope, curve, law),
-        "push": central_force(surge=Harmonic(88314.0, 4.7002)),
-    }
+    legs = hs.Fender("block", np.array(corners), slope, curve, law)
+    push = central_force(surge=Harmonic(88314.0, 4.7002))
+    elements = {"weight": steady(heave=-803150.0), "legs": legs, "push": push}
     body = block(81871.0, ["surge", "heave"], centre_of_gravity=(0.0, 0.0, 1.4957))
     turned = replace(body, position=moving(yaw=0.95297))
     pushed = scene(turned, elements, 12.0, 0.1, method=Method.RK2, step=0.00025)

@@ -227,10 +227,9 @@ def test_a_horizontal_landing_is_a_vertical_one_that_is_turned(law):
     ahead = block(MASS, dofs, position=moving(surge=0.1), velocity=moving(heave=-0.5))
     legs = leg(friction=LAWS[law]), leg(friction=LAWS[law], axis=(1.0, 0.0, 0.0))
     pulls = steady(heave=-WEIGHT), steady(surge=-WEIGHT)
-    runs = [
-        hs.simulate(scene(body, {"leg": foot, "pull": pull}, 1.0, 0.02, step=1e-3))
-        for body, foot, pull in zip((up, ahead), legs, pulls, strict=True)
-    ]
+    runs = []
+    for body, foot, pull in zip((up, ahead), legs, pulls, strict=True):
+        runs.append(hs.simulate(scene(body, {"leg": foot, "pull": pull}, 1.0, 0.02, step=1e-3)))
     vertical, horizontal = (run.position.values[:, 0] for run in runs)
     assert horizontal[:, 0] == pytest.approx(vertical[:, 2], abs=1e-9)
     assert -horizontal[:, 2] == pytest.approx(vertical[:, 0], abs=1e-9)

@@ -28,11 +28,8 @@ def driven(law: hs.StickSlip, lag: float, step: float = 0.01, grip: float = 1.0)
     push = scenes.central_force(surge=Harmonic(grip * 100.0, 2.0))
     normal = hs.PrescribedNormal(Harmonic(SWING, 2.0, mean=LOAD, phase=lag))
     only_surge = np.diag([1.0, 0, 0, 0, 0, 0])
-    forces = {
-        "push": push,
-        "spring": hs.LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge),
-        "fender": scenes.foot(normal, law),
-    }
+    spring = hs.LinearMooring("block", 50.0 * only_surge, 5.0 * only_surge)
+    forces = {"push": push, "spring": spring, "fender": scenes.foot(normal, law)}
     return scenes.scene(scenes.block(1.0, ("surge",)), forces, 12.0, 0.1, step=step)
 
 

@@ -168,12 +168,10 @@ def one_dimensional(k: int) -> Block:
     push = sum(waves(law.static * N * rng.uniform(0.8, 2.0), rng.uniform(3, 9)) for _ in range(2))
     press = waves(rng.uniform(0.2, 1.2) * N, rng.uniform(3, 9))
     press += 5e8 * np.cos(2 * np.pi * time) if fast else 0.0
-    return Block(
-        *(MASS, line(contact), law, time, np.asarray(push), press - N),
-        spring=(392.4e3, 1.32e8),
-        start=(0.0, rng.uniform(-0.1, 0.1), -N / 5.244e8, rng.uniform(-0.1, 0.1)),
-        duration=10.0,
-    )
+    speeds = rng.uniform(-0.1, 0.1, 2)
+    start = {"spring": (392.4e3, 1.32e8), "start": (0.0, speeds[0], -N / 5.244e8, speeds[1])}
+    loads = (time, np.asarray(push), press - N)
+    return Block(MASS, line(contact), law, *loads, **start, duration=10.0)
 
 
 @pytest.mark.parametrize("k", few(range(20), 6))
@@ -221,15 +219,9 @@ def test_traction_of_stick_slip(name: str) -> None:
 
 def test_an_open_node_springs_back() -> None:
     """Once the block is lifted off, the stretch decays as exp(-K2 t / C2)."""
-    lifted = replace(
-        STEADY,
-        time=np.array([0.0, 20.0]),
-        push=np.full(2, 1.5e5),
-        press=np.full(2, 5e4),
-        start=(0, 0, -1e-3, 0),
-        friction=replace(STEEL, damping=7e6),
-        duration=4.0,
-    )
+    loads = {"time": np.array([0.0, 20.0]), "push": np.full(2, 1.5e5), "press": np.full(2, 5e4)}
+    start = {"start": (0, 0, -1e-3, 0), "friction": replace(STEEL, damping=7e6)}
+    lifted = replace(STEADY, **loads, **start, duration=4.0)
     run = simulate(lifted.scene(0.01, output_step=0.05))
     open_ = np.flatnonzero(run.fender_mode.values[:, 0] == OPEN)
     s, t = stretch(run)[open_], run.time.values[open_]

@@ -26,11 +26,8 @@ DURATION = 60.0
 def pressed(law: Law, period: float, phase: float, method: Method, step: float) -> Scene:
     """A block that is pushed to and fro under a normal force from 0 to 2e5 N."""
     normal = hs.PrescribedNormal(Harmonic(1e5, period, 1e5, phase))
-    forces = {
-        "push": central_force(surge=Harmonic(4e4, 7.0)),
-        "spring": mooring(surge=2e4),
-        "floor": foot(normal, law),
-    }
+    push, spring = central_force(surge=Harmonic(4e4, 7.0)), mooring(surge=2e4)
+    forces = {"push": push, "spring": spring, "floor": foot(normal, law)}
     body = block(1e5, ("surge",), velocity=moving(surge=0.3))
     return scene(body, forces, DURATION, 0.1, method=method, step=step)
 

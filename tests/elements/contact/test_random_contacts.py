@@ -52,11 +52,9 @@ def scenes(draw: Any) -> hs.Scene:
     count, k = draw(st.integers(1, 4)), MASS * 10 ** draw(between(1.5, 3.0))
     friction = draw(stick_slips(k))
     steeper = draw(st.sampled_from([1.0, 3.0]))
-    curve = hs.NormalCurve(
-        np.array([0.0, 0.05, 0.1]),
-        0.05 * k / count * np.array([0.0, 1.0, 1.0 + steeper]),
-        draw(st.sampled_from([0.0, 0.2])) * np.sqrt(k * MASS) / count,
-    )
+    force = 0.05 * k / count * np.array([0.0, 1.0, 1.0 + steeper])
+    damping = draw(st.sampled_from([0.0, 0.2])) * np.sqrt(k * MASS) / count
+    curve = hs.NormalCurve(np.array([0.0, 0.05, 0.1]), force, damping)
     places = np.array(draw(st.lists(between(-1.5, 1.5), min_size=2 * count, max_size=2 * count)))
     points = np.column_stack([places.reshape(count, 2), np.full(count, -1.0)])
     slope = (draw(between(-0.2, 0.2)), draw(between(-0.2, 0.2)), 1.0)
@@ -64,12 +62,9 @@ def scenes(draw: Any) -> hs.Scene:
     force = np.zeros((6, 6))
     force[:, :2], force[:, 2] = WEIGHT * np.reshape(pushes, (6, 2)), -WEIGHT
     velocity = draw(st.lists(between(-1.0, 1.0), min_size=6, max_size=6))
-    body = block(
-        MASS,
-        draw(st.sampled_from(FREE)),
-        centre_of_gravity=(0.0, 0.0, draw(between(0.95, 1.5))),
-        velocity=tuple(np.array(velocity) * [2, 2, 2, 0.3, 0.3, 0.3]),
-    )
+    dofs, height = draw(st.sampled_from(FREE)), draw(between(0.95, 1.5))
+    launch = tuple(np.array(velocity) * [2, 2, 2, 0.3, 0.3, 0.3])
+    body = block(MASS, dofs, centre_of_gravity=(0.0, 0.0, height), velocity=launch)
     law = law_of(friction, draw(st.integers(0, 3)))
     times = np.linspace(0.0, DURATION, 6)
     forces = {

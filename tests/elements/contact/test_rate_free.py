@@ -76,10 +76,9 @@ def windy(**solver: object) -> Scene:
     plane = hs.Plane((-0.75, 13.0, 5.4), (-0.13, -0.99, 0.085))
     headings = np.radians([0.0, 90.0, 180.0, 270.0])
     surge = 4300.0 * np.array([1.0, 0.0, -1.0, 0.0])
-    forces = {
-        "fender": hs.Fender("block", np.array([[0.46, 2.5, -3.9]]), plane, curve, law),
-        "wind": hs.WindLoad("block", (0.0, 0.0, 0.0), headings, surge, 0.0 * surge, 0.0 * surge),
-    }
+    wind = hs.WindLoad("block", (0.0, 0.0, 0.0), headings, surge, 0.0 * surge, 0.0 * surge)
+    fender = hs.Fender("block", np.array([[0.46, 2.5, -3.9]]), plane, curve, law)
+    forces = {"fender": fender, "wind": wind}
     dry = scene(block(3.8e6, ("surge",)), forces, 52.0, 0.1, **solver)
     return Scene(**{**vars(dry), "environment": Environment(wind=Stream(18.0))})
 

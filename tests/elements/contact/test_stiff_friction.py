@@ -22,10 +22,8 @@ MASS, GRIP, PUSH, PERIOD = 1.945e8, 2e5, 4e5, 100.0
 def sliding(slope: float, step: float, method: Method = Method.ESDIRK4) -> Scene:
     """A block of the barge's mass, pushed to and fro on a friction slope."""
     normal = hs.PrescribedNormal(constant(GRIP / 0.2))
-    forces = {
-        "push": scenes.central_force(surge=Harmonic(PUSH, PERIOD)),
-        "floor": scenes.foot(normal, hs.FrictionSlope(0.2, slope)),
-    }
+    floor = scenes.foot(normal, hs.FrictionSlope(0.2, slope))
+    forces = {"push": scenes.central_force(surge=Harmonic(PUSH, PERIOD)), "floor": floor}
     return scenes.scene(
         scenes.block(MASS, ("surge",)), forces, 200.0, 1.0, step=step, method=method
     )
@@ -140,10 +138,8 @@ def test_without_events_a_slope_saturates_at_every_evaluation() -> None:
     """By rk2 with long steps: as a plain loop that takes the smaller of both forces."""
     mass, grip, slope, push, h = 1e6, 2e5, 1e6, 4e5, 0.5
     normal = hs.PrescribedNormal(constant(grip / 0.2))
-    forces = {
-        "push": scenes.central_force(surge=Harmonic(push, 10.0)),
-        "floor": scenes.foot(normal, hs.FrictionSlope(0.2, slope)),
-    }
+    floor = scenes.foot(normal, hs.FrictionSlope(0.2, slope))
+    forces = {"push": scenes.central_force(surge=Harmonic(push, 10.0)), "floor": floor}
     made = scenes.scene(
         scenes.block(mass, ("surge",)), forces, 60.0, h, step=h, method=Method.RK2, events=False
     )

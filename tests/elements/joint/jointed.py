@@ -62,16 +62,10 @@ def scene(
 ) -> hs.Scene:
     """A scene without water, by dopri5 at a tolerance of 1e-12 unless ``solver`` says otherwise."""
     given = {"method": Method.DOPRI5, "step": 0.01, "tolerance": TIGHT, "linear": LinearScenes.STEP}
-    return hs.Scene(
-        "joints",
-        duration,
-        tuple(bodies),
-        hs.Environment(gravity=gravity),
-        forces=forces or {},
-        joints=joints,
-        solver=hs.Solver(**{**given, **solver}),
-        output_step=output_step,
-    )
+    solver, water = hs.Solver(**{**given, **solver}), hs.Environment(gravity=gravity)
+    parts = {"forces": forces or {}, "joints": joints}
+    whole = hs.Scene("joints", duration, tuple(bodies), water, **parts, solver=solver)
+    return replace(whole, output_step=output_step)
 
 
 def by_rk4(scene: hs.Scene, step: float) -> hs.Scene:

@@ -88,10 +88,9 @@ def double_pendulum(first: float, second: float, duration: float) -> Known:
     inertia = MASS * RADIUS**2
     upper = carried("upper", MASS, (inertia,) * 3, (0.0, 0.0, -ARM))
     lower = carried("lower", MASS, (inertia,) * 3, (0.0, 0.0, -3.0 * ARM))
-    joints = {
-        "top": joint("hinge", "upper", None, moved(first), point=(0.0, 0.0, ARM), axis=Y),
-        "knee": joint("hinge", "lower", "upper", moved(second), point=(0.0, 0.0, ARM), axis=Y),
-    }
+    at = {"point": (0.0, 0.0, ARM), "axis": Y}
+    top = joint("hinge", "upper", None, moved(first), **at)
+    joints = {"top": top, "knee": joint("hinge", "lower", "upper", moved(second), **at)}
 
     def equations(_: float, y: np.ndarray) -> np.ndarray:
         """Lagrange's equations of the angles a, b from below, with the length 2 l of both rods:

@@ -183,14 +183,8 @@ def hinges(
 ) -> dict[str, Joint]:
     """Hinges about the plane's normal: name, bodies, place; rates at the tree's ``starts``."""
     normal = tuple(turn.apply([0.0, 0.0, 1.0]))
-    return {
-        name: joint(
-            "hinge",
-            one,
-            other,
-            moved(velocity=starts.get(name, 0.0)),
-            point=at(bars[one], place, turn),
-            axis=normal,
-        )
-        for name, (one, other, place) in ends.items()
-    }
+    joints = {}
+    for name, (one, other, place) in ends.items():
+        rate, at_one = moved(velocity=starts.get(name, 0.0)), at(bars[one], place, turn)
+        joints[name] = joint("hinge", one, other, rate, point=at_one, axis=normal)
+    return joints

@@ -73,17 +73,12 @@ def pair(current: np.ndarray = CURRENT, held: Joint | None = None) -> Scene:
     """The pair, launched in a current; on its vertical hinge, or ``held`` by another joint."""
     zero = np.zeros((6, 6))
     place = (ARM[0] - ARM[1]).tolist()
-    first, second = (
-        carried(
-            name,
-            MASS[i],
-            INERTIA[i],
-            centre,
-            weight=Weight.BALANCED,
-            hydrodynamics=Coefficients(ADDED[i], zero, STIFFNESS if i == 0 else zero),
-        )
-        for i, (name, centre) in enumerate((("fore", (0.0, 0.0, 0.0)), ("aft", place)))
-    )
+    bodies = []
+    for i, (name, centre) in enumerate((("fore", (0.0, 0.0, 0.0)), ("aft", place))):
+        water = Coefficients(ADDED[i], zero, STIFFNESS if i == 0 else zero)
+        wet = {"weight": Weight.BALANCED, "hydrodynamics": water}
+        bodies.append(carried(name, MASS[i], INERTIA[i], centre, **wet))
+    first, second = bodies
     first = replace(first, velocity=(*(RATES[:3] + current), *RATES[3:]))
     joints = {"pin": held or hinged()}
     found = scene([first, second], joints, DURATION, output_step=0.2)

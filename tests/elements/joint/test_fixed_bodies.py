@@ -9,6 +9,7 @@ all three is the reference.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -74,17 +75,9 @@ def one(**keys: Any) -> tuple[hs.Body, ...]:
 def three(**keys: Any) -> tuple[hs.Body, ...]:
     """The wet body, and lumps on both sides."""
     wet = barge(MASS - 2.0 * LUMP, TOTAL - 2.0 * (OWN + point_mass(LUMP, ASIDE)), keys)
-    lumps = (
-        hs.Body(
-            name,
-            LUMP,
-            OWN,
-            centre_of_gravity=tuple(CENTRE + side * ASIDE),
-            heading=wet.heading,
-            weight=wet.weight,
-        )
-        for name, side in (("carrier", 1.0), ("load", -1.0))
-    )
+    places = {"carrier": tuple(CENTRE + ASIDE), "load": tuple(CENTRE - ASIDE)}
+    alike = {"heading": wet.heading, "weight": wet.weight}
+    lumps = (hs.Body(n, LUMP, OWN, centre_of_gravity=at, **alike) for n, at in places.items())
     return wet, *lumps
 
 
@@ -122,16 +115,10 @@ def apart(
     settings = {"step": 0.025, "symmetry": Symmetry.IGNORE} | dict(solver or {})
     found = []
     for bodies, joints in ((one(**keys), {}), (three(**keys), WELDS)):
-        scene = hs.Scene(
-            "fixed",
-            15.0,
-            bodies,
-            environment=hs.Environment(waves=(waves,), current=hs.Stream(current, 2.0)),
-            forces=lines() if forces is None else forces,
-            joints=joints,
-            solver=hs.Solver(**settings),
-            output_step=0.5,
-        )
+        water = hs.Environment(waves=(waves,), current=hs.Stream(current, 2.0))
+        parts = {"forces": lines() if forces is None else forces, "joints": joints}
+        scene = hs.Scene("fixed", 15.0, bodies, water, **parts, solver=hs.Solver(**settings))
+        scene = replace(scene, output_step=0.5)
         found.append(simulate(scene).point_position.values)
     return float(np.abs(found[0] - found[1]).max() / np.ptp(found[0], axis=0).max())
 

@@ -68,26 +68,18 @@ def chain(kinds: Sequence[str], seed: int) -> Scene:
     """Three bodies on each other, the first on the earth, with loads, in any state."""
     rng = np.random.default_rng(seed)
     names = ["a", "b", "c"]
-    bodies = [
-        carried(
-            name,
-            float(rng.uniform(1.0, 4.0)),
-            random_inertia(rng),
-            rng.uniform(-2.0, 2.0, 3).tolist(),
-            heading=float(rng.uniform(-3.0, 3.0)),
-        )
-        for name in names
-    ]
+    bodies = []
+    for name in names:
+        mass, inertia = float(rng.uniform(1.0, 4.0)), random_inertia(rng)
+        place, heading = rng.uniform(-2.0, 2.0, 3).tolist(), float(rng.uniform(-3.0, 3.0))
+        bodies.append(carried(name, mass, inertia, place, heading=heading))
     links = zip(kinds, names, [None, "a", "b"], strict=True)
     joints = {f"joint of {name}": random_joint(kind, name, to, rng) for kind, name, to in links}
-    forces = {
-        name: AppliedForce(
-            name,
-            tuple(rng.uniform(-1.0, 1.0, 3)),
-            {dof: constant(rng.uniform(-20.0, 20.0)) for dof in ("surge", "sway", "heave", "yaw")},
-        )
-        for name in names
-    }
+    forces = {}
+    for name in names:
+        point, dofs = tuple(rng.uniform(-1.0, 1.0, 3)), ("surge", "sway", "heave", "yaw")
+        signals = {dof: constant(rng.uniform(-20.0, 20.0)) for dof in dofs}
+        forces[name] = AppliedForce(name, point, signals)
     return scene(bodies, joints, 0.01, forces, output_step=0.01, step=0.01)
 
 
@@ -113,17 +105,9 @@ def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], l
         place, R = at_rest(scene, each.body)
         to_place, to_R = at_rest(scene, each.to)
         point, axes = np.array(each.point), each.axes()
-        links.append(
-            Link(
-                each.type.value,
-                number[each.body],
-                number.get(each.to or "", EARTH),
-                point,
-                to_R.T @ (place + R @ point - to_place),
-                axes,
-                axes @ R.T @ to_R,
-            )
-        )
+        to_point, to_axes = to_R.T @ (place + R @ point - to_place), axes @ R.T @ to_R
+        ends = (number[each.body], number.get(each.to or "", EARTH))
+        links.append(Link(each.type.value, *ends, point, to_point, axes, to_axes))
     return rigid, links
 
 

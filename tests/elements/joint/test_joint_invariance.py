@@ -71,10 +71,11 @@ def tree() -> Scene:
     stiffness = np.diag([30.0, 25.0, 20.0, 0.0, 0.0, 0.0])
     line = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 15.0])}
     rope = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 60.0])}
-    forces: dict[str, ForceElement] = {
-        f"sling {k}": Spring("hull", (2.0 * x, 1.5 * y, 0.5), (2.5 * x, 2.0 * y, 8.0), 7.0, **rope)
-        for k, (x, y) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1)))
-    }
+    sides = enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1)))
+    forces: dict[str, ForceElement] = {}
+    for k, (x, y) in sides:
+        ends = (2.0 * x, 1.5 * y, 0.5), (2.5 * x, 2.0 * y, 8.0)
+        forces[f"sling {k}"] = Spring("hull", *ends, 7.0, **rope)
     forces |= {
         "mooring": LinearMooring("hull", stiffness, 0.05 * stiffness),
         "tie": Spring("hand", (0.2, 0.0, 0.1), (0.0, 0.3, 0.0), 9.0, anchor_body="foot", **line),

@@ -31,14 +31,10 @@ def sliding(step: float, method: Method = Method.RK4, **acting: object) -> hs.Sc
 def on_joint(kind: JointType, step: float, method: Method, **acting: object) -> hs.Scene:
     """A body on a joint to the earth through its centre of gravity, with the axis x."""
     joint = hs.Joint(kind, "body", axis=(1.0, 0.0, 0.0), resistances=(JointResistance(**acting),))
-    return hs.Scene(
-        "joint",
-        6.0,
-        (hs.Body("body", MASS, INERTIA),),
-        joints={"joint": joint},
-        solver=hs.Solver(step=step, method=method, linear=LinearScenes.STEP),
-        output_step=0.1,
-    )
+    solver = hs.Solver(step=step, method=method, linear=LinearScenes.STEP)
+    bodies = (hs.Body("body", MASS, INERTIA),)
+    whole = hs.Scene("joint", 6.0, bodies, joints={"joint": joint}, solver=solver)
+    return replace(whole, output_step=0.1)
 
 
 def position(run: xr.Dataset) -> np.ndarray:
@@ -146,19 +142,10 @@ def test_a_joint_told_from_its_other_side_is_the_same() -> None:
     turned = dict(acting, velocity=-0.3, stops=Stops(-0.03, 0.02, 40.0))
     base = hs.Joint(JointType.HINGE, "other", None, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
     base = replace(base, resistances=(JointResistance(stiffness=9.0, velocity=0.2),))
-    runs = [
-        simulate(
-            replace(
-                sliding(0.01),
-                bodies=(other, one),
-                joints={"base": base, "joint": replace(joint, resistances=(resistance,))},
-            )
-        )
-        for joint, resistance in (
-            (there, JointResistance(**acting)),
-            (here, JointResistance(**turned)),
-        )
-    ]
+    runs = []
+    for hinge, motions in ((there, JointResistance(**acting)), (here, JointResistance(**turned))):
+        joints = {"base": base, "joint": replace(hinge, resistances=(motions,))}
+        runs.append(simulate(replace(sliding(0.01), bodies=(other, one), joints=joints)))
     first, second = runs
     assert np.abs(first.velocity - second.velocity).max() < 1e-9
     relative = [run.joint_position.sel(joint_motion="joint angle") for run in runs]
@@ -186,14 +173,9 @@ def held_at(pin: hs.Joint, step: float, method: Method) -> float:
     """Where a sliding body that damping slows down is held by a ``pin`` to the earth [m]."""
     damped = JointResistance(damping=RAIL_DAMPING, velocity=LAUNCH_SPEED)
     rail = hs.Joint(JointType.SLIDER, "body", axis=(1.0, 0.0, 0.0), resistances=(damped,))
-    scene = hs.Scene(
-        "closing",
-        4.0,
-        (hs.Body("body", SLIDING_MASS, np.eye(3)),),
-        joints={"rail": rail, "pin": pin},
-        solver=hs.Solver(step=step, method=method, linear=LinearScenes.STEP),
-        output_step=0.5,
-    )
+    solver = hs.Solver(step=step, method=method, linear=LinearScenes.STEP)
+    bodies, joints = (hs.Body("body", SLIDING_MASS, np.eye(3)),), {"rail": rail, "pin": pin}
+    scene = hs.Scene("closing", 4.0, bodies, joints=joints, solver=solver, output_step=0.5)
     run = simulate(scene)
     assert (run.joint_velocity.values[-1] == 0.0).all()
     return float(run.joint_position.values[-1, 0])

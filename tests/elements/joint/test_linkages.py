@@ -71,11 +71,8 @@ class Mechanism(NamedTuple):
     def inertia(self, a: complex) -> complex:
         """I(a)."""
         poses = self.poses(a)
-        return sum(
-            (link.mass * (poses[name].slope @ poses[name].slope))
-            + link.inertia * poses[name].turn ** 2
-            for name, link in self.links.items()
-        )
+        links = [(link, poses[name]) for name, link in self.links.items()]
+        return sum(k.mass * (p.slope @ p.slope) + k.inertia * p.turn**2 for k, p in links)
 
     def potential(self, a: complex) -> complex:
         """V(a)."""
@@ -126,11 +123,9 @@ def four_bar_poses(a: complex) -> dict[str, Pose]:
     C = B + along * e + up * np.array([-e[1], e[0]])
     u, v = C - B, C - D
     C_a = (u @ B_a) / cross(u, v) * np.array([v[1], -v[0]])
-    return {
-        "crank": Pose(B / 2, B_a / 2, 1.0),
-        "coupler": Pose((B + C) / 2, (B_a + C_a) / 2, cross(u, C_a - B_a) / COUPLER.length**2),
-        "rocker": Pose((C + D) / 2, C_a / 2, cross(v, C_a) / ROCKER.length**2),
-    }
+    coupler = Pose((B + C) / 2, (B_a + C_a) / 2, cross(u, C_a - B_a) / COUPLER.length**2)
+    rocker = Pose((C + D) / 2, C_a / 2, cross(v, C_a) / ROCKER.length**2)
+    return {"crank": Pose(B / 2, B_a / 2, 1.0), "coupler": coupler, "rocker": rocker}
 
 
 FOUR_BAR = Mechanism({"crank": CRANK, "coupler": COUPLER, "rocker": ROCKER}, four_bar_poses)

@@ -73,15 +73,10 @@ def double_pendulum() -> Scene:
     """Two rods on hinges about y. It swings, and is not chaotic yet."""
     upper, lower = UPPER.hanging("upper"), LOWER.hanging("lower", -UPPER.length)
     turn, speed = ANGLES[1] - ANGLES[0], RATES[1] - RATES[0]
+    top, knee = {"point": (0.0, 0.0, UPPER.centre)}, {"point": (0.0, 0.0, LOWER.centre)}
     joints = {
-        "top": joint(
-            *("hinge", "upper", None, moved(ANGLES[0], RATES[0])),
-            point=(0.0, 0.0, UPPER.centre),
-            axis=Y,
-        ),
-        "knee": joint(
-            *("hinge", "lower", "upper", moved(turn, speed)), point=(0.0, 0.0, LOWER.centre), axis=Y
-        ),
+        "top": joint("hinge", "upper", None, moved(ANGLES[0], RATES[0]), **top, axis=Y),
+        "knee": joint("hinge", "lower", "upper", moved(turn, speed), **knee, axis=Y),
     }
     return scene([upper, lower], joints, DURATION)
 
@@ -190,12 +185,9 @@ def moving_pivot(shaking: Shaking) -> Scene:
     total = (CARRIAGE + UPPER.mass) * G
     carriage = carried("carriage", CARRIAGE, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     held = moved(stiffness=SPRING, neutral=total / SPRING)
-    joints = {
-        "rail": joint("slider", "carriage", None, held, axis=(0.0, 0.0, 1.0)),
-        "pin": joint(
-            *("hinge", "rod", "carriage", moved(SMALL)), point=(0.0, 0.0, UPPER.centre), axis=Y
-        ),
-    }
+    rail = joint("slider", "carriage", None, held, axis=(0.0, 0.0, 1.0))
+    at = {"point": (0.0, 0.0, UPPER.centre), "axis": Y}
+    joints = {"rail": rail, "pin": joint("hinge", "rod", "carriage", moved(SMALL), **at)}
     signal = Harmonic(shaking.force, 2.0 * pi / shaking.frequency)
     push = central_force("carriage", heave=signal)
     bodies = [carriage, UPPER.hanging("rod")]

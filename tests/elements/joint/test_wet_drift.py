@@ -47,29 +47,18 @@ def drifting(pair: str, radiation: RadiationModel) -> hs.Scene:
     file, arm, mass, radii, both = PAIRS[pair]
     inertia = mass * np.diag(np.square(radii))
     own = {"hydrodynamics": DATABASES / file, "radiation": radiation}
-    fore, aft = (
-        hs.Body(
-            name,
-            mass,
-            inertia,
-            centre_of_gravity=(x if both else 0.0, 0.0, 0.0),
-            location=(0.0 if both else x, 0.0),
-            database_body=number if both else 1,
-            **own,
-        )
-        for name, x, number in (("fore", arm, 1), ("aft", -arm, 2))
-    )
+    bodies = []
+    for name, x, number in (("fore", arm, 1), ("aft", -arm, 2)):
+        apart = {"centre_of_gravity": (x, 0.0, 0.0), "database_body": number}
+        at = apart if both else {"location": (x, 0.0)}
+        bodies.append(hs.Body(name, mass, inertia, **at, **own))
+    fore, aft = bodies
     pin = ((-arm, 0.0, 0.0), (0.0, 0.0, 1.0))
     hinge = hs.Joint(JointType.HINGE, "fore", "aft", *pin, resistances=(FOLDING,))
-    return hs.Scene(
-        "drifting pair",
-        60.0,
-        (fore, replace(aft, velocity=LAUNCH)),
-        hs.Environment(water_density=1025.0),
-        joints={"hinge": hinge},
-        solver=hs.Solver(Method.RK4, 0.05, symmetry=Symmetry.IGNORE),
-        output_step=0.5,
-    )
+    bodies, solver = (fore, replace(aft, velocity=LAUNCH)), hs.Solver(Method.RK4, 0.05)
+    water, solver = hs.Environment(water_density=1025.0), replace(solver, symmetry=Symmetry.IGNORE)
+    whole = hs.Scene("drifting pair", 60.0, bodies, water, joints={"hinge": hinge}, solver=solver)
+    return replace(whole, output_step=0.5)
 
 
 def energy_of(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
@@ -144,15 +133,9 @@ JOINTS = {
 
 def barges(memory: str, current: hs.Stream = CURRENT, held: str = "hinge") -> hs.Scene:
     """Two barges end to end; each makes waves by itself."""
-    fore = hs.Body(
-        "fore",
-        MASS,
-        MASS * np.diag(np.square(RADII)),
-        BOX,
-        radiation=MEMORIES[memory],
-        velocity=PAIR_LAUNCH,
-        points={"centre": FRAME["centre"], "bow": (50.0, 0.0, 0.0), "mast": (0.0, 0.0, 20.0)},
-    )
+    points = {"centre": FRAME["centre"], "bow": (50.0, 0.0, 0.0), "mast": (0.0, 0.0, 20.0)}
+    hull = ("fore", MASS, MASS * np.diag(np.square(RADII)), BOX)
+    fore = hs.Body(*hull, radiation=MEMORIES[memory], velocity=PAIR_LAUNCH, points=points)
     aft = replace(fore, name="aft", location=(-APART, 0.0), velocity=(0.0,) * 6)
     pin = {"pin": JOINTS[held]}
     found = scene([fore, aft], pin, 60.0, output_step=0.5, method=Method.RK4, step=0.1)

@@ -45,13 +45,8 @@ def test_a_case_is_repeated_from_its_run(case, radiation, tmp_path):
 def test_every_type_of_joint_is_written_with_all_that_is_taken_for_it(form, tmp_path):
     """Its example between two dry bodies, of which the joint carries one."""
     dry = {"mass": 100.0, "radii_of_gyration": [1.0, 1.0, 1.0]}
-    document = {
-        "title": "a joint",
-        "duration": 1.0,
-        "bodies": {"topside": dry, "barge": dry},
-        "joints": {"between": form.example},
-        "solver": {"method": "rk4", "step": 0.1},
-    }
+    document = {"title": "a joint", "duration": 1.0, "solver": {"method": "rk4", "step": 0.1}}
+    document |= {"bodies": {"topside": dry, "barge": dry}, "joints": {"between": form.example}}
     path = tmp_path / "case.yaml"
     path.write_text(yaml.dump(document))
     case = hs.load_case(path)

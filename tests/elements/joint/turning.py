@@ -73,12 +73,9 @@ def renamed(scene: Scene, names: Mapping[str, str]) -> Scene:
     """The same scene with other names of its bodies."""
     told = {n: (j, names[j.body], names.get(j.to or "")) for n, j in scene.joints.items()}
     joints = {n: replace(joint, body=body, to=to) for n, (joint, body, to) in told.items()}
-    return replace(
-        scene,
-        bodies=tuple(replace(body, name=names[body.name]) for body in scene.bodies),
-        joints=joints,
-        forces={name: _renamed_force(e, names) for name, e in scene.forces.items()},
-    )
+    bodies = tuple(replace(body, name=names[body.name]) for body in scene.bodies)
+    forces = {name: _renamed_force(e, names) for name, e in scene.forces.items()}
+    return replace(scene, bodies=bodies, joints=joints, forces=forces)
 
 
 def _renamed_force(e: ForceElement, names: Mapping[str, str]) -> ForceElement:
@@ -105,15 +102,10 @@ def swapped(scene: Scene, name: str) -> Scene:
     turn = to_R.T @ R
     axes = told.axes() @ turn.T
     first, second = (1, 0) if told.type == JointType.UNIVERSAL else (0, 1)
-    other = replace(
-        told,
-        body=told.to,
-        to=told.body,
-        point=tuple(to_R.T @ (place + R @ told.point - to_place)),
-        axis=tuple(axes[first]),
-        second=tuple(axes[second]),
-        resistances=_opposite(told, turn),
-    )
+    point = tuple(to_R.T @ (place + R @ told.point - to_place))
+    lines = {"axis": tuple(axes[first]), "second": tuple(axes[second])}
+    ends = {"body": told.to, "to": told.body, "point": point}
+    other = replace(told, **ends, **lines, resistances=_opposite(told, turn))
     return replace(scene, joints={**scene.joints, name: other})
 
 

@@ -117,10 +117,9 @@ def test_motion_against_independent_equations(validated: Callable[..., None]) ->
     """A body in surge, heave and pitch on two lines, integrated by DOP853 with its own lines."""
     ends = {"ahead": ((10.0, 0.0, -2.0), 110.0), "astern": ((-10.0, 0.0, -1.0), -105.0)}
     L, w, EA, CB = 118.0, 1000.0, 4e7, 0.4
-    forces = {
-        name: line(point, (anchor, 0.0, -DEPTH), (L,), (w,), (EA,), friction=CB)
-        for name, (point, anchor) in ends.items()
-    }
+    forces = {}
+    for name, (point, anchor) in ends.items():
+        forces[name] = line(point, (anchor, 0.0, -DEPTH), (L,), (w,), (EA,), friction=CB)
     start = [1.0, 0.0, 0.0, 0.8, 0.3, 0.03]
     at = {"position": moving(surge=1.0), "velocity": moving(surge=0.8, heave=0.3, pitch=0.03)}
     body = block(4e5, ("surge", "heave", "pitch"), **at)
@@ -227,11 +226,9 @@ def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[...
     L, w, EA, radius, turn, mass = 850.0, 1200.0, 6e8, 5.0, 60.0, 1e4
     moor = line((0.0, 0.0, 0.0), (780.0, 0.0, -200.0), (L,), (w,), (EA,), friction=CB)
     rate = 2.0 * np.pi / turn
-    forces = {
-        "along": Drive("block", dof="surge", position=Harmonic(radius, turn, phase=np.pi / 2)),
-        "up": Drive("block", dof="heave", position=Harmonic(sense * radius, turn)),
-        "bow": moor,
-    }
+    along = Drive("block", dof="surge", position=Harmonic(radius, turn, phase=np.pi / 2))
+    up = Drive("block", dof="heave", position=Harmonic(sense * radius, turn))
+    forces = {"along": along, "up": up, "bow": moor}
     case = scene(block(mass, ("surge", "heave")), forces, turn, 0.15, method=Method.RK4)
     run = hs.simulate(replace(case, environment=Environment(water_depth=200.0)))
     pulls = []

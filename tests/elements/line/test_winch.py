@@ -305,13 +305,10 @@ def in_the_plane(angle: float) -> hs.Scene:
     """A free block between two winches, mirror images of each other at ``angle`` 0, and turned."""
     turn = np.array([[cos(angle), -sin(angle), 0], [sin(angle), cos(angle), 0], [0, 0, 1]])
     control = TensionControl(1e5, 0.5, 0.0, 0.1, 0.1)
-    winches = {
-        name: Winch(
-            *("block", tuple(turn @ (0.0, side, 0.0)), tuple(turn @ (-30.0, 8.0 * side, 0.5))),
-            *(5e6, None, control, (5.0, 60.0)),
-        )
-        for name, side in (("port", 1.0), ("starboard", -1.0))
-    }
+    winches = {}
+    for name, y in (("port", 1.0), ("starboard", -1.0)):
+        ends = (tuple(turn @ (0.0, y, 0.0)), tuple(turn @ (-30.0, 8.0 * y, 0.5)))
+        winches[name] = Winch("block", *ends, 5e6, None, control, (5.0, 60.0))
     swing = zip(("surge", "sway"), 1e5 * turn[:2, 0], strict=True)
     pull = {dof: Harmonic(f, 6.0, 1.8e5 * f / 1e5) for dof, f in swing}
 

@@ -115,12 +115,8 @@ def on_a_vessel(
     shape = ("block", ORIGIN, ORIGIN, EA, SLACK_LENGTH, control, drum)
     winch = Winch(*shape, damping=DAMPING, anchor_body="vessel")
     heavy = 1e12
-    vessel = block(
-        *(heavy, ("heave",), "vessel"),
-        centre_of_gravity=(0.0, 0.0, 60.0),
-        points={"tip": ORIGIN},
-        velocity=moving(heave=amplitude * SWING),
-    )
+    at = {"centre_of_gravity": (0.0, 0.0, 60.0), "points": {"tip": ORIGIN}}
+    vessel = block(heavy, ("heave",), "vessel", velocity=moving(heave=amplitude * SWING), **at)
     load = block(MASS, ("heave",), centre_of_gravity=(0.0, 0.0, 60.0 - SPAN))
     drive = Harmonic(-heavy * amplitude * SWING**2, 8.0, WEIGHT)
     heave = central_force("vessel", heave=drive)

@@ -271,11 +271,9 @@ def two_bodies(step: float, **changes: Any) -> Scene:
     right = scenes.block(
         5e3, name="other", location=(4.0, 1.0), velocity=(0.5, 0.0, -0.2, 0.0, 0.1, -0.2)
     )
-    spring = Spring(
-        *("block", (0.5, 0.6, -0.4), (-0.7, -0.5, 0.8), 6.0),
-        *(np.array([0.0, 0.3, 0.8]), np.array([0.0, 2e3, 2e4])),
-        anchor_body="other",
-    )
+    curve = np.array([0.0, 0.3, 0.8]), np.array([0.0, 2e3, 2e4])
+    ends = ("block", (0.5, 0.6, -0.4), (-0.7, -0.5, 0.8))
+    spring = Spring(*ends, 6.0, *curve, anchor_body="other")
     return replace(scenes.scene((left, right), {"line": spring}, 10.0, 0.1, step=step), **changes)
 
 
@@ -309,12 +307,9 @@ def test_energy_with_small_angles() -> None:
 
 def turned(body: Body, angle: float, turn: np.ndarray) -> Body:
     """A body without initial offsets in a scene turned by ``angle`` about z."""
-    return replace(
-        body,
-        location=tuple((turn @ [*body.location, 0.0])[:2]),
-        position=scenes.moving(yaw=angle),
-        velocity=(*(turn @ body.velocity[:3]), *(turn @ body.velocity[3:])),
-    )
+    velocity = (*(turn @ body.velocity[:3]), *(turn @ body.velocity[3:]))
+    location = tuple((turn @ [*body.location, 0.0])[:2])
+    return replace(body, location=location, position=scenes.moving(yaw=angle), velocity=velocity)
 
 
 def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:

@@ -147,10 +147,9 @@ def test_a_torsion_pendulum_swings_by_several_turns(
 
 def load_on(element: ForceElement, turns: list[Rotation], shift: np.ndarray) -> tuple[Any, float]:
     """Wrench (2, 6) on two bodies with these rotations, the first one shifted, and the energy."""
-    bodies = [
-        block(1e3, name=name, position=(*at, *turn.as_euler("ZYX")[::-1]))
-        for name, turn, at in zip(("block", "other"), turns, (shift, np.zeros(3)), strict=True)
-    ]
+    places = zip(("block", "other"), turns, (shift, np.zeros(3)), strict=True)
+    angles = [(name, (*at, *turn.as_euler("ZYX")[::-1])) for name, turn, at in places]
+    bodies = [block(1e3, name=name, position=position) for name, position in angles]
     model, state = hs.compile_scene(scene(bodies, {"it": element}, 1.0, 0.1))
     work, dy = new_work(model), np.zeros(model.size)
     rhs(0.0, state.y, state.modes, state.history, model, work, dy)
@@ -248,11 +247,9 @@ def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
     forces["post"] = replace(soft, to=None)
     here = pair(joined=forces)
     turn = Rotation.from_euler("z", 1.1).as_matrix()
-    there = replace(
-        here,
-        bodies=tuple(turned_body(body, 1.1) for body in here.bodies),
-        forces=forces | {"earth": replace(held, anchor=tuple(turn @ anchor))},
-    )
+    bodies = tuple(turned_body(body, 1.1) for body in here.bodies)
+    earth = replace(held, anchor=tuple(turn @ anchor))
+    there = replace(here, bodies=bodies, forces=forces | {"earth": earth})
     expected, found = hs.simulate(here), hs.simulate(there)
     place = expected.position.values[:, :, :3] @ turn.T
     difference = np.abs(found.position.values[:, :, :3] - place).max() / np.ptp(place)
