@@ -23,7 +23,16 @@ from hydrosim.integrate import methods
 from hydrosim.integrate.methods import DOPRI5, ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.stability import GROWTH, REACH, Combination, ray_limits
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
-from hydrosim.scene import Body, LinearScenes, Method, Scene, Solver, Unstable
+from hydrosim.scene import Body, ConvolutionRadiation, LinearScenes, Method, Scene, Solver, Unstable
+from tests.generators.stable_steps import (
+    PLACES,
+    diverges,
+    predicted,
+    put,
+    random_scene,
+    refused,
+    with_radiation,
+)
 
 Figure = Callable[[str, float], None]
 DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
@@ -299,3 +308,21 @@ def test_of_equal_contacts_those_farthest_out_are_looked_at_alone() -> None:
 def fastest_alone(found: list[Combination]) -> float:
     """Largest rate [1/s] of the combinations with one contact alone."""
     return max(float(np.abs(x.values).max()) for x in found if "alone" in x.contact)
+
+
+# The limit said before a run is where runs diverge: a few scenes of `benchmarks.step_limits`.
+
+
+@pytest.mark.parametrize("convolved", [False, True])
+@pytest.mark.parametrize("seed", few([0, 16], 1))
+@pytest.mark.slow
+def test_runs_diverge_where_it_is_said(seed: int, convolved: bool) -> None:
+    """Limits of a contact node and of a friction slope: 5 % below none diverges, above one does."""
+    scene = random_scene(seed)
+    if convolved:
+        scene = with_radiation(scene, ConvolutionRadiation())
+    step = predicted(scene)
+    placed = [put(scene, place) for place in PLACES]
+    assert not any(diverges(each, 0.95 * step) for each in placed)
+    assert any(diverges(each, 1.05 * step) for each in placed)
+    assert not refused(scene)
