@@ -1,8 +1,6 @@
 """Values of engineers that are wrong by a unit, a sign or a frame: asked about; the right value of
 the same key is not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import pi
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`solver: {method: automatic, tolerance: E}`: what is chosen, kept, and how exact it is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -91,9 +89,7 @@ def test_contacts_within_the_accuracy(figure: Figure) -> None:
 
 
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
-def test_slow_paths_and_first_steps_are_within_the_accuracy(
-    accuracy: float, figure: Figure
-) -> None:
+def test_slow_paths_and_first_steps_are_within_the_accuracy(accuracy, figure):
     """The mating: its waves follow the slow path of the barge, in rows that are interpolated, and
     the topside begins to turn in steps as long as those of the records."""
     mating = shipped("mating/mating.yaml", 300.0)
@@ -104,9 +100,7 @@ def test_slow_paths_and_first_steps_are_within_the_accuracy(
 
 
 @pytest.mark.parametrize("accuracy", few((1e-4, 1e-7), 1))
-def test_errors_that_nothing_restores_are_within_the_accuracy(
-    accuracy: float, figure: Figure
-) -> None:
+def test_errors_that_nothing_restores_are_within_the_accuracy(accuracy, figure):
     """The sphere turns by more than a round in an hour, free in yaw and without damping there."""
     sphere = replace(shipped("sphere/irregular.yaml", 3600.0), output_step=2.0)
     run = hs.simulate(automatic(sphere, accuracy))

@@ -1,7 +1,5 @@
 """Bodies that share a database: with all couplings, and as single ones where there are none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Databases are judged by what a scene uses of them, and by what cannot be noise."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 from dataclasses import replace
 

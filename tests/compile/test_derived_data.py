@@ -1,7 +1,5 @@
 """Derived data of a compiled scene are derived once for each of its models, and in one place."""
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from dataclasses import fields, replace

@@ -1,7 +1,5 @@
 """Steps at which held units look at their loads: is a cubic through their looks exact enough?"""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf, pi
 from pathlib import Path

@@ -3,8 +3,6 @@
 The barges of `tests/data/draughts` have frequencies 0.1 rad/s apart, which resolve 31.4 s.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -90,9 +88,7 @@ def ends(compiled: Compiled) -> list[float]:
 @pytest.mark.parametrize(
     "radiation", [*map(RadiationModel, ("automatic", "state_space", "convolution", "none"))]
 )
-def test_without_a_length_memories_end_where_frequencies_resolve_no_more(
-    one: hs.Scene, radiation: RadiationModel
-) -> None:
+def test_without_a_length_memories_end_where_frequencies_resolve_no_more(one, radiation):
     compiled = hs.compile_scene(with_body(one, radiation=radiation))
     assert ends(compiled) == pytest.approx([31.4])
     assert not [text for text in compiled.notes.warnings if "length" in text]

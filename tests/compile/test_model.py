@@ -1,7 +1,5 @@
 """Scenes in general: any number of bodies and fenders, dry bodies, locked degrees of freedom."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What is said of a scene before it runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 

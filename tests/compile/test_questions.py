@@ -1,7 +1,5 @@
 """What is asked of scenes that are possible and hardly meant; nothing is asked of others."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -461,9 +459,7 @@ def hung(mass: float) -> hs.Scene:
         (Question.POINTS, hinged((0.0, 1.0, 0.0), (20.0, 0.0, -1.0)), 0),
     ],
 )
-def test_what_is_near_its_limit_is_asked_about_beyond_it(
-    question: Question, scene: hs.Scene, asked: int
-) -> None:
+def test_what_is_near_its_limit_is_asked_about_beyond_it(question, scene, asked):
     texts = asked_of(scene, question)
     assert len(texts) == asked
     if "rope" in scene.forces:

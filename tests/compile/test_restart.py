@@ -1,7 +1,5 @@
 """Runs that start from the state of another: they go on as if it had not stopped."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

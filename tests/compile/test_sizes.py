@@ -1,7 +1,5 @@
 """What cannot fit is said before it is tried; what is estimated is about what comes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -93,9 +91,7 @@ def test_the_size_of_a_result_is_foretold(name: str, tmp_path: Path) -> None:
     assert sizes.memory_needed(scene) > sizes.result_size(scene)
 
 
-def test_a_container_has_the_memory_that_it_was_given(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_container_has_the_memory_that_it_was_given(tmp_path, monkeypatch):
     (tmp_path / "memory.max").write_text("1000000\n")
     monkeypatch.setattr(sizes, "CONTAINER", tmp_path / "memory.max")
     with pytest.raises(InputError, match=r"only 1 MB exist"):

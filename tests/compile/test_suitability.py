@@ -1,7 +1,5 @@
 """Sets of other programs as they are: a scene asks for what it uses, in one message with cure."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -212,9 +210,7 @@ def spar_of(
     return hs.load_case(path).scene()
 
 
-def test_a_stiffness_without_weight_asks_for_a_centre_at_the_waterline(
-    weightless, tmp_path
-) -> None:
+def test_a_stiffness_without_weight_asks_for_a_centre_at_the_waterline(weightless, tmp_path):
     """With the proposed keys roll is stiff by -2e7 N m + m g 8 m."""
     with pytest.raises(InputError) as caught:
         compile_scene(spar_of(weightless, tmp_path))

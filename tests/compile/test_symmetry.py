@@ -6,8 +6,6 @@ sums, with zeros added. So the two agree to rounding, `ROUNDING` of a coordinate
 contacts make of 1e-16 in minutes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -145,9 +143,7 @@ class TestAgreement:
         assert list(base_run.dof.values) == list(DOFS)
 
     @pytest.mark.parametrize("second", [SecondOrder.QTF, SecondOrder.NEWMAN])
-    def test_waves_from_ahead_with_loads_of_second_order(
-        self, second: SecondOrder, figure: Figure
-    ) -> None:
+    def test_waves_from_ahead_with_loads_of_second_order(self, second, figure):
         agrees(moored(wave_forces=hs.WaveForces(second_order=second)), figure)
 
     def test_waves_that_follow_the_body(self, figure: Figure) -> None:
@@ -441,9 +437,7 @@ def test_bodies_side_by_side_are_not_in_one_plane() -> None:
         *((False, (1.0, 0.0, 2.0), True), (False, (0.0, 1.0, 0.0), False)),
     ],
 )
-def test_a_ratchet_goes_in_the_plane_or_turns_across_it(
-    turns: bool, axis: tuple[float, ...], symmetric: bool
-) -> None:
+def test_a_ratchet_goes_in_the_plane_or_turns_across_it(turns, axis, symmetric):
     """A mirror turns a rotation about its normal into itself, and one about a line in it back."""
     pawl = hs.Joint(JointType.RATCHET, "block", axis=axis, ratchet=Ratchet(turns, 0.0))
     told = [] if symmetric else ["pawl has no mirror image"]
@@ -563,9 +557,7 @@ class TestRestart:
         ("direction", "sides", "symmetric"),
         [(1, (1, 1), True), (1, (1, 0), False), (2, (1, -1), True), (2, (1, 1), False)],
     )
-    def test_contacts_that_are_stretched_before(
-        self, direction: int, sides: tuple[int, int], symmetric: bool
-    ) -> None:
+    def test_contacts_that_are_stretched_before(self, direction, sides, symmetric):
         """The first two points a pair: stretches along the plane are equal, across it opposite."""
         scene = replace(in_contact(BREAK), duration=BREAK)
         before = hs.simulate(full(scene))

@@ -1,7 +1,5 @@
 """Functions of Python as forces: orders, energy, errors, restarts."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -46,9 +44,7 @@ def with_function(function: Callable[..., Any], coupling: str = "stage", **of: A
 
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])
-def test_a_spring_per_stage_is_the_spring_inside(
-    method: Method, figure: Callable[[str, float], None]
-) -> None:
+def test_a_spring_per_stage_is_the_spring_inside(method, figure):
     """On a block that bounces on a floor meanwhile: through events of other elements."""
     bouncing = block(MASS, ("surge", "heave"), position=moving(heave=0.3, surge=0.1))
     inside = {
@@ -67,9 +63,7 @@ def test_a_spring_per_stage_is_the_spring_inside(
 
 
 @pytest.mark.parametrize(("coupling", "order"), [("stage", 4), ("held", 1), ("extrapolated", 2)])
-def test_orders_are_as_stated(
-    coupling: str, order: int, figure: Callable[[str, float], None]
-) -> None:
+def test_orders_are_as_stated(coupling, order, figure):
     """Against x = sin(w t) / w; output at the last time alone is enough."""
     steps = [0.02, 0.01, 0.005]
     found = []
@@ -111,9 +105,7 @@ def test_a_delay_that_makes_much_energy_is_told() -> None:
     assert "delay" not in fine.attrs.get("warnings", "")
 
 
-def test_an_extrapolated_force_keeps_its_order_over_short_pieces(
-    figure: Callable[[str, float], None],
-) -> None:
+def test_an_extrapolated_force_keeps_its_order_over_short_pieces(figure):
     """Steps are cut in ten: by their caller, who steps to these times."""
     steps = [0.02, 0.01]
     found = []

@@ -1,7 +1,5 @@
 """MoorDyn through the door, against MoorDyn driven alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -104,9 +102,7 @@ PATHS: dict[str, Callable[[float], float]] = {
 
 
 @pytest.mark.parametrize("name", PATHS)
-def test_chains_are_those_of_moordyns_own_run(
-    name: str, file: Path, figure: Callable[[str, float], None]
-) -> None:
+def test_chains_are_those_of_moordyns_own_run(name, file, figure):
     """On a heavy body that stays, or is swung: MoorDyn's force at the output time is held."""
     omega = 2.0 * np.pi / PERIOD
     drive = Harmonic(HEAVY * SWING * omega**2, PERIOD, phase=np.pi / 2.0)
@@ -121,9 +117,7 @@ def test_chains_are_those_of_moordyns_own_run(
     assert name == "at rest" or np.ptp(expected[:, 0]) > 1e4
 
 
-def test_the_coupling_has_the_stated_orders(
-    file: Path, figure: Callable[[str, float], None]
-) -> None:
+def test_the_coupling_has_the_stated_orders(file, figure):
     """From rest, as a start with a speed would be a blow that the first step holds."""
     file.write_text(LINES.replace("0.005 dtM", "0.0025 dtM"))
     push = central_force("barge", surge=Harmonic(5e7, 8.0))

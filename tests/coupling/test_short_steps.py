@@ -1,7 +1,5 @@
 """Corners of tables at the ends of steps, but for rounding, beside forces that are extrapolated."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import cycle
 from math import cos
@@ -44,9 +42,7 @@ def pushed(step: float, corner: float, method: Method = Method.RK4) -> Scene:
     ("step", "corner"),
     [(0.00875, 10.5), (0.0125, 10.5), (0.07, 10.5), (0.07, 10.51), (0.1, 10.3), (0.05, 10.5)],
 )
-def test_a_corner_at_the_end_of_a_step_makes_no_short_step(
-    step: float, corner: float, coupling: str, method: Method
-) -> None:
+def test_a_corner_at_the_end_of_a_step_makes_no_short_step(step, corner, coupling, method):
     """The speed is the push's impulse over the mass; the smoothed force has a thousandth."""
     force = hs.External("block", SmoothedForce(), coupling=coupling)
     run = hs.simulate(pushed(step, corner, method), forces={"smoothed": force})

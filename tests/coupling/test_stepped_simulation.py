@@ -1,7 +1,5 @@
 """A run that its caller steps is the run that `simulate` makes."""
 
-from __future__ import annotations
-
 import pickle
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The examples that stand in the schema of case files, as elements of scenes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, get_args

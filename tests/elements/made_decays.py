@@ -1,7 +1,5 @@
 """Made decays of roll: by an independent solver, as records of a basin look, with their truth."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Every kind of force element, and every friction law, can be asked for in a case file, is compiled
 and goes through the battery."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Currents that change over the depth, on hulls, dampers and loads."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Damping and loads of streams: decays, terminal velocities and static loads in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import pi
@@ -38,9 +36,7 @@ def extremes(run: xr.Dataset, dof: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("dof", "start", "drag"), [("surge", 1.5, 900.0), ("roll", 0.3, 2.4e4)])
-def test_quadratic_damping_decays_as_its_first_integral(
-    dof, start, drag, validated: Callable[..., None]
-) -> None:
+def test_quadratic_damping_decays_as_its_first_integral(dof, start, drag, validated):
     """Extremes of m x'' + D |x'| x' + k x = 0: (1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2),
     b = 2 D / m. Steps of a two hundredth of the period, where RK4's error is below 1e-6; the
     second derivative of the force jumps at each extreme."""

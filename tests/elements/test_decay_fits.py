@@ -1,7 +1,5 @@
 """Fits of decay tests: they find what made decays were made with, and say where they do not fit."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -197,9 +195,7 @@ GROWING = np.exp(0.02 * TIME) * 0.01 * np.cos(0.5 * TIME)
         ("time [s], roll [rad]", GROWING, "expected a roll that decays|at least 2 periods"),
     ],
 )
-def test_what_is_no_decay_is_refused(
-    tmp_path: Path, heading: str, angle: np.ndarray, said: str
-) -> None:
+def test_what_is_no_decay_is_refused(tmp_path, heading, angle, said):
     path = written(tmp_path / "decay.csv", heading, TIME, angle)
     with pytest.raises(InputError, match=rf"decay\.csv.*({said})"):
         fit_files([path])

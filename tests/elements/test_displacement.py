@@ -1,8 +1,6 @@
 """Buoyancy of closed hulls: closed forms of a box, sections of H-851, the potential's gradient, and
 runs of bodies that nothing but their hull carries."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

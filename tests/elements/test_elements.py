@@ -1,8 +1,6 @@
 """The battery that every force element must pass: zero state, action = reaction, invariance, power,
 absence."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Gusts: spectra and profiles against their formulas, series against sums, motions in gusts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Kinds answer for themselves: outside `hydrosim.elements` next to nobody names one."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from dataclasses import replace

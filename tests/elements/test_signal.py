@@ -1,7 +1,5 @@
 """Signals: values and rates against numpy and scipy, motions under them against closed forms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import pi

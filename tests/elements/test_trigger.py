@@ -1,7 +1,5 @@
 """Elements that act for a time only: when they begin and end, and what the ledger says of it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent

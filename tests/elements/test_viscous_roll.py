@@ -1,8 +1,5 @@
 """Viscous roll damping: decays, energy, what p1 means for a body with a database, Ikeda."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -61,12 +58,7 @@ def reference(
 
 @pytest.mark.parametrize("kinematics", Kinematics)
 @pytest.mark.parametrize(("p", "bound"), [((0.05, 0.0, 0.6), 1e-9), ((0.03, 0.4, 0.2), 1e-8)])
-def test_decay_as_by_an_independent_solver(
-    kinematics: Kinematics,
-    p: tuple[float, float, float],
-    bound: float,
-    validated: Callable[..., None],
-) -> None:
+def test_decay_as_by_an_independent_solver(kinematics, p, bound, validated):
     """Smooth damping to 1e-9; |p| p jumps in its second derivative at each extreme."""
     run = hs.simulate(rolling(ViscousRoll("block", *p), kinematics=kinematics))
     error = np.abs(run.position.values[:, 0, 3] - reference(p)).max()
@@ -136,9 +128,7 @@ def roll_ratio(calm: Scene) -> float:
 
 @pytest.mark.parametrize("dofs", [("roll",), ALL])
 @pytest.mark.parametrize("heading", [0.0, 1.0])
-def test_the_total_is_that_of_the_test_with_the_waves_of_a_database(
-    dofs: tuple[str, ...], heading: float
-) -> None:
+def test_the_total_is_that_of_the_test_with_the_waves_of_a_database(dofs, heading):
     """Its ratio is p1 / (2 w), coupled to sway or not: mass and damping change at second order."""
     body = replace(afloat(None, dofs).bodies[0], heading=heading)
     mode = roll_mode(body, np.zeros((6, 6)), hull())

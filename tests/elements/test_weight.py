@@ -1,8 +1,5 @@
 """Weight as a force of its own: against closed forms, its own potential, and balance at rest."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -31,9 +28,7 @@ def hung(**solver: object) -> hs.Scene:
 
 
 @pytest.mark.parametrize("linear", LinearScenes)
-def test_a_weight_on_a_spring_swings_about_its_sag(
-    linear: LinearScenes, validated: Callable[..., None]
-) -> None:
+def test_a_weight_on_a_spring_swings_about_its_sag(linear, validated):
     """z = -(m g / k) (1 - cos w t), stepped (rk4: 200 periods of (w h)^4 / 120) and propagated."""
     run = hs.simulate(hung(linear=linear))
     w = np.sqrt(STIFFNESS / MASS)

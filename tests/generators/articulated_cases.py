@@ -7,8 +7,6 @@ drift on a mooring. Some start far from rest, and some steps are too large. Numb
 `LINKED_FROM` on have links in joints, about axes and along lines.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any

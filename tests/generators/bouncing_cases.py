@@ -4,8 +4,6 @@ A case is drawn from its seed alone, lasts 60 to 120 s, and has 5 to 19 impacts,
 and come to rest. Their weights are forces of any size, so that they are slow enough for so few.
 """
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 from tests.generators.long_cases import long_case, long_duration

@@ -1,8 +1,6 @@
 """Random cases by whose references the errors of runs are judged: contacts, joints, lines, mixtures
 and what is held."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path

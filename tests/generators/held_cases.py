@@ -4,8 +4,6 @@ Rigid friction at a point, in a slider or a hinge, a drum, a joint or a rope tha
 of the load are 0.2 to 5 % beyond the bound, or below it, with round and odd periods.
 """
 
-from __future__ import annotations
-
 from math import pi, sqrt
 
 from tests.generators.long_cases import long_case, long_duration

@@ -1,7 +1,5 @@
 """What cases of 60 to 120 s have in common: their solver, records, and what a file says of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from tests.generators.random_cases import FINE, STEPS, Case, Draw, rounded

@@ -5,8 +5,6 @@ landings with or without loops, currents, wind and two bodies. Sizes go together
 `random_cases` do. Some steps are too large on purpose.
 """
 
-from __future__ import annotations
-
 from math import cos, hypot, sin, sqrt
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ lie in shallow water, whose seabed their chains touch. Loads hang from a crane o
 hull. Some lines begin slack, some part, and some steps are too large.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import pi, sqrt
 

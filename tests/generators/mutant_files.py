@@ -4,8 +4,6 @@ What is read of a file of another program is kept as a `Reading`, so that a muta
 may be compared with the file that is right. A result is opened by a command, as its user would.
 """
 
-from __future__ import annotations
-
 import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import fields

@@ -9,8 +9,6 @@ A name that is changed in a file of another program may change what is read of i
 message, or with a word on what is left out; else it is silent.
 """
 
-from __future__ import annotations
-
 import re
 import signal
 import warnings

@@ -1,8 +1,6 @@
 """What becomes of a mutant of the shipped cases? A message or a run: no traceback, and nothing that
 is not finite."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import warnings

@@ -4,8 +4,6 @@ The latter are a pendulum from three angles, a double pendulum from two, a ball 
 a block that slips where its load dips, a rail with friction, and a joint that breaks at a peak.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace

@@ -6,8 +6,6 @@ that press, steps with the fastest rate that was built in. What is drawn is sens
 things touch, fall, stick and slide, and some steps are too large.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, exp, hypot, log, pi, sin

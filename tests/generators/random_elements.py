@@ -1,7 +1,5 @@
 """Fenders, lines, moorings, damping, loads, waves and streams of `random_cases`."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any

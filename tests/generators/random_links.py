@@ -3,8 +3,6 @@
 Cases of numbers from `LINKED_FROM` on draw them, after all that they draw without.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 Paths in them are relative to a folder with the shipped cases and databases.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

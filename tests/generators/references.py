@@ -6,8 +6,6 @@ it is the largest component of the rotation vector between both attitudes over t
 the three angles. Ranges are at least those of `least_ranges`.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import ceil
 

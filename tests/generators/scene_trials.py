@@ -5,8 +5,6 @@ again turned, and from a state on the way: with a fixed step it must go on to th
 is right is for `references` to say.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace

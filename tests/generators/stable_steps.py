@@ -7,8 +7,6 @@ pressed and at rest, and with all of them pressed and sliding. In each of them t
 from step to step. The step at which the first of the three begins to diverge is found by bisection.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path

@@ -4,8 +4,6 @@ A case is drawn from its seed alone and lasts 60 to 120 s. Some swing so far tha
 chaotic.
 """
 
-from __future__ import annotations
-
 from math import cos, hypot, pi, sin, sqrt
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ All elements that act for a time, compensators on both stops, guides, edges, pum
 about an axis that turn over, and conditions that must last.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -4,8 +4,6 @@ that swing as fast as they like, the ledger, restart, and what is refused.
 The barge is a box, 60 x 20 x 8 m, at 3.6 and 4.4 m; a third database of it is for 4 m.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -81,9 +79,7 @@ def scene(body: hs.Body, duration: float = 40.0, step: float = 0.1, **changes: A
 
 @pytest.mark.parametrize(("dof", "start"), [("heave", 0.02), ("roll", 0.02)])
 @pytest.mark.slow
-def test_a_decay_between_two_draughts_is_that_of_the_database_there(
-    dof: str, start: float, validated: Callable[..., None]
-) -> None:
+def test_a_decay_between_two_draughts_is_that_of_the_database_there(dof, start, validated):
     """Within 1 % of its start: what linear interpolation leaves of databases 20 % apart."""
     offset, first = moving(**{dof: start}), np.array(moving(heave=0.4))
     own = hs.simulate(scene(barge(ALONE, 4.0, position=offset)))

@@ -1,8 +1,5 @@
 """Corners of tables, and conditions of time, that are equal to ends of steps but for rounding."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -99,9 +96,7 @@ def paid_out(corner: float, end: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("step", "corner", "side"), [(0.07, 10.5, 1.0), (0.06, 3.24, -1.0)])
-def test_a_rate_that_jumps_at_the_end_of_a_step_keeps_the_order(
-    step: float, corner: float, side: float, figure: Callable[[str, float], None]
-) -> None:
+def test_a_rate_that_jumps_at_the_end_of_a_step_keeps_the_order(step, corner, side, figure):
     """Damping sees the line's speed jump; grid points are behind or before it by rounding."""
     steps = [step, step / 2.0]
     assert [np.sign(round(corner / step) * step - corner) for step in steps] == [side, side]

@@ -1,7 +1,5 @@
 """Whole runs of the H-851: energy, lift fixed to the body or the earth, memory of the waves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,10 +1,7 @@
 """Hydrodynamics turn with the heading of each body: conservation laws of Kirchhoff's equations, and
 scenes turned as a whole, whose motions must turn with them."""
 
-from __future__ import annotations
-
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from math import cos, pi, radians, sin
@@ -75,9 +72,7 @@ def impulses(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("dofs", "launch"), [(PLANAR, LAUNCH), (DOFS, TUMBLE)])
-def test_a_spinning_drifting_body_keeps_impulse_and_energy(
-    dofs: tuple[str, ...], launch: tuple[float, ...]
-) -> None:
+def test_a_spinning_drifting_body_keeps_impulse_and_energy(dofs, launch):
     """Without memory nothing is lost; rk4 at 0.05 s leaves 1e-11, of the energy 1e-9."""
     scene = barge(dofs=dofs, velocity=launch, radiation=RadiationModel.NONE)
     scene = replace(scene, solver=replace(SOLVER, step=0.05))
@@ -127,9 +122,7 @@ def test_a_current_carries_the_water_along() -> None:
 
 
 @pytest.mark.parametrize("radiation", ["state_space", "convolution"])
-def test_munks_moment_and_no_memory_of_a_steady_stream(
-    radiation: str, validated: Callable[..., None]
-) -> None:
+def test_munks_moment_and_no_memory_of_a_steady_stream(radiation, validated):
     """u w (A_sway - A_surge) on yaw, and nothing else begins to act after the start."""
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
     place = scenes.moving(yaw=0.4)

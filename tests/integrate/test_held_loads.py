@@ -4,8 +4,6 @@ A motion shows nothing of such a load, so that adaptive steps could grow over it
 steps could meet a sine at its zeros alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -102,9 +100,7 @@ def sliding_error(run: xr.Dataset, period: float, excess: float) -> float:
 @pytest.mark.parametrize("output_step", OUTPUT_STEPS)
 @pytest.mark.parametrize("excess", EXCESS)
 @pytest.mark.parametrize("period", few(PERIODS, 5))
-def test_dry_friction_of_a_joint_gives_way_at_every_peak(
-    period: float, excess: float, output_step: float, figure: Figure
-) -> None:
+def test_dry_friction_of_a_joint_gives_way_at_every_peak(period, excess, output_step, figure):
     duration = duration_of(period, output_step)
     run = hs.simulate(slider(Harmonic(excess * STATIC, period), duration, output_step, **ACCURATE))
     error = sliding_error(run, period, excess)
@@ -115,9 +111,7 @@ def test_dry_friction_of_a_joint_gives_way_at_every_peak(
 @pytest.mark.parametrize("output_step", OUTPUT_STEPS)
 @pytest.mark.parametrize("excess", [1.002, 1.005, 1.05])
 @pytest.mark.parametrize("period", [1.0, 3.0, 7.3])
-def test_a_fixed_step_meets_every_peak(
-    period: float, excess: float, output_step: float, figure: Figure
-) -> None:
+def test_a_fixed_step_meets_every_peak(period, excess, output_step, figure):
     """Also where it records each step, and where a peak is shorter; the error is rk4's."""
     settings = {"method": Method.RK4, "step": 0.1}
     force = Harmonic(excess * STATIC, period)
@@ -149,9 +143,7 @@ def flown(excess: float, period: float, times: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("output_step", OUTPUT_STEPS)
 @pytest.mark.parametrize("excess", EXCESS)
 @pytest.mark.parametrize("period", few(PERIODS, 5))
-def test_a_joint_breaks_at_its_first_peak(
-    period: float, excess: float, output_step: float, figure: Figure
-) -> None:
+def test_a_joint_breaks_at_its_first_peak(period, excess, output_step, figure):
     half = 0.5 * excess * STATIC
     duration = duration_of(period, output_step)
     pull = Harmonic(half, period, mean=half)
@@ -269,9 +261,7 @@ def _slip(normal: Function, push: Function, start: float, x: float, end: float) 
 
 @pytest.mark.parametrize("output_step", [0.2, 1.0, 5.0])
 @pytest.mark.parametrize(("period", "phase"), [(0.4, -0.75 * np.pi), (1.0, 0.3), (5.0, 0.0)])
-def test_a_normal_force_that_dips_lets_go(
-    period: float, phase: float, output_step: float, figure: Figure
-) -> None:
+def test_a_normal_force_that_dips_lets_go(period, phase, output_step, figure):
     """The push grows to 2.5 % above what the least normal force holds."""
     normal = Harmonic(2e5, period, mean=1e6, phase=phase)
     push = Table(np.array([0.0, 2.0]), np.array([0.0, 1.025 * 0.3 * 8e5]))

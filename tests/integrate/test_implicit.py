@@ -1,7 +1,5 @@
 """The implicit method on textbook problems: order conditions, stability, stiffness, factors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Orders of the methods on textbook problems, order conditions, and the error of the cubic."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -62,9 +60,7 @@ def integrate(method: Tableau, f: Slope, steps: int) -> np.ndarray:
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("name", METHODS)
-def test_order_on_textbook_problems(
-    name: str, problem: str, validated: Callable[..., None]
-) -> None:
+def test_order_on_textbook_problems(name, problem, validated):
     """From three steps: an error C h^p (1 + c h + ...) is seen with order p + c h / (2 ln 2), half
     as far from p at half the step, so that twice the finer order less the coarser is h^2 from p.
     dopri5, whose C is small, has c up to 2; its finest error, 3e-12, is far above rounding."""

@@ -1,7 +1,5 @@
 """The layout of y: blocks lie where the model has them, and names are not taken apart."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -188,9 +186,7 @@ def test_phi_does_not_depend_on_the_units_of_a_margin(scale: float, value: float
     f_lo=st.floats(0.0, 1e6),
     f_hi=st.floats(-1e6, -1e-6),
 )
-def test_the_next_guess_is_inside_the_bracket(
-    lo: float, width: float, f_lo: float, f_hi: float
-) -> None:
+def test_the_next_guess_is_inside_the_bracket(lo, width, f_lo, f_hi):
     x = next_trial(lo, f_lo, lo + width, f_hi)
     assert lo + 0.009 * width <= x <= lo + 0.991 * width
 

@@ -1,7 +1,5 @@
 """An edit gives new names to the stored kernels whose machine code it changes, and to no others."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Callable
@@ -169,9 +167,7 @@ def stored_names() -> dict[str, str]:
 
 
 @pytest.mark.parametrize(("file", "old", "new", "changed"), EDITS)
-def test_an_edit_changes_the_names_of_the_kernels_that_hold_it(
-    stored: Stored, file: str, old: str, new: str, changed: set[str]
-) -> None:
+def test_an_edit_changes_the_names_of_the_kernels_that_hold_it(stored, file, old, new, changed):
     before, after = stored(), stored(file, old, new)
     assert {name for name in before if before[name] != after[name]} == changed
 
@@ -252,9 +248,7 @@ def test_a_string_that_is_also_the_docstring_counts() -> None:
 @pytest.mark.parametrize(
     "value", [Plain, Plain(), {1: Plain()}, intrinsic(lambda context, x: None)]
 )
-def test_all_sources_count_for_a_value_of_another_kind(
-    value: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_sources_count_for_a_value_of_another_kind(value, monkeypatch):
     before = digest_of_kernel(reads(value))
     monkeypatch.setattr(kernels, "sources_digest", lambda: "edited")
     assert digest_of_kernel(reads(value)) != before
@@ -305,9 +299,7 @@ for module in sys.argv[2:]:
 
 
 @pytest.mark.slow
-def test_an_edit_recompiles_few_kernels_of_the_base_case(
-    figure: Callable[[str, float], None],
-) -> None:
+def test_an_edit_recompiles_few_kernels_of_the_base_case(figure):
     """Every function of a folder or file is edited at once."""
     unused = ("elements.roll_decay", "elements.viscous_roll", "tanks")
     folders = (*unused, "water.loads", "elements.linear_mooring", "integrate")

@@ -1,7 +1,5 @@
 """Kernels are compiled once: parts in their callers, wholes by name, also from the disk cache."""
 
-from __future__ import annotations
-
 import pickle
 import signal
 from collections.abc import Callable, Iterator
@@ -90,9 +88,7 @@ def test_a_whole_gives_what_it_says() -> None:
             wrong(3.0)
 
 
-def test_an_interrupt_while_others_wait_for_a_whole_tears_their_work(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_interrupt_while_others_wait_for_a_whole_tears_their_work(monkeypatch):
     values = np.zeros((2, 3))[:, 1:]  # arguments of types that are not compiled yet
 
     def interrupted(args: Any) -> None:
@@ -106,9 +102,7 @@ def test_an_interrupt_while_others_wait_for_a_whole_tears_their_work(
     assert linked_kernels.filled(values[:, 0], SCALE, True) == 2.0
 
 
-def test_the_clock_of_runs_stands_still_while_others_wait_for_a_whole(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_clock_of_runs_stands_still_while_others_wait_for_a_whole(monkeypatch):
     """The whole cannot be compiled at all, which takes a second."""
     values = np.zeros((2, 2, 3))[::-1, 0, 0]
     linked_kernels.filled(values, SCALE._replace(factor=-1.0), True)
@@ -148,9 +142,7 @@ def test_kernels_are_pickled_by_name() -> None:
         assert pickle.loads(pickle.dumps(one)) is one
 
 
-def test_any_edit_of_a_source_of_kernels_changes_the_digest_of_checkpoints(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_any_edit_of_a_source_of_kernels_changes_the_digest_of_checkpoints(tmp_path, monkeypatch):
     monkeypatch.setattr(kernels, "PACKAGE", tmp_path)
     source, other = tmp_path / "integrate" / "dynamics.py", tmp_path / "cli.py"
     source.parent.mkdir()

@@ -1,7 +1,5 @@
 """References to tuples in kernels: what is read through one is what the tuple holds."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 from typing import NamedTuple
@@ -82,9 +80,7 @@ def test_reads_and_writes() -> None:
 
 @pytest.mark.parametrize("first", [True, False])
 @pytest.mark.parametrize("last", [True, False])
-def test_members_of_one_byte_and_of_eight_lie_where_kernels_read_them(
-    first: bool, last: bool
-) -> None:
+def test_members_of_one_byte_and_of_eight_lie_where_kernels_read_them(first, last):
     mixed = Mixed(first, (last, first), (), 2.5, np.arange(6.0).reshape(2, 3), last)
     assert taken_apart(StructReference(mixed)) == (first, last, first, 2.5, 5.0, last)
 

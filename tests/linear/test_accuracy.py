@@ -1,7 +1,5 @@
 """Steps that are stable and not accurate: closed forms, and runs as wrong as it is said of them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -79,9 +77,7 @@ def apart(scene: hs.Scene) -> float:
     ("method", "step"), [(Method.RK2, 0.01), (Method.HEUN, 0.01), (Method.RK4, 0.125)]
 )
 @pytest.mark.parametrize("damping", [0.0, 0.1])
-def test_a_run_is_as_wrong_as_it_says(
-    method: Method, step: float, damping: float, figure: Figure
-) -> None:
+def test_a_run_is_as_wrong_as_it_says(method, step, damping, figure):
     """Free swings: the error said, against the true one over the range, twice the amplitude; a
     damped one is largest after 1 / |Re lambda|, as 1 / e of what is said. At the step that would
     do nothing is said, and it does."""

@@ -1,7 +1,5 @@
 """The linearised scene: natural periods, decay and responses of the H-851, and closed forms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import pi
@@ -94,17 +92,13 @@ class FrequencyDomain:
 
 
 @pytest.mark.parametrize("dof", BANDS)
-def test_natural_periods_of_the_barge(
-    dof: str, modes: dict[str, NaturalMode], figure: Figure
-) -> None:
+def test_natural_periods_of_the_barge(dof, modes, figure):
     low, high = BANDS[dof]
     figure(f"natural period {dof} [s]", modes[dof].natural_period)
     assert low <= modes[dof].natural_period <= high
 
 
-def test_natural_periods_make_inertia_balance_stiffness(
-    modes: dict[str, NaturalMode], validated: Callable[..., None]
-) -> None:
+def test_natural_periods_make_inertia_balance_stiffness(modes, validated):
     """Roots of the undamped equation; A_inf is within 1e-3 of A(w)'s. Yaw has no stiffness."""
     found = sorted(mode.natural_period for mode in modes.values())
     expected = FrequencyDomain().natural_periods()
@@ -181,9 +175,7 @@ def test_regular_waves_give_the_linear_response(steady: list[xr.Dataset], figure
     assert (errors < 1e-3).all()
 
 
-def test_regular_waves_give_the_databases_response(
-    steady: list[xr.Dataset], figure: Figure
-) -> None:
+def test_regular_waves_give_the_databases_response(steady, figure):
     """Against A(w), B(w), X(w) interpolated here; the fit of the radiation is within 1e-3."""
     domain = FrequencyDomain()
     found = np.array([harmonic(run, T) for run, T in zip(steady, PERIODS, strict=True)])

@@ -4,8 +4,6 @@ Rigid friction that is never broken states the constraints: of a body against ea
 bodies, as a joint would.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import pi
@@ -339,9 +337,7 @@ def hung(**force: float) -> Scene:
     )
 
 
-def test_rest_of_what_is_held_against_a_minimum(
-    monkeypatch: pytest.MonkeyPatch, figure: Figure
-) -> None:
+def test_rest_of_what_is_held_against_a_minimum(monkeypatch, figure):
     """All energy is least where the point is held, as if by a joint: by SLSQP."""
     monkeypatch.setattr(places, "without_friction", lambda elements: elements)
     pull = {"sway": 21.0, "heave": 6.0}

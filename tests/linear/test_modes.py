@@ -1,7 +1,5 @@
 """Natural modes by their shapes: free ones, two bodies, and closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

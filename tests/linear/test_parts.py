@@ -1,7 +1,5 @@
 """Components of a scene give what the whole gives, and are solved once each."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 
@@ -63,9 +61,7 @@ def test_components_of_a_graph() -> None:
 
 
 @pytest.mark.parametrize("count", [1, 3])
-def test_memory_of_parts_is_differentiated_at_once(
-    count: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_memory_of_parts_is_differentiated_at_once(count, monkeypatch):
     """To the bit as one column after the other, with fewer evaluations."""
     compiled = hs.compile_scene(barges(count, line=line(1e6)) if count > 1 else barges(1))
     shifts: list[np.ndarray] = []

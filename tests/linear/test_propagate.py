@@ -1,7 +1,5 @@
 """Linear scenes are propagated exactly: against closed forms, matrix exponentials, stepped runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Step limits: stability functions of the methods, and scenes that diverge where it is said."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -180,9 +178,7 @@ def threshold(grows: Callable[[float], bool]) -> float:
 
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
 @pytest.mark.parametrize("stuck", few([stuck_block, stuck_barge], 1))
-def test_a_friction_slope_is_unstable_where_the_limit_says(
-    stuck: Callable[[float], Scene], method: Method, figure: Figure
-) -> None:
+def test_a_friction_slope_is_unstable_where_the_limit_says(stuck, method, figure):
     """Surge velocity after 300 steps of 0.1 s in stick, against that at the start. On the negative
     real axis R > 0 for these methods: velocity grows without a change of sign. Rays are looked at
     every 0.005, a part of 400 of rk2's limit; the bisection ends at 0.005."""

@@ -1,7 +1,5 @@
 """Dry bodies for the tests, and rigid-body formulas that do not come from hydrosim."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Bodies that turn without moments: conserved quantities, Euler's and Hamilton's equations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -45,9 +43,7 @@ def observed_order(error: Callable[[float], float], step: float) -> float:
 
 
 @pytest.mark.parametrize("method", list(ORDERS))
-def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(
-    method: Method, figure: Figure
-) -> None:
+def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(method, figure):
     def momentum_error(step: float) -> float:
         momentum = angular_momentum(simulate(turning(step, method)))
         return float(np.abs(momentum - momentum[0]).max())

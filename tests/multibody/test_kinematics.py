@@ -1,7 +1,5 @@
 """Rotations, their rates and wrenches, against scipy's rotations and finite differences."""
 
-from __future__ import annotations
-
 from math import hypot
 
 import numpy as np

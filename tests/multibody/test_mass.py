@@ -1,7 +1,5 @@
 """Mass matrix, kinetic energy and the Cholesky factor against numpy and scipy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import INERTIA, block, scene

@@ -5,8 +5,6 @@ scipy's 8th-order method from one change of mode to the next. Without damping th
 length mu_k N / K2 in slip, and the node goes the way that the point goes along it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ The laws of friction and contact are written out here for one axis, and integrat
 8th-order method from event to event and from corner to corner of the tables of forces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property

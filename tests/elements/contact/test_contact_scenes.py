@@ -1,7 +1,5 @@
 """Contact beyond one axis: ties, reversals, two bodies, turned scenes, the stiff base case."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 Tolerances: rk4 in pieces without kinks; events are located to 1e-10 of their margin's range.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -80,9 +78,7 @@ def closed_form(amplitude: float, duration: float) -> Iterator[Piece]:
 
 
 @pytest.mark.parametrize("amplitude", [4e5, 2.2e5])
-def test_block_of_the_thesis(
-    amplitude: float, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_block_of_the_thesis(amplitude, figure, validated):
     run = hs.simulate(pushed(0.0, amplitude))
     time, pieces = run.time.values, list(closed_form(amplitude, 1000.0))
     of = np.searchsorted([p.start for p in pieces], time, side="right") - 1

@@ -1,7 +1,5 @@
 """Runs that cannot go on end, with a message: no search for an event goes on for ever."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -131,9 +129,7 @@ def test_rigid_friction_that_just_begins_to_slip_comes_on() -> None:
 
 
 @pytest.mark.parametrize("normal", [LOOP, hs.NormalCurve(LOOP.compression, LOOP.force)])
-def test_a_point_that_goes_over_the_edge_of_its_seat_does_not_come_back(
-    normal: hs.NormalLoop | hs.NormalCurve,
-) -> None:
+def test_a_point_that_goes_over_the_edge_of_its_seat_does_not_come_back(normal):
     """The edge is located to a tolerance, at this speed from inside: by 1e-12 m the point is still
     over the seat, and pressed, when it is let go. Then it falls freely."""
     start = {"position": moving(heave=-0.04905), "velocity": moving(surge=2.1)}
@@ -163,9 +159,7 @@ def on_two_legs(ahead: float, behind: float, pitch: float, push: float, step: fl
     ("legs", "pitch", "push", "step"),
     [((3.0, -1.5), 0.006, 8e3, 0.1), ((2.0, -2.0), 0.003, 8e3, 0.2)],
 )
-def test_legs_that_turn_at_one_time_do_not_end_the_lines_of_each_other(
-    legs: tuple[float, float], pitch: float, push: float, step: float
-) -> None:
+def test_legs_that_turn_at_one_time_do_not_end_the_lines_of_each_other(legs, pitch, push, step):
     """One leg turns while the stiff line of the other has just begun: that one goes on. Steps are
     far too large for the lines, which take a hundredth of a step."""
     run = hs.simulate(on_two_legs(*legs, pitch, push, step))

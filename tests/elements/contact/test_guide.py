@@ -1,7 +1,5 @@
 """Guides: pins in cylinders and cones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Landings: loops of loading and unloading, what is lost in them, where a weight may rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -436,9 +434,7 @@ def beside(off: float, fall: float = 0.6, **changes: object) -> Scene:
         (0.4, {"extent": 0.3}, False),
     ],
 )
-def test_a_seat_carries_as_far_as_it_reaches(
-    off: float, changes: dict[str, object], carried: bool
-) -> None:
+def test_a_seat_carries_as_far_as_it_reaches(off, changes, carried):
     run = hs.simulate(beside(off, **changes))
     pressed = run.fender_normal_force.sel(fender="leg 1")
     assert (float(pressed.max()) > WEIGHT) == carried

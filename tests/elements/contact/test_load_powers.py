@@ -4,8 +4,6 @@ Nothing here knows the kernels' formulas: work is integrated from what the run r
 independent integration states the traction S itself, S' = K2 v + S min(K2', 0) / K2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -40,9 +38,7 @@ def held(power: float) -> hs.StickSlip:
 
 @pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
 @pytest.mark.parametrize("lag", [0.0, 1.0, 2.0, 3.5, 5.0])
-def test_a_loop_in_shear_and_load_never_makes_energy(
-    power: float, lag: float, figure: Figure
-) -> None:
+def test_a_loop_in_shear_and_load_never_makes_energy(power, lag, figure):
     """Over any closed loop of shear and normal force the spring takes work, S v, and gives none;
     a spring with S = K2(N) u, not incremental, would give some at one lag or its opposite."""
     run = hs.simulate(driven(held(power), lag, step=0.0025))

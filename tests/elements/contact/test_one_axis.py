@@ -1,7 +1,5 @@
 """Blocks that are pressed on a floor and pushed along it, against `one_axis`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
@@ -101,9 +99,7 @@ def order(errors: list[float]) -> float:
 
 @pytest.mark.kernels
 @pytest.mark.parametrize("name", BLOCKS)
-def test_motion_is_that_of_an_independent_integration(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_motion_is_that_of_an_independent_integration(name, figure, validated):
     """To 1e-7 of its range, at order 4, with the same modes and the same number of events."""
     runs = [simulate(BLOCKS[name].scene(step)) for step in STEPS]
     errors = [error(run, exact(name)) for run in runs]
@@ -175,9 +171,7 @@ def one_dimensional(k: int) -> Block:
 
 
 @pytest.mark.parametrize("k", few(range(20), 6))
-def test_one_dimensional_model_with_random_parameters(
-    k: int, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_one_dimensional_model_with_random_parameters(k, figure, validated):
     """To 1e-7 of the range at 0.01 s. The same sequence of modes: as many changes, and the same
     mode every 0.01 s (but where a change is at the very sample)."""
     block = one_dimensional(k)

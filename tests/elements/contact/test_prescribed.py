@@ -1,7 +1,5 @@
 """Normal forces that are prescribed: one that touches zero, and goes on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from markers import few

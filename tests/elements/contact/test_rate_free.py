@@ -1,7 +1,5 @@
 """Slip without dampers: the node trails on the kinetic cone, in any direction of the plane."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 

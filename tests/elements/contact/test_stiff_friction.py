@@ -1,7 +1,5 @@
 """Steep friction slopes and stiff steel with the implicit method at large steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -41,9 +39,7 @@ def exact(slope: float, times: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("slope", [1e8, 1e10, 1e12])
-def test_steep_slopes_at_a_tenth_of_a_second(
-    slope: float, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_steep_slopes_at_a_tenth_of_a_second(slope, figure, validated):
     """h b / m reaches 500: no oscillation, and the creep v = F / b of stick is there."""
     run = hs.simulate(sliding(slope, 0.1))
     wanted = exact(slope, run.time.values)

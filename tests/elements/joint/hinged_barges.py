@@ -12,8 +12,6 @@ the principal value. A_inf is its mean over the lower three quarters of the band
 the time domain has it, and so has it the power law beyond the band.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from pathlib import Path
 

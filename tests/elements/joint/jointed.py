@@ -1,7 +1,5 @@
 """Dry bodies on joints for the tests, and what their runs tell."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

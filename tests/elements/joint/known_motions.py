@@ -4,8 +4,6 @@ Pendulums are known by elliptic functions, balls by parabolas and half sines. Th
 by DOP853 in coordinates of their own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import atan2, ceil, cos, pi, sin, sqrt

@@ -1,7 +1,5 @@
 """Linkages in planes, and their motions in minimal coordinates by independent equations."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple

@@ -7,8 +7,6 @@ is the second derivative of a condition: two points coincide, or two directions,
 stay at right angles (Haug 1989, chapter 9). Nothing here comes from hydrosim.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Solutions of equations of motion that are not hydrosim's, by an 8th-order method."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

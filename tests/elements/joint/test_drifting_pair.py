@@ -18,8 +18,6 @@ angles of the first body, seen from the water, and the angle of the hinge:
     q' = M(q)^-1 s,   s' = q'^T M_q q' / 2 - V_q,   T = q'^T M(q) q' / 2;  M_q by the complex step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache

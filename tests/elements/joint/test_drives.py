@@ -1,12 +1,9 @@
 """Prescribed motion: what it costs, what it moves, and where it may not be."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from math import cos, pi, sin
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -365,9 +362,7 @@ def test_a_joint_that_closes_against_a_drive_ends_the_run(signal: Harmonic, at: 
 
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
-def test_work_and_impulse_of_a_drive_when_a_joint_closes(
-    method: Method, validated: Validated
-) -> None:
+def test_work_and_impulse_of_a_drive_when_a_joint_closes(method, validated):
     """A lock joins a block at rest to a driven cart: the drive gives the block its momentum m v.
 
     Its work is m v^2, of which the impact loses one half; then it moves both.
@@ -403,9 +398,7 @@ def test_work_and_impulse_of_a_drive_when_a_joint_closes(
 
 
 @pytest.mark.parametrize("signal", [SHAKE, SmoothTable(KNOTS, VALUES)])
-def test_an_interrupted_run_resumes_to_the_bit(
-    signal: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_run_resumes_to_the_bit(signal, tmp_path, monkeypatch):
     """In the middle of a drive, and of a piece of its table."""
     monkeypatch.setattr(course, "CHUNK_CPU_TIME_S", 0.0)
     whole = cart_and_rod(signal)

@@ -6,8 +6,6 @@ second lump, so that the common centre of gravity is its own. One body with the 
 all three is the reference.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Locks and ratchets in case files, and bad input about joints."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path

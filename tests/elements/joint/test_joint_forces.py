@@ -1,7 +1,5 @@
 """`joint_force` against the multipliers of a model whose bodies are all free."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -113,9 +111,7 @@ def redundant(scene: Scene, run: xr.Dataset, k: int = 0) -> tuple[list[Rigid], l
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
-def test_joint_forces_are_the_multipliers(
-    kinds: Sequence[str], seed: int, validated: Callable[..., None]
-) -> None:
+def test_joint_forces_are_the_multipliers(kinds, seed, validated):
     whole = chain(kinds, seed)
     run = completed(whole)
     exact = joint_wrenches(*redundant(whole, run))
@@ -194,9 +190,7 @@ def placed(compiled: Compiled, seed: int) -> tuple[Model, Work, np.ndarray]:
 
 @pytest.mark.parametrize("built", [chain, floating])
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
-def test_accelerations_are_those_of_the_whole_matrix(
-    built: Callable[[Sequence[str], int], Scene], kinds: tuple[str, ...]
-) -> None:
+def test_accelerations_are_those_of_the_whole_matrix(built, kinds):
     for seed in PLACE_SEEDS:
         compiled = hs.compile_scene(built(kinds, seed))
         model, work, y = placed(compiled, seed)

@@ -1,8 +1,6 @@
 """What must not matter: place and heading of a scene, names and order of bodies, which body tells a
 joint, and which body is the root."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """Springs, stops and dry friction in joints against closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import log
 

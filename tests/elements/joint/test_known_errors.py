@@ -1,7 +1,5 @@
 """Motions that are known: a tolerance is kept, and a run knows the error of its own motion."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Joints that are constraints in linear analysis, at rest, and with small angles."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -9,8 +9,6 @@ x(a), b(a): centre and angle of each link; index a: derivative. They follow from
 closed form and without `arctan`, so that the complex step gives I_a to rounding.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -34,7 +32,6 @@ from solutions import solved
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Joint, Scene
 
-Figure = Callable[[str, float], None]
 Vector = np.ndarray
 WITHIN, CLOSED, ORDER = 1e-9, 1e-12, 3.8
 TIME = np.linspace(0.0, 6.0, 121)
@@ -224,13 +221,7 @@ CASES = {
 
 
 @pytest.mark.parametrize(("mechanism", "build", "closing"), CASES.values(), ids=list(CASES))
-def test_a_loop(
-    mechanism: Mechanism,
-    build: Callable[[], Scene],
-    closing: tuple[str, str],
-    validated: Callable[..., None],
-    figure: Figure,
-) -> None:
+def test_a_loop(mechanism, build, closing, validated, figure):
     whole, exact = build(), mechanism.centres(START, RATE)
     run = completed(whole)
     error = max(apart(places(run, name), centre) for name, centre in exact.items())

@@ -1,7 +1,5 @@
 """The devices of cases/lock_in: what its page states, on single seeds, and their balances."""
 
-from __future__ import annotations
-
 import importlib.util
 from functools import cache
 from pathlib import Path

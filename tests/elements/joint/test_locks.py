@@ -1,7 +1,5 @@
 """Joints that close: plastic impulses, their losses, their times, and what they leave alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Loops of joints: linkages of free bodies against minimal coordinates."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Pendulums against Lagrange's equations in coordinates of their own, by DOP853."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import cos, pi, sin, sqrt
 from typing import NamedTuple
@@ -326,9 +324,7 @@ def tumbler_by_euler(spin: tuple[float, float, float]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("spin", SPINS.values(), ids=list(SPINS))
-def test_a_ball_joint_turns_through_every_attitude(
-    spin: tuple[float, float, float], validated: Validated, figure: Figure
-) -> None:
+def test_a_ball_joint_turns_through_every_attitude(spin, validated, figure):
     """Several turns, so that any three coordinates of a rotation must be changed on the way."""
     exact = tumbler_by_euler(spin)
     angles = np.arccos(np.clip((np.trace(exact, axis1=1, axis2=2) - 1.0) / 2.0, -1.0, 1.0))

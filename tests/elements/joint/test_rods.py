@@ -1,7 +1,5 @@
 """Rods, which keep the distance of two points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import cos, sin

@@ -1,7 +1,5 @@
 """Two hinged barges in regular waves against the frequency domain with the constraint."""
 
-from __future__ import annotations
-
 from math import pi
 from pathlib import Path
 

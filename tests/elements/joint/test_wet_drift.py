@@ -5,8 +5,6 @@ motion is. So kinetic energy with A_inf and stored energy together never exceed 
 Kinetic energy is by hand from the record, in the axes that turn with each hull.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache

@@ -10,8 +10,6 @@ Weight and buoyancy are forces at the centre of gravity; C acts on displacement 
 B and K are those of hydrosim's fit, C and V those of the database. The dimensions are spelled out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The case that a run holds, of scenes with joints: it is read again, and gives the same run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scenes that are the same but for where they are, or how they are told."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Catenaries on bodies: against independent equations, energy, invariance, restarts, events."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import asinh, sqrt

@@ -1,7 +1,5 @@
 """Random moored scenes, a few of those that `tests.generators.scene_trials` runs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

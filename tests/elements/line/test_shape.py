@@ -1,7 +1,5 @@
 """Lines in their plane, against extended precision, MoorPy, OrcaFlex, and work along paths."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -194,14 +192,7 @@ def test_inextensible() -> None:
         (600, 1500, 1700, 5232.6e3, 0.005),
     ],
 )
-def test_chains(
-    validated: Callable[..., None],
-    depth: float,
-    x: float,
-    length: float,
-    fairlead: float,
-    bound: float,
-) -> None:
+def test_chains(validated, depth, x, length, fairlead, bound):
     """MoorDyn's chains (tests/Mooring/WD0050_Chain.txt and the like): tension by OrcaFlex."""
     weight = (390.0 - 1025.0 * pi / 4 * 0.252**2) * 9.8
     p = pull(line((length, weight, 1.674e9, 0), x=x, z=depth))

@@ -1,7 +1,5 @@
 """Winches and lengths over time: closed forms, and drums integrated apart from hydrosim."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, inf, pi, sin, sqrt
@@ -29,7 +27,6 @@ from hydrosim.elements.line.drum import (
 )
 from hydrosim.report.evidence import Feature, Kind
 
-Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
 STRAIGHT = np.array([0.0, 1.0])
 MASS = 1e5  # kg
@@ -187,9 +184,7 @@ DRUMS = {
 
 
 @pytest.mark.parametrize("name", DRUMS)
-def test_a_slipping_drum_is_that_of_an_independent_integration(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_slipping_drum_is_that_of_an_independent_integration(name, figure, validated):
     """Place, length off the drum, work and friction, through stick, slip, the largest speed and the
     ends of the drum: to 1e-9 of their ranges at the smallest step, at order 4."""
     drum, step = DRUMS[name]

@@ -1,7 +1,5 @@
 """Winches in case files: what is refused, by message, and what becomes of the keys."""
 
-from __future__ import annotations
-
 from math import inf
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Bushings: potential at any rotation, small vibrations, half turns, small angles."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -36,9 +34,7 @@ def energy_of(turns: list[Rotation], shifts: np.ndarray) -> float:
     return float(0.5 * np.array(x) @ STIFFNESS @ x)
 
 
-def test_the_load_is_the_gradient_of_the_energy_at_large_rotations(
-    figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_the_load_is_the_gradient_of_the_energy_at_large_rotations(figure, validated):
     """Coupled stiffness, to 170 deg: forces and moments against differences of the energy."""
     random = np.random.default_rng(4)
     eps, worst, largest = 1e-5, 0.0, 0.0
@@ -71,9 +67,7 @@ def test_the_load_is_the_gradient_of_the_energy_at_large_rotations(
     validated(Kind.INDEPENDENT, claim, against, worst, 1e-7, Feature.BUSHINGS)
 
 
-def test_small_vibrations_are_those_of_its_stiffness_at_the_centre(
-    figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_small_vibrations_are_those_of_its_stiffness_at_the_centre(figure, validated):
     """Six periods beside its centre: eigenvalues of T^T K T and M, T from centre to bushing."""
     body = block(800.0)
     held = hs.Bushing("block", POINT, STIFFNESS, NO_DAMPING)

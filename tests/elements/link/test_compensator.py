@@ -1,8 +1,5 @@
 """Compensators: gas springs against an independent integration, heave against closed forms."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -17,7 +14,6 @@ from hydrosim.elements.line.drum import EMPTY, FAST_IN, FAST_OUT, FULL, PRESCRIB
 from hydrosim.elements.link.gas import IN_STROKE, LOWER, SLACK_PIECE, UPPER
 from hydrosim.report.evidence import Feature, Kind
 
-Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
 MASS = 1e5
 WEIGHT = 9.81 * MASS
@@ -69,9 +65,7 @@ def rates(t: float, y: np.ndarray, mode: str) -> list[float]:
 @pytest.mark.parametrize(
     ("speed", "seen"), [(0.0, {IN_STROKE}), (-6.0, {SLACK_PIECE, LOWER, IN_STROKE, UPPER})]
 )
-def test_a_gas_spring_is_that_of_an_independent_integration(
-    speed: float, seen: set[int], figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_gas_spring_is_that_of_an_independent_integration(speed, seen, figure, validated):
     """Within its stroke, and through stops and slack: to 1e-9 and 1e-8 of the stroke, order 4."""
     steps = (0.01, 0.005, 0.0025)
     runs = [hs.simulate(on_gas(h, speed=speed)) for h in steps]
@@ -146,9 +140,7 @@ def test_the_delay_turns_phases_alone() -> None:
 
 
 @pytest.mark.parametrize(("gain", "delay"), [(0.8, 0.0), (1.0, 0.5), (0.9, 1.2)])
-def test_gain_and_delay_against_the_closed_form(
-    gain: float, delay: float, validated: Callable[..., None]
-) -> None:
+def test_gain_and_delay_against_the_closed_form(gain, delay, validated):
     """1 - gain exp(-i w tau), seen through the wire k = EA / l0, its damping and the load."""
     control = Compensation("tip of vessel", gain / (1.0 + STRAIN), delay)
     run = hs.simulate(on_a_vessel(0.01, control, duration=48.0))

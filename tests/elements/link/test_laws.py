@@ -1,8 +1,6 @@
 """Laws along any coordinate: stops, gas springs, dry friction and springs of joints, against
 independent integrations, with their energies and restarts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

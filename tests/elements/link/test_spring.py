@@ -1,7 +1,5 @@
 """Springs between two points: closed forms, and motions integrated apart from hydrosim."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import pi, sqrt
@@ -190,9 +188,7 @@ STEPS = (0.02, 0.01, 0.005)
 
 
 @pytest.mark.parametrize("name", LINES)
-def test_motion_is_that_of_an_independent_integration(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_motion_is_that_of_an_independent_integration(name, figure, validated):
     """To 1e-7 of its range, at order 4, with as many events; the ledger closes at order 4 too."""
     lines = LINES[name]
     runs = [hs.simulate(lines.scene(step)) for step in STEPS]

@@ -1,7 +1,5 @@
 """Struts, torsion springs and power take-offs: closed forms, balances, large rotations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import pi, sqrt
@@ -75,9 +73,7 @@ def assert_order(
 STEPS = (0.0125, 0.00625, 0.003125)
 
 
-def test_a_mass_on_a_strut_swings_to_both_sides(
-    figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_mass_on_a_strut_swings_to_both_sides(figure, validated):
     """x = x0 cos(w t): the strut pushes for half of the period; order 4."""
     runs = [hs.simulate(along(1.5, 0.0, strut(), step=h)) for h in STEPS]
     exact = 1.5 * np.cos(OMEGA * runs[0].time.values)
@@ -104,9 +100,7 @@ def bilinear(t: np.ndarray, x0: float, pull: float, push: float) -> np.ndarray:
 BENT = {"offset": np.array([-1.0, 0.0, 1.0]), "force": np.array([-9e4, 0.0, 1e4])}
 
 
-def test_order_four_through_the_corner_of_a_curve(
-    figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_order_four_through_the_corner_of_a_curve(figure, validated):
     """Nine times as stiff in compression: half periods in closed form. The corner is an event."""
     link = replace(strut(), **BENT)
     runs = [hs.simulate(along(0.7, 0.0, link, 6.0, step=h)) for h in STEPS]
@@ -121,9 +115,7 @@ def test_order_four_through_the_corner_of_a_curve(
 
 
 @pytest.mark.parametrize("dof", ["roll", "yaw"])
-def test_a_torsion_pendulum_swings_by_several_turns(
-    dof: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_torsion_pendulum_swings_by_several_turns(dof, figure, validated):
     """phi0 cos(w t), phi0 of 1.5 turns: linear at any angle; a restart goes on to the bit."""
     axis = 3 + ("roll", "pitch", "yaw").index(dof)
     inertia = np.diag([2e3, 3e3, 4e3])
@@ -212,9 +204,7 @@ JOINED: dict[str, dict[str, ForceElement]] = {
 
 
 @pytest.mark.parametrize("name", JOINED)
-def test_a_free_pair_keeps_its_momenta_and_its_energy(
-    name: str, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_a_free_pair_keeps_its_momenta_and_its_energy(name, figure, validated):
     """Two bodies that tumble by large angles, joined by nothing else."""
     whole = pair(joined=JOINED[name])
     run = hs.simulate(whole)
@@ -279,9 +269,7 @@ def absorbing(rotary: bool) -> tuple[hs.Scene, float]:
 
 
 @pytest.mark.parametrize("rotary", [False, True])
-def test_mean_power_of_a_power_take_off(
-    rotary: bool, figure: Figure, validated: Callable[..., None]
-) -> None:
+def test_mean_power_of_a_power_take_off(rotary, figure, validated):
     """c w^2 a^2 / 2 of the steady motion, as energy over ten periods and as mean of the record."""
     driven, squared = absorbing(rotary)
     run = hs.simulate(driven)
