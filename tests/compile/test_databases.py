@@ -47,21 +47,14 @@ def barge(db: HydroDatabase, dofs: tuple[str, ...] = DOFS, **loads: object) -> h
 def pair(db: HydroDatabase, dofs: tuple[str, ...]) -> hs.Scene:
     """Two bodies of one database in a beam sea."""
     base = in_waves(scene_of("free_floating"), hs.WaveTrain(SWELL, heading=np.pi / 2))
-    bodies = tuple(
-        replace(
-            base.bodies[0],
-            name=f"barge{k + 1}",
-            mass=float(db.water_density * db.volume[k]),
-            hydrodynamics=db,
-            centre_of_gravity=tuple(db.centre_of_gravity[k]),
-            database_body=k + 1,
-            dofs=dofs,
-            radiation=RadiationModel.CONVOLUTION,
-            wave_forces=hs.WaveForces(),
-        )
-        for k in range(db.bodies)
-    )
-    return replace(base, bodies=bodies, forces={}, duration=10.0)
+    bodies = []
+    for k, centre in enumerate(db.centre_of_gravity):
+        mass = float(db.water_density * db.volume[k])
+        part = {"hydrodynamics": db, "database_body": k + 1, "centre_of_gravity": tuple(centre)}
+        waves = {"radiation": RadiationModel.CONVOLUTION, "wave_forces": hs.WaveForces()}
+        body = replace(base.bodies[0], name=f"barge{k + 1}", mass=mass, dofs=dofs)
+        bodies.append(replace(body, **part, **waves))
+    return replace(base, bodies=tuple(bodies), forces={}, duration=10.0)
 
 
 @pytest.fixture(scope="module")

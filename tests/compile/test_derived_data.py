@@ -52,18 +52,13 @@ def test_each_fact_is_found_once_for_each_model(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BEFORE)
 def test_derived_data_are_asked_for_in_one_place(name: str) -> None:
-    asking = {
-        path.relative_to(PACKAGE).as_posix()
-        for path in PACKAGE.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Name)
-        and node.func.id == name
-        and not any(
-            isinstance(each, ast.FunctionDef) and each.name == name
-            for each in ast.parse(path.read_text()).body
-        )
-    }
+    asking = set()
+    for path in PACKAGE.rglob("*.py"):
+        tree = ast.parse(path.read_text())
+        calls = [x.func for x in ast.walk(tree) if isinstance(x, ast.Call)]
+        asked = any(isinstance(f, ast.Name) and f.id == name for f in calls)
+        if asked and name not in [x.name for x in tree.body if isinstance(x, ast.FunctionDef)]:
+            asking.add(path.relative_to(PACKAGE).as_posix())
     assert asking == BEFORE[name]
 
 

@@ -288,19 +288,14 @@ def in_line() -> hs.Scene:
     rear = replace(front, name="rear", database_body=2, centre_of_gravity=(x, *centre[1:]))
     mooring = base.forces["mooring"]
     stretch, tension = np.array([[0.0, 10.0], [0.0, 2e7]])
+    points = np.array([[169.8, 10.0, 5.0], [169.8, -10.0, 5.0]])
+    stern = hs.Plane((-130.0, 0.0, 0.0), (-1.0, 0.0, 0.0), "front")
+    law = hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5)
+    ends = ("rear", (130.0, 0.0, 5.0), (-130.0, 0.0, 5.0))
     forces = {
         "mooring": replace(mooring, body="front"),
-        "hawser": hs.Spring(
-            *("rear", (130.0, 0.0, 5.0), (-130.0, 0.0, 5.0), 39.5, stretch, tension),
-            anchor_body="front",
-        ),
-        "bumper": hs.Fender(
-            "rear",
-            np.array([[169.8, 10.0, 5.0], [169.8, -10.0, 5.0]]),
-            hs.Plane((-130.0, 0.0, 0.0), (-1.0, 0.0, 0.0), "front"),
-            straight_curve(2e7),
-            hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5),
-        ),
+        "hawser": hs.Spring(*ends, 39.5, stretch, tension, anchor_body="front"),
+        "bumper": hs.Fender("rear", points, stern, straight_curve(2e7), law),
     }
     return replace(base, bodies=(front, rear), forces=forces)
 

@@ -354,14 +354,11 @@ def _tie(tree: Tree) -> None:
     span = hypot(ring[0] - x, ring[1] - y, ring[2] - z)
     rate = d.order(0.5, 4.0)
     tree.rates.append(2.0 * rate)
-    tree.add(
-        *(d.one(LINES, 60, 30, 10), one.name),
-        point=[0.0, 0.0, 0.0],
-        anchor=[0.0, rounded(aside), 0.0],
-        anchor_body=other.name,
-        length=rounded(max(span, 0.5 * one.size) * d.between(0.95, 1.1)),
-        stiffness=rounded(min(one.mass, other.mass) * rate**2),
-    )
+    kind = d.one(LINES, 60, 30, 10)
+    keys = {"point": [0.0, 0.0, 0.0], "anchor": [0.0, rounded(aside), 0.0]}
+    length = rounded(max(span, 0.5 * one.size) * d.between(0.95, 1.1))
+    keys |= {"anchor_body": other.name, "length": length}
+    tree.add(kind, one.name, **keys, stiffness=rounded(min(one.mass, other.mass) * rate**2))
 
 
 def _link_joints(tree: Tree) -> None:
@@ -455,13 +452,7 @@ def _whole(tree: Tree, seed: int) -> Case:
     if d.chance(0.15):
         step = d.one(UNSUITED)
     every = max(1, round(0.1 / step))
-    return {
-        "title": f"articulated case {seed}",
-        "duration": float(d.one((5.0, 8.0, 12.0))),
-        "environment": environment,
-        "bodies": tree.bodies,
-        "joints": tree.joints,
-        "forces": tree.forces,
-        "solver": {"method": method, "step": step},
-        "output": {"step": rounded(every * step)},
-    }
+    case = {"title": f"articulated case {seed}", "duration": float(d.one((5.0, 8.0, 12.0)))}
+    case |= {"environment": environment, "bodies": tree.bodies, "joints": tree.joints}
+    case |= {"forces": tree.forces, "solver": {"method": method, "step": step}}
+    return {**case, "output": {"step": rounded(every * step)}}

@@ -280,14 +280,11 @@ def _hold(d: Draw, barge: Barge, forces: Case) -> None:
     forces["mooring"] = {**mooring, "damping_ratio": {"surge": 0.1, "sway": 0.1}}
     ratio = {"roll": d.between(0.02, 0.08)}
     forces["damping"] = {"type": "linear_damping", "body": "barge", "damping_ratio": ratio}
-    push = {
-        dof: {"amplitude": rounded(barge.mass * size * d.order(0.02, 0.09)), "period": period}
-        for dof, size, period in (
-            ("surge", 0.6, d.between(7.0, 15.0)),
-            ("sway", 1.0, d.between(7.0, 15.0)),
-            ("heave", 1.0, d.between(6.0, 12.0)),
-        )
-    }
+    periods = (d.between(7.0, 15.0), d.between(7.0, 15.0), d.between(6.0, 12.0))
+    push = {}
+    for dof, size, period in zip(("surge", "sway", "heave"), (0.6, 1.0, 1.0), periods, strict=True):
+        amplitude = rounded(barge.mass * size * d.order(0.02, 0.09))
+        push[dof] = {"amplitude": amplitude, "period": period}
     point = [rounded(0.2 * barge.length), rounded(0.2 * barge.beam), 0.0]
     forces["push"] = {"type": "applied_force", "body": "barge", "point": point, "force": push}
 

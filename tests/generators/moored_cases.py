@@ -115,17 +115,11 @@ def _float(s: Sketch, name: str, mass: float, y: float) -> Form:
     stiff["pitch"] = heave * (0.58 * half[0]) ** 2
     s.rates.append(1.5 * rate)
     damping = [m * rate * d.order(0.01, 0.2) for m in (mass, mass, mass, *inertia)]
-    body: Case = {
-        "mass": mass,
-        "centre_of_gravity": [0.0, 0.0, 0.0],
-        "location": list(s.turned(0.0, y)),
-        "radii_of_gyration": [rounded(r) for r in radii],
-        "hydrodynamics": {
-            "added_mass": _by_dof(added),
-            "damping": _by_dof(damping),
-            "stiffness": {dof: rounded(x) for dof, x in stiff.items()},
-        },
-    }
+    body: Case = {"mass": mass, "centre_of_gravity": [0.0, 0.0, 0.0]}
+    body |= {"location": list(s.turned(0.0, y)), "radii_of_gyration": [rounded(r) for r in radii]}
+    water = {"added_mass": _by_dof(added), "damping": _by_dof(damping)}
+    water["stiffness"] = {dof: rounded(x) for dof, x in stiff.items()}
+    body["hydrodynamics"] = water
     offsets = [rounded(0.02 * length * d.between(-1.0, 1.0)) for _ in range(3)]
     angles = [d.between(-0.03, 0.03) for _ in range(2)]
     s.head(body, [*offsets, *angles] if d.chance(0.7) else [0.0] * 5)

@@ -145,16 +145,12 @@ def _guides() -> Case:
         forces[f"spring{i}"] = _spring(name, surge=4000.0, heave=SLOW)
         swing = {"amplitude": 3000.0, "period": 2.6, "mean": 4000.0 * aside}
         forces[f"push{i}"] = _push(name, surge=swing)
-        forces[f"seat{i}"] = {
-            "type": "landing",
-            "body": name,
-            "points": [[0, 0, 0]],
-            "on": {"points": [[0, 0, -1.0]]},
-            "normal": {"stiffness": 20000.0},
-            "friction": {"law": "none"},
-            "wall": {"gap": 0.2, "compression": [0, 0.1, 1], "force": [0, 1000, 30000], "depth": 1},
-            **({"active": {**active, "until": 15.2}} if active else {}),
-        }
+        landing = {"type": "landing", "body": name, "points": [[0, 0, 0]]}
+        landing |= {"on": {"points": [[0, 0, -1.0]]}, "normal": {"stiffness": 20000.0}}
+        wall = {"gap": 0.2, "compression": [0, 0.1, 1], "force": [0, 1000, 30000], "depth": 1}
+        landing |= {"friction": {"law": "none"}, "wall": wall}
+        landing |= {"active": {**active, "until": 15.2}} if active else {}
+        forces[f"seat{i}"] = landing
     bodies["still"] = _body(["surge"])
     forces["still"] = _spring("still", surge=SLOW)
     for name, seat in {"free": [0, 0, 0.5], "beside": [0.5, 0, 0.5], "away": [0, 0, -3]}.items():
@@ -175,18 +171,13 @@ def _edges() -> Case:
     fender = {"type": "fender", "body": "block", "points": [[0, 0, 0]], "normal": normal}
     plane = {"point": [0, 0, 0], "normal": UP, "corners": table}
     bodies = {"block": _body(["surge", "heave"], {0: -1.0})}
+    deep = {**fender, "points": [[0, 0, -1]], "plane": {**plane, "point": [0, 0, -2]}}
     forces = {
         "spring": _spring("block", surge=SLOW, heave=3.0 * SLOW),
         "load": _push("block", heave=-2000.0),
         "push": _push("block", surge={"amplitude": 1500.0, "period": 5.0}),
         "table": {**fender, "plane": plane, "friction": friction},
-        "deep": {
-            **fender,
-            "points": [[0, 0, -1]],
-            "plane": {**plane, "point": [0, 0, -2]},
-            "friction": friction,
-            "active": {"from": 2.0, "until": 14.0},
-        },
+        "deep": {**deep, "friction": friction, "active": {"from": 2.0, "until": 14.0}},
     }
     forces["deep"]["plane"]["corners"] = [[x, y, -2] for x, y, _ in table]
     return _case(bodies, forces, 30.0)
@@ -262,13 +253,9 @@ def _drums() -> Case:
     """Winches that keep a tension, with drums that are soon empty or full."""
     line = {"type": "winch", "point": [0, 0, 0], "anchor": [20, 0, 0], "stiffness": 200000.0}
     law = {"tension": 1000.0, "speed": 2.0, "dead_band": 0.3}
-    kinds = {
-        "quick": {},
-        "damped": {"damping": 0.1},
-        "heavy": {"acceleration": 0.5},
-        "light": {"acceleration": 3.0},
-        "slow": {"speed": 0.2},
-    }
+    kinds = {"quick": {}, "damped": {"damping": 0.1}, "slow": {"speed": 0.2}}
+    kinds |= {"heavy": {"acceleration": 0.5}, "light": {"acceleration": 3.0}}
+    kinds = {name: kinds[name] for name in ("quick", "damped", "heavy", "light", "slow")}
     bodies = {}
     forces = {}
     for name, keys in kinds.items():
@@ -284,15 +271,9 @@ def _drums() -> Case:
 
 def _lasting_conditions() -> Case:
     """A force that begins when a cart has been fast for a while, and ends when it is slow."""
-    forces = {
-        "spring": _spring("cart", surge=SLOW),
-        "push": _push("cart", surge={"amplitude": 800.0, "period": 5.9}),
-        "brake": {
-            **_push("cart", surge=-500.0),
-            "active": {
-                "from": {"channel": "velocity.cart.surge", "above": 1.0, "lasting": 1.2},
-                "until": {"channel": "speed.cart", "below": 1.5, "lasting": 0.4},
-            },
-        },
-    }
+    fast = {"channel": "velocity.cart.surge", "above": 1.0, "lasting": 1.2}
+    slow = {"channel": "speed.cart", "below": 1.5, "lasting": 0.4}
+    brake = {**_push("cart", surge=-500.0), "active": {"from": fast, "until": slow}}
+    push = _push("cart", surge={"amplitude": 800.0, "period": 5.9})
+    forces = {"spring": _spring("cart", surge=SLOW), "push": push, "brake": brake}
     return _case({"cart": _body(["surge"])}, forces, 40.0)

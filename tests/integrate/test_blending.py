@@ -57,17 +57,10 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # of coarse databases
 def barge(source: Any, draught: float, heave: float = 0.0, **changes: Any) -> hs.Body:
     """The barge with the mass of 4 m, ``heave`` above a ``draught``, in the frame of that."""
     hull = Hull(barge_with_deck(box(60.0, 20.0, draught), 8.0))
-    body = hs.Body(
-        "barge",
-        MASS,
-        MASS * np.diag([7.0, 16.0, 16.0]) ** 2,
-        hydrodynamics=source,
-        hydrostatics=hull,
-        centre_of_gravity=(0.0, 0.0, KG - draught),
-        weight=Weight.CARRIED,
-        position=moving(heave=heave),
-        radiation=StateSpaceRadiation(3e-3),
-    )
+    parts = {"hydrodynamics": source, "hydrostatics": hull, "weight": Weight.CARRIED}
+    parts |= {"position": moving(heave=heave), "radiation": StateSpaceRadiation(3e-3)}
+    inertia, centre = MASS * np.diag([7.0, 16.0, 16.0]) ** 2, (0.0, 0.0, KG - draught)
+    body = hs.Body("barge", MASS, inertia, centre_of_gravity=centre, **parts)
     return replace(body, **changes)
 
 

@@ -176,17 +176,11 @@ def turned_scene(scene: hs.Scene, by: float) -> hs.Scene:
         return replace(s, heading=s.heading + by)
 
     water = scene.environment
-    return replace(
-        scene,
-        bodies=tuple(body(b) for b in scene.bodies),
-        forces={name: force(e) for name, e in scene.forces.items()},
-        environment=replace(
-            water,
-            waves=tuple(replace(w, heading=w.heading + by) for w in water.waves),
-            current=stream(water.current),
-            wind=stream(water.wind),
-        ),
-    )
+    waves = tuple(replace(w, heading=w.heading + by) for w in water.waves)
+    water = replace(water, waves=waves, current=stream(water.current), wind=stream(water.wind))
+    bodies = tuple(body(b) for b in scene.bodies)
+    forces = {name: force(e) for name, e in scene.forces.items()}
+    return replace(scene, bodies=bodies, forces=forces, environment=water)
 
 
 def turned_back(run: xr.Dataset, by: float) -> np.ndarray:
@@ -227,19 +221,19 @@ def test_ratios_of_critical_damping_and_natural_periods_turn(by: float) -> None:
     )
     stiffness = np.diag([4e5, 2e5, 0.0, 0.0, 0.0, 1e9])
     stiffness[0, 1] = stiffness[1, 0] = 1e5
+    lines, periods, viscous = (
+        np.array(scenes.moving(**ratios))
+        for ratios in (
+            {"surge": 0.2, "sway": 0.4, "yaw": 0.1},
+            {"surge": 0.1, "sway": 0.3},
+            {"surge": 0.3, "sway": 0.1, "roll": 0.05},
+        )
+    )
+    natural = {"natural_period": np.array(scenes.moving(surge=80.0, sway=120.0))}
     forces = {
-        "lines": hs.LinearMooring(
-            "barge", stiffness, damping_ratio=np.array(scenes.moving(surge=0.2, sway=0.4, yaw=0.1))
-        ),
-        "periods": hs.LinearMooring(
-            "barge",
-            np.zeros((6, 6)),
-            damping_ratio=np.array(scenes.moving(surge=0.1, sway=0.3)),
-            natural_period=np.array(scenes.moving(surge=80.0, sway=120.0)),
-        ),
-        "viscous": hs.LinearDamping(
-            "barge", damping_ratio=np.array(scenes.moving(surge=0.3, sway=0.1, roll=0.05))
-        ),
+        "lines": hs.LinearMooring("barge", stiffness, damping_ratio=lines),
+        "periods": hs.LinearMooring("barge", np.zeros((6, 6)), damping_ratio=periods, **natural),
+        "viscous": hs.LinearDamping("barge", damping_ratio=viscous),
     }
     rest = {name: e for name, e in scene.forces.items() if name not in ("mooring", "interface")}
     assert_turns(replace(scene, forces={**rest, **forces}), radians(by), 1e-9)
@@ -256,15 +250,11 @@ def test_coupled_bodies_in_a_stream_turn(by: float) -> None:
 def alongside() -> hs.Scene:
     """The two barges of the shipped database, apart in heading as they spin."""
     base = barge().bodies[0]
-    base = replace(
-        base,
-        hydrodynamics=barges(),
-        mass=1.23e6,
-        inertia=np.diag(1.23e6 * np.square([3.5, 10.4, 10.4])),
-        radiation=ConvolutionRadiation(length=30.0),
-        wave_forces=hs.WaveForces(),
-        velocity=scenes.moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01),
-    )
+    mass, inertia = 1.23e6, np.diag(1.23e6 * np.square([3.5, 10.4, 10.4]))
+    launch = scenes.moving(surge=0.3, sway=-0.1, heave=0.2, roll=0.02, pitch=0.01, yaw=0.01)
+    base = replace(base, hydrodynamics=barges(), mass=mass, inertia=inertia, velocity=launch)
+    memory = ConvolutionRadiation(length=30.0)
+    base = replace(base, radiation=memory, wave_forces=hs.WaveForces())
     port, starboard = (
         replace(base, name=name, database_body=k, centre_of_gravity=(0.0, y, 0.0), draught=T)
         for name, k, y, T in (("port", 1, 7.0, 3.0), ("starboard", 2, -7.0, 6.0))

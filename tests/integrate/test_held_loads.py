@@ -201,13 +201,9 @@ def pressed(
 ) -> hs.Scene:
     """A block on rigid friction under a normal force over time, pushed, on a soft mooring."""
     law = hs.Coulomb(0.3, 0.1)
-    elements = {
-        "foot": foot(hs.PrescribedNormal(normal), law),
-        "push": central_force(surge=push),
-        "mooring": hs.LinearMooring(
-            "block", np.diag([1e5, 0, 0, 0, 0, 0]), np.diag([1e5, 0, 0, 0, 0, 0])
-        ),
-    }
+    along = np.diag([1e5, 0, 0, 0, 0, 0])
+    held, pad = hs.LinearMooring("block", along, along), foot(hs.PrescribedNormal(normal), law)
+    elements = {"foot": pad, "push": central_force(surge=push), "mooring": held}
     return scene(block(HEAVY, ["surge"]), elements, duration, output_step, **solver)
 
 

@@ -148,16 +148,10 @@ def stored_names() -> dict[str, str]:
     sizes, parts, roots, decay = (importlib.import_module(f"{NAME}.{name}") for name in names)
     segments, values = np.zeros(2, sizes.SEGMENT).view(np.recarray), np.zeros(2)
     scale = sizes.Scale(1.0, 0.0)
-    calls = {
-        parts.inner.dispatcher: (1.0,),
-        parts.outer.dispatcher: (1.0, scale),
-        parts.odd.dispatcher: (1,),
-        parts.even.dispatcher: (1,),
-        roots.total: (segments, scale),
-        roots.fill: (segments, scale, values),
-        roots.span: (values,),
-        decay.halve: (values,),
-    }
+    calls = {parts.inner: (1.0,), parts.outer: (1.0, scale), parts.odd: (1,), parts.even: (1,)}
+    calls = {kernel.dispatcher: args for kernel, args in calls.items()}
+    calls |= {roots.total: (segments, scale), roots.fill: (segments, scale, values)}
+    calls |= {roots.span: (values,), decay.halve: (values,)}
     return {
         kernel.py_func.__name__: kernel._cache._name(
             tuple(typeof(struct_reference(a)) for a in args), MACHINE

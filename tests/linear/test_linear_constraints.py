@@ -146,23 +146,13 @@ def joined(kinematics: Kinematics = Kinematics.LINEAR) -> tuple[Scene, np.ndarra
     K = [x @ x.T + 5.0 * np.eye(6) for x in random((2, 6, 6))]
     inertias = [2.0 * scenes.INERTIA, 5.0 * scenes.INERTIA]
     bodies = (Body("one", 2.0, inertias[0]), Body("other", 5.0, inertias[1], location=(3.0, 1.0)))
-    forces = {
-        "a": hs.LinearMooring("one", K[0]),
-        "b": hs.LinearMooring("other", K[1]),
-        **{
-            f"grip {k}": replace(
-                gripped(place, normal, "one", "other", 1e-3),
-                plane=hs.Plane(tuple(np.subtract(place, (3.0, 1.0, 0.0))), normal, body="other"),
-            )
-            for k, (place, normal) in enumerate(
-                [
-                    ((1.0, 0.0, 0.5), (1.0, 0.0, 0.0)),
-                    ((1.0, 1.0, 0.0), (0.0, 1.0, 0.0)),
-                    ((2.0, 0.5, 1.0), (0.0, 0.0, 1.0)),
-                ]
-            )
-        },
-    }
+    forces = {"a": hs.LinearMooring("one", K[0]), "b": hs.LinearMooring("other", K[1])}
+    points = ((1.0, 0.0, 0.5), (1.0, 1.0, 0.0), (2.0, 0.5, 1.0))
+    for k, (place, normal) in enumerate(zip(points, np.eye(3).tolist(), strict=True)):
+        there = tuple(np.subtract(place, (3.0, 1.0, 0.0)))
+        normal = tuple(normal)
+        forces[f"grip {k}"] = gripped(place, normal, "one", "other", 1e-3, there)
+
     both = scenes.scene(bodies, forces, 10.0, 0.05, kinematics=kinematics)
     M = linalg.block_diag(2.0 * np.eye(3), inertias[0], 5.0 * np.eye(3), inertias[1])
     return both, linalg.block_diag(*K), M

@@ -275,13 +275,10 @@ def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) ->
     position, velocity = scenes.moving(pitch=0.3, roll=-0.2), scenes.moving(heave=-0.5, yaw=0.2)
     body = scenes.block(1.0, position=position, velocity=velocity)
     arm = [0.05, -0.03, 0.2]
-    forces = {
-        "spring": scenes.mooring(roll=3.0, pitch=3.0, yaw=3.0),
-        "weight": scenes.steady(heave=-G),
-        "fender": scenes.on_floor(
-            200.0, ROUGH, points=[arm], plane=hs.Plane((0, 0, 0.15), (0, 0, 1))
-        ),
-    }
+    plane = hs.Plane((0, 0, 0.15), (0, 0, 1))
+    fender = scenes.on_floor(200.0, ROUGH, points=[arm], plane=plane)
+    spring, weight = scenes.mooring(roll=3.0, pitch=3.0, yaw=3.0), scenes.steady(heave=-G)
+    forces = {"spring": spring, "weight": weight, "fender": fender}
     runs = [hs.simulate(scenes.scene(body, forces, 4.0, 0.1, step=h)) for h in (0.01, 0.005)]
     assert {*np.unique(runs[1].fender_mode.values)} >= {STICK}
     residual = [run.attrs["energy_residual_relative"] for run in runs]

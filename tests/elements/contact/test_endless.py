@@ -222,13 +222,11 @@ def scenes(draw: Any) -> hs.Scene:
     body = block(MASS, dofs, centre_of_gravity=(0.0, 0.0, height), velocity=launch)
     law = law_of(friction, draw(st.integers(0, 3)))
     times = np.linspace(0.0, DURATION, 6)
-    forces = {
-        "push": central_force(**table(times, force)),
-        "mooring": hs.LinearMooring("block", MASS * np.diag([1.0, 1.0, 0.0, 40.0, 40.0, 10.0])),
-        "fender": hs.Fender(
-            "block", points, hs.Plane((0.0, 0.0, 0.0), slope), curve, _shared(law, count)
-        ),
-    }
+    springs = hs.LinearMooring("block", MASS * np.diag([1.0, 1.0, 0.0, 40.0, 40.0, 10.0]))
+    plane = hs.Plane((0.0, 0.0, 0.0), slope)
+    fender = hs.Fender("block", points, plane, curve, _shared(law, count))
+    push = central_force(**table(times, force))
+    forces = {"push": push, "mooring": springs, "fender": fender}
     rate = np.sqrt(4.0 * max(steeper * k, friction.stiffness) / MASS)
     node = friction.stiffness / (friction.damping + friction.slip_damping)
     relaxing = friction.stiffness / friction.damping if friction.damping else 0.0

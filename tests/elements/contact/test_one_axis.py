@@ -62,15 +62,12 @@ PULSES = Harmonic(3e6, 4.7, mean=1e6, phase=0.4)
 TABLED = Table(TIME[::8], 1e6 + 3e6 * np.sin(TIME[::8]))
 RECORDED = Recorded(TIME, 1e6 + 3e6 * np.sin(2 * np.pi * TIME / 4.7 + 0.4))
 PRESCRIBED = replace(STEADY, press=0 * TIME, spring=(2e5, 1e8), start=(0, 0, 0.5, 0))
-BLOCKS |= {
-    f"prescribed, {name}": replace(PRESCRIBED, curve=hs.PrescribedNormal(force), friction=law)
-    for name, force, law in (
-        ("a sine", PULSES, STEEL),
-        ("a sine, friction slope", PULSES, hs.FrictionSlope(0.15, 2e6)),
-        ("a table", TABLED, STEEL),
-        ("a record", RECORDED, STEEL),
-    )
-}
+for name, force, law in (
+    *(("a sine", PULSES, STEEL), ("a sine, friction slope", PULSES, hs.FrictionSlope(0.15, 2e6))),
+    *(("a table", TABLED, STEEL), ("a record", RECORDED, STEEL)),
+):
+    curve = hs.PrescribedNormal(force)
+    BLOCKS[f"prescribed, {name}"] = replace(PRESCRIBED, curve=curve, friction=law)
 KNEES = hs.NormalCurve(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1e5, 4e5, 2e6]))
 LOADS = (TIME, 0 * TIME, np.full(TIME.size, -9.81e4))
 FALLING = Block(1e4, KNEES, hs.Frictionless(), *LOADS, start=(0, 0, 0.6, 0), duration=4.0)

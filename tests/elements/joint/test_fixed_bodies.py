@@ -85,21 +85,10 @@ WELDS = {"lower": LOWER, "upper": hs.Joint(JointType.FIXED, "load", "barge")}
 
 def lines() -> Mapping[str, hs.Spring]:
     """Two lines that hold the hull."""
-    return {
-        name: hs.Spring(
-            "barge",
-            point=place,
-            anchor=anchor,
-            length=60.0,
-            extension=np.array([0.0, 1.0]),
-            tension=np.array([0.0, 2e5]),
-            damping=5e4,
-        )
-        for name, place, anchor in (
-            ("bow", (30.0, 0.0, 0.0), (92.0, 30.0, 1.0)),
-            ("stern", (-30.0, 0.0, 0.0), (-91.0, -30.0, 2.0)),
-        )
-    }
+    curve = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 2e5]), "damping": 5e4}
+    bow = hs.Spring("barge", (30.0, 0.0, 0.0), (92.0, 30.0, 1.0), 60.0, **curve)
+    stern = replace(bow, point=(-30.0, 0.0, 0.0), anchor=(-91.0, -30.0, 2.0))
+    return {"bow": bow, "stern": stern}
 
 
 def apart(

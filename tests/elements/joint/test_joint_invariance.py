@@ -74,13 +74,13 @@ def tree() -> Scene:
     for k, (x, y) in sides:
         ends = (2.0 * x, 1.5 * y, 0.5), (2.5 * x, 2.0 * y, 8.0)
         forces[f"sling {k}"] = Spring("hull", *ends, 7.0, **rope)
+    thrust = {"surge": Harmonic(6.0, 3.0)}
+    tied = {"anchor_body": "foot", **line}
     forces |= {
         "mooring": LinearMooring("hull", stiffness, 0.05 * stiffness),
-        "tie": Spring("hand", (0.2, 0.0, 0.1), (0.0, 0.3, 0.0), 9.0, anchor_body="foot", **line),
+        "tie": Spring("hand", (0.2, 0.0, 0.1), (0.0, 0.3, 0.0), 9.0, **tied),
         "anchor": Spring("foot", (0.0, 0.1, -0.5), (-6.0, 2.0, -8.0), 6.0, **line),
-        "thrust": AppliedForce(
-            "drum", (0.1, 0.0, 0.0), {"surge": Harmonic(6.0, 3.0)}, frame="body"
-        ),
+        "thrust": AppliedForce("drum", (0.1, 0.0, 0.0), thrust, frame="body"),
     }
     return scene(bodies, joints, 2.0, forces, output_step=0.1, tolerance=TOLERANCE)
 

@@ -117,15 +117,12 @@ CURRENT = hs.Stream(0.8, 1.1)
 
 
 PIN = (APART / 2, 0.0, 0.0)
+ENDS = ("aft", "fore")
+AXES = {"axis": (0, 0, 1), "second": (0, 1, 0)}
 JOINTS = {
-    "hinge": joint("hinge", "aft", "fore", moved(0.2, -0.09), point=PIN, axis=(0, 0, 1)),
-    "ball": joint("ball", "aft", "fore", moved(), moved(), moved(0.2, -0.09), point=PIN),
-    "universal": joint(
-        *("universal", "aft", "fore", moved(0.2, -0.09), moved()),
-        point=PIN,
-        axis=(0, 0, 1),
-        second=(0, 1, 0),
-    ),
+    "hinge": joint("hinge", *ENDS, moved(0.2, -0.09), point=PIN, axis=(0, 0, 1)),
+    "ball": joint("ball", *ENDS, moved(), moved(), moved(0.2, -0.09), point=PIN),
+    "universal": joint("universal", *ENDS, moved(0.2, -0.09), moved(), point=PIN, **AXES),
 }
 
 

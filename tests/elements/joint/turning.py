@@ -20,14 +20,11 @@ def turned(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scen
     """The scene turned about the vertical through the origin, then shifted; joints stay."""
     R = about_z(by)
     water = scene.environment
-    return replace(
-        scene,
-        bodies=tuple(_turned_body(body, R, by, shift) for body in scene.bodies),
-        forces={name: _turned_force(e, R, shift) for name, e in scene.forces.items()},
-        environment=replace(
-            water, current=_turned_stream(water.current, by), wind=_turned_stream(water.wind, by)
-        ),
-    )
+    bodies = tuple(_turned_body(body, R, by, shift) for body in scene.bodies)
+    forces = {name: _turned_force(e, R, shift) for name, e in scene.forces.items()}
+    current, wind = (_turned_stream(stream, by) for stream in (water.current, water.wind))
+    water = replace(water, current=current, wind=wind)
+    return replace(scene, bodies=bodies, forces=forces, environment=water)
 
 
 def _turned_body(body: Body, R: np.ndarray, by: float, shift: Sequence[float]) -> Body:
