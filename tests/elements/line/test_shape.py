@@ -10,20 +10,10 @@ import numpy as np
 import pytest
 from validation_data import unpacked
 
+from hydrosim.elements.line import shape
 from hydrosim.elements.line.hang import SuspendedLine
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.search import length_rates, stiffness, stored_energy
-from hydrosim.elements.line.shape import (
-    BELOW,
-    BURIED,
-    FLOATS,
-    SOLVED,
-    TWICE,
-    LinePull,
-    find_profile,
-    kink_room,
-    solve,
-)
 from hydrosim.multibody.kinematics import LINE_PIECE
 from hydrosim.report.evidence import Feature, Kind
 
@@ -42,9 +32,9 @@ def suspended(case: Line) -> SuspendedLine:
     return SuspendedLine(case[0], 0, case[0].size, *case[1:])
 
 
-def pull(case: Line, H: float = nan, V: float = nan) -> LinePull:
+def pull(case: Line, H: float = nan, V: float = nan) -> shape.LinePull:
     """Its solution from a guess."""
-    return LinePull(*solve(suspended(case), H, V))
+    return shape.LinePull(*shape.solve(suspended(case), H, V))
 
 
 def of(function: Any, case: Line, *more: object) -> Any:
@@ -84,7 +74,7 @@ def exact_lines() -> Iterator[tuple[Line, dict[str, float]]]:
         yield line(*rows, x=row["x"], z=row["z"], bed=row["bed"], CB=row["friction"]), row
 
 
-def error_of(p: LinePull, row: dict[str, float]) -> float:
+def error_of(p: shape.LinePull, row: dict[str, float]) -> float:
     """Error of both forces in parts of the tension."""
     tension = np.hypot(row["H"], row["V"])
     error = max(abs(p.H - row["H"]), abs(p.V - row["V"]))
@@ -226,7 +216,7 @@ def test_energy_is_work(name: str) -> None:
     work = 0.0
     for s, c in zip(nodes, weights, strict=True):
         case = (pieces, x + dx * s, z + dz * s, bed, 0.0)
-        assert of(find_profile, case) == of(find_profile, KINDS[name])
+        assert of(shape.find_profile, case) == of(shape.find_profile, KINDS[name])
         p = pull(case)
         work += c * (p.H * dx + p.V * dz)
     ends = [of(stored_energy, (pieces, x + s * dx, z + s * dz, bed, 0.0)) for s in (-1, 1)]
@@ -276,10 +266,10 @@ def test_kinks(name: str, start: float, end: float, profiles: int) -> None:
         return pieces, x, z, bed, CB
 
     def roomy(x: float, profile: int) -> float:
-        return of(kink_room, at(x), profile)
+        return of(shape.kink_room, at(x), profile)
 
     xs = np.linspace(start, end, 120)
-    seen = [of(find_profile, at(x)) for x in xs]
+    seen = [of(shape.find_profile, at(x)) for x in xs]
     assert len(dict.fromkeys(seen)) >= profiles
     for x, profile in zip(xs, seen, strict=True):
         assert roomy(x, profile) >= 0.0
@@ -287,9 +277,9 @@ def test_kinks(name: str, start: float, end: float, profiles: int) -> None:
         low, high = xs[i], xs[i + 1]
         while high - low > 1e-11 * end:
             middle = 0.5 * (low + high)
-            inside = of(find_profile, at(middle)) == seen[i]
+            inside = of(shape.find_profile, at(middle)) == seen[i]
             low, high = (middle, high) if inside else (low, middle)
-        before, after = of(find_profile, at(low)), of(find_profile, at(high))
+        before, after = of(shape.find_profile, at(low)), of(shape.find_profile, at(high))
         for profile, inner, outer in ((before, low, high), (after, high, low)):
             assert 0.0 <= roomy(inner, profile) < 1e-6
             assert -1e-6 < roomy(outer, profile) <= 0.0
@@ -313,7 +303,7 @@ def test_floating_pieces() -> None:
         angle = rng.uniform(0, pi / 2)
         case = (pieces, chord * np.cos(angle), chord * np.sin(angle), 0.0, 0.0)
         p = pull(case)
-        assert p.reason in (SOLVED, FLOATS, TWICE)
+        assert p.reason in (shape.SOLVED, shape.FLOATS, shape.TWICE)
         if not p.converged:
             continue
         solved += 1
@@ -338,10 +328,13 @@ def test_mirror() -> None:
 @pytest.mark.parametrize(
     ("case", "reason"),
     [
-        (line(CHAIN, x=900.0, z=-1.0), BELOW),
-        (line(CHAIN, x=900.0, z=200.0, bed=1.0), BURIED),
-        (line((400.0, 800.0, 7e8, 0), (400.0, 800.0, 7e8, -5e4), CHAIN, x=1500.0, z=150.0), FLOATS),
-        (line((300.0, 800.0, 7e8, 0), (10.0, -3e4, 7e8, 0), CHAIN, x=1100.0, z=60.0), TWICE),
+        (line(CHAIN, x=900.0, z=-1.0), shape.BELOW),
+        (line(CHAIN, x=900.0, z=200.0, bed=1.0), shape.BURIED),
+        (
+            line((400.0, 800.0, 7e8, 0), (400.0, 800.0, 7e8, -5e4), CHAIN, x=1500.0, z=150.0),
+            shape.FLOATS,
+        ),
+        (line((300.0, 800.0, 7e8, 0), (10.0, -3e4, 7e8, 0), CHAIN, x=1100.0, z=60.0), shape.TWICE),
     ],
 )
 def test_refused(case: Line, reason: int) -> None:
