@@ -11,6 +11,7 @@ from scenes import block, scene
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
+from hydrosim.multibody import kinematics
 from hydrosim.multibody.constraints import (
     eliminate,
     find_forces,
@@ -18,23 +19,12 @@ from hydrosim.multibody.constraints import (
     restore_pivots,
     solve_for_pivots,
 )
-from hydrosim.multibody.kinematics import (
-    Bodies,
-    Motion,
-    acceleration_map,
-    attachment,
-    generalised_force,
-    new_motion,
-    place_bodies,
-    point_velocity,
-    wrench_of_coordinates,
-)
 from hydrosim.multibody.mass import cholesky, cholesky_solve
 from hydrosim.scene import Kinematics
 
-BODIES: Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5)).model.bodies
+BODIES: kinematics.Bodies = hs.compile_scene(scene(block(2.0), {}, 1.0, 0.5)).model.bodies
 LINEAR = scene(block(2.0), {}, 1.0, 0.5, kinematics=Kinematics.LINEAR)
-SMALL: Bodies = hs.compile_scene(LINEAR).model.bodies
+SMALL: kinematics.Bodies = hs.compile_scene(LINEAR).model.bodies
 EPS = 1e-5  # of central differences: their error is about EPS^2 here
 TOLERANCE = 1e-8
 
@@ -49,9 +39,11 @@ RATES, VECTOR = numbers(6, 2.0), numbers(3, 5.0)
 examples = settings(max_examples=60, deadline=None, derandomize=True)
 
 
-def placed(q: np.ndarray, u: np.ndarray | None = None, bodies: Bodies = BODIES) -> Motion:
-    motion = new_motion(bodies)
-    place_bodies(q, np.zeros(6) if u is None else u, bodies, motion)
+def placed(
+    q: np.ndarray, u: np.ndarray | None = None, bodies: kinematics.Bodies = BODIES
+) -> kinematics.Motion:
+    motion = kinematics.new_motion(bodies)
+    kinematics.place_bodies(q, np.zeros(6) if u is None else u, bodies, motion)
     return motion
 
 
@@ -90,20 +82,20 @@ def test_bias_is_the_angular_acceleration_at_constant_rates(q, u):
 @given(COORDINATES, RATES, VECTOR)
 def test_points_move_with_the_velocity_that_is_said(q, u, r):
     def place(q):
-        return np.array(attachment(0, tuple(r), BODIES, placed(q))[0])
+        return np.array(kinematics.attachment(0, tuple(r), BODIES, placed(q))[0])
 
     motion = placed(q, u)
-    _, arm = attachment(0, tuple(r), BODIES, motion)
+    _, arm = kinematics.attachment(0, tuple(r), BODIES, motion)
     velocity = (place(q + EPS * u) - place(q - EPS * u)) / (2 * EPS)
     assert arm == pytest.approx(rotation(q) @ r, abs=1e-13)
-    assert point_velocity(0, arm, motion) == pytest.approx(velocity, abs=1e-7)
+    assert kinematics.point_velocity(0, arm, motion) == pytest.approx(velocity, abs=1e-7)
 
 
 @examples
 @given(COORDINATES, RATES, RATES)
 def test_wrench_of_coordinates_has_their_power(q, u, Q):
     motion, wrench = placed(q, u), np.zeros(6)
-    wrench_of_coordinates(0, tuple(Q), BODIES, motion, wrench)
+    kinematics.wrench_of_coordinates(0, tuple(Q), BODIES, motion, wrench)
     assert wrench[3:] == pytest.approx(np.linalg.solve(motion.rate_map[0].T, Q[3:]), abs=1e-12)
     assert wrench @ motion.velocity == pytest.approx(Q @ u, abs=1e-12)
 
@@ -112,8 +104,8 @@ def test_wrench_of_coordinates_has_their_power(q, u, Q):
 @given(COORDINATES, RATES, RATES)
 def test_generalised_force_is_the_inverse(q, u, Q):
     motion, wrench, back = placed(q, u), np.zeros(6), np.zeros(6)
-    wrench_of_coordinates(0, tuple(Q), BODIES, motion, wrench)
-    generalised_force(BODIES, motion, wrench, back)
+    kinematics.wrench_of_coordinates(0, tuple(Q), BODIES, motion, wrench)
+    kinematics.generalised_force(BODIES, motion, wrench, back)
     assert back == pytest.approx(Q, abs=1e-12)
 
 
@@ -123,7 +115,7 @@ def test_acceleration_map_keeps_the_kinetic_energy(q):
     rng = np.random.default_rng(1)
     root, u = rng.normal(size=(6, 6)), rng.normal(size=6)
     M, H, motion = root @ root.T, np.zeros((6, 6)), placed(q, u)
-    acceleration_map(BODIES, motion, M.copy(), H)
+    kinematics.acceleration_map(BODIES, motion, M.copy(), H)
     assert H == pytest.approx(H.T, abs=1e-13)
     assert u @ H @ u == pytest.approx(motion.velocity @ M @ motion.velocity, rel=1e-12)
 
@@ -137,9 +129,9 @@ def test_small_angles_are_the_first_order_of_the_exact_kinematics(q, u, r):
         places, speeds = [], []
         for bodies in (BODIES, SMALL):
             motion = placed(scale * q, scale * u, bodies)
-            place, arm = attachment(0, tuple(r), bodies, motion)
+            place, arm = kinematics.attachment(0, tuple(r), bodies, motion)
             places.append(np.array(place))
-            speeds.append(np.array(point_velocity(0, arm, motion)))
+            speeds.append(np.array(kinematics.point_velocity(0, arm, motion)))
         return np.concatenate([places[0] - places[1], speeds[0] - speeds[1]]) / scale**2
 
     # what is left after a division by scale^2 is of order scale: the third order of sin and cos
