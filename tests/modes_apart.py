@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-Event = tuple[Callable[..., float], Callable[[float, np.ndarray], Any]]
-"""A function (t, y, mode) that falls to zero where a mode ends, and the mode that follows, from
-(t, y), which it may change."""
+Event = tuple[Callable[..., float], Any]
+"""A function (t, y, mode) that falls to zero where a mode ends, and the mode that follows: itself,
+or a function of (t, y), which may change y."""
 
 
 class ModalMotion(NamedTuple):
@@ -59,7 +59,8 @@ def integrate(
         if piece.status != 1:
             break
         which = next(k for k, at in enumerate(piece.t_events) if at.size)
-        mode = watched[which][1](t, state)
+        follows = watched[which][1]
+        mode = follows(t, state) if callable(follows) else follows
         modes.append(mode)
         events.append(t)
     return ModalMotion(found, modes, events)

@@ -1,6 +1,5 @@
 """`solver: {method: automatic, tolerance: E}`: what is chosen, kept, and how exact it is."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from hydrosim.errors import InputError
 from hydrosim.scene import Kinematics, LinearScenes, Method
 
 CASES = Path(hs.__file__).parents[1] / "cases"
-Figure = Callable[[str, float], None]
 SPECTRUM = hs.Jonswap(significant_height=1.5, peak_period=8.0, peak_enhancement=3.3)
 SEA = hs.WaveTrain(SPECTRUM, heading=0.6)
 
@@ -61,7 +59,7 @@ def apart(run: xr.Dataset, other: xr.Dataset) -> float:
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
-def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None:
+def test_errors_are_within_the_accuracy(accuracy: float, figure) -> None:
     """The moored barge in an oblique sea, against exact propagation, which takes no steps."""
     free = scene_of("base")
     forces = {"mooring": free.forces["mooring"]}
@@ -77,7 +75,7 @@ def test_errors_are_within_the_accuracy(accuracy: float, figure: Figure) -> None
     assert error < accuracy
 
 
-def test_contacts_within_the_accuracy(figure: Figure) -> None:
+def test_contacts_within_the_accuracy(figure) -> None:
     """The barge that knocks and sticks, against rk4 at a hundredth of its step."""
     scene = in_contact(30.0)
     fine = hs.simulate(replace(scene, solver=hs.Solver(step=1e-3)))

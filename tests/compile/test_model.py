@@ -1,6 +1,5 @@
 """Scenes in general: any number of bodies and fenders, dry bodies, locked degrees of freedom."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from math import pi
@@ -20,7 +19,6 @@ from hydrosim.errors import InputError
 from hydrosim.scene import ConvolutionRadiation, Kinematics
 from hydrosim.water.radiation import Retardation, StateSpace, fits, kept
 
-Figure = Callable[[str, float], None]
 FAR = (300.0, 120.0)  # m
 
 
@@ -55,7 +53,7 @@ def test_two_barges_move_as_each_alone() -> None:
 
 
 @pytest.mark.slow
-def test_two_barges_in_contact_move_as_each_alone(figure: Figure) -> None:
+def test_two_barges_in_contact_move_as_each_alone(figure) -> None:
     """The step is cut at the events of both, so that they differ from one alone by the error of the
     integration, which halving the step measures; at one place they are the same to the last bit."""
     scene = in_contact(duration=60.0)
@@ -113,7 +111,7 @@ def on_springs(dofs: tuple[str, ...], kinematics: Kinematics) -> xr.Dataset:
 RK4_ERROR = 2e-6
 
 
-def test_a_dry_body_on_springs_swings_as_its_closed_form(figure: Figure) -> None:
+def test_a_dry_body_on_springs_swings_as_its_closed_form(figure) -> None:
     """Small angles, all six at once."""
     run = on_springs(DOFS, Kinematics.LINEAR)
     error = np.abs(motion(run) - oscillation(run.time.values)).max()
@@ -138,7 +136,7 @@ SEVEN = np.column_stack([20 * np.cos(AROUND), 20 * np.sin(AROUND), np.full(7, 7.
 
 
 @pytest.mark.parametrize("points", [CENTRE, FOUR, SEVEN], ids=["one", "four", "seven"])
-def test_any_number_of_fenders(points: np.ndarray, figure: Figure) -> None:
+def test_any_number_of_fenders(points: np.ndarray, figure) -> None:
     """They stick and slip, the ledger closes, the normal forces add up to what the barge feels."""
     run = hs.simulate(in_contact(duration=200.0, points=points))
     figure(f"energy residual with {len(points)} fenders", run.attrs["energy_residual_relative"])

@@ -1,6 +1,5 @@
 """Runs that start from the state of another: they go on as if it had not stopped."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from hydrosim.results.dataset import write_run
 from hydrosim.results.ledger import worst_energy_gap
 from hydrosim.scene import ConvolutionRadiation, Method, RadiationModel
 
-Figure = Callable[[str, float], None]
 BREAK, END = 60.0, 100.0  # s
 HULL = "barge"
 
@@ -50,7 +48,7 @@ def whole() -> xr.Dataset:
 
 
 @pytest.mark.parametrize("method", [Method.RK2, Method.HEUN, Method.RK4])
-def test_a_restart_goes_on_to_the_bit(method: Method, validated: Callable[..., None]) -> None:
+def test_a_restart_goes_on_to_the_bit(method: Method, validated) -> None:
     """Steps, stages, waves and events are the same ones; energies and slip distances go on."""
     scene = replace(scenes.in_contact(END), solver=hs.Solver(method=method, step=0.1))
     whole, after = hs.simulate(scene), continued(scene)
@@ -122,7 +120,7 @@ def test_a_convolution_remembers_to_the_bit(method: Method) -> None:
     assert np.abs(hs.simulate(start).position - rest_of(whole).position).max() > 1e-4
 
 
-def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
+def test_a_convolution_goes_on_from_within_a_run(figure) -> None:
     """Its past is made anew from the run's grid of polynomials: 2e-10 m of 0.1 m were seen."""
     scene = scenes.with_body(scenes.in_contact(30.0), radiation=ConvolutionRadiation(length=40.0))
     whole = hs.simulate(replace(scene, output_states=True))
@@ -132,7 +130,7 @@ def test_a_convolution_goes_on_from_within_a_run(figure: Figure) -> None:
     assert difference.max() < 1e-8
 
 
-def test_an_adaptive_method_goes_on_within_its_tolerance(figure: Figure) -> None:
+def test_an_adaptive_method_goes_on_within_its_tolerance(figure) -> None:
     """The controller forgets its pace: other steps, each with an error of 1e-6 at most."""
     scene = replace(scenes.in_contact(END), solver=hs.Solver(method=Method.DOPRI5, step=0.1))
     difference = np.abs(continued(scene).position - rest_of(hs.simulate(scene)).position)

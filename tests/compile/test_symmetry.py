@@ -57,7 +57,6 @@ from hydrosim.scene import (
     Symmetry,
 )
 
-Figure = Callable[[str, float], None]
 ROUNDING = 1e-10
 IN_PLANE = [dof for dof in DOFS if dof not in LATERAL]
 ALONG = np.radians([0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0])
@@ -101,9 +100,7 @@ def difference(found: xr.Dataset, expected: xr.Dataset) -> float:
     return float((np.abs(here - there).max("time") / span).max())
 
 
-def agrees(
-    scene: hs.Scene, figure: Figure, bound: float = ROUNDING
-) -> tuple[xr.Dataset, xr.Dataset]:
+def agrees(scene: hs.Scene, figure, bound: float = ROUNDING) -> tuple[xr.Dataset, xr.Dataset]:
     """The runs of a scene, reduced and in full."""
     found, expected = hs.simulate(scene), hs.simulate(full(scene))
     assert found.attrs["solver_symmetry"].startswith("in the plane y = ")
@@ -129,7 +126,7 @@ def moored(**changes: Any) -> hs.Scene:
 
 
 class TestAgreement:
-    def test_the_base_case(self, base_run: xr.Dataset, validated: Callable[..., None]) -> None:
+    def test_the_base_case(self, base_run: xr.Dataset, validated) -> None:
         """Through contact, stick and slip; without the states of sway, roll and yaw."""
         expected = hs.simulate(full(scene_of("base")))
         error = difference(base_run, expected)
@@ -146,14 +143,14 @@ class TestAgreement:
     def test_waves_from_ahead_with_loads_of_second_order(self, second, figure):
         agrees(moored(wave_forces=hs.WaveForces(second_order=second)), figure)
 
-    def test_waves_that_follow_the_body(self, figure: Figure) -> None:
+    def test_waves_that_follow_the_body(self, figure) -> None:
         parts = np.array([[0.5, 0.7, 0.9], [0.5, 0.7, 0.3], [0.0, 1.0, 2.0], [0.0, np.pi, 0.0]])
         lines = GivenComponents(*parts)
         wanted = hs.WaveForces(position=Place.INSTANTANEOUS, headings=Place.INSTANTANEOUS)
         agrees(in_waves(moored(wave_forces=wanted), hs.WaveTrain(lines, ramp=20.0)), figure)
 
     @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5])
-    def test_convolution_through_contact(self, method: Method, figure: Figure) -> None:
+    def test_convolution_through_contact(self, method: Method, figure) -> None:
         """Lateral functions are not summed. Zeros have no error: adaptive steps are the same."""
         memory = ConvolutionRadiation(length=40.0)
         scene = with_solver(with_body(in_contact(40.0), radiation=memory), method=method)
@@ -161,10 +158,10 @@ class TestAgreement:
         assert set(found.memory_dof.values) == {f"{dof} of barge" for dof in IN_PLANE}
         assert found.attrs["solver_events"] == expected.attrs["solver_events"] > 10
 
-    def test_constant_radiation(self, figure: Figure) -> None:
+    def test_constant_radiation(self, figure) -> None:
         agrees(moored(radiation=ConstantRadiation(8.0)), figure)
 
-    def test_lines_and_fenders_in_pairs_off_the_earths_origin(self, figure: Figure) -> None:
+    def test_lines_and_fenders_in_pairs_off_the_earths_origin(self, figure) -> None:
         """Mirror images are so to rounding there; fenders are two elements on oblique walls."""
         y = 37.3
         scene = moored(location=(0.0, y))
@@ -184,7 +181,7 @@ class TestAgreement:
         assert float(found.spring_tension.max()) > 0.0
         assert float(np.abs(found.fender_friction.sel(axis="y")).max()) > 0.0
 
-    def test_streams_and_drag_along_the_plane(self, figure: Figure) -> None:
+    def test_streams_and_drag_along_the_plane(self, figure) -> None:
         """Coefficients of a hull that is symmetric, two loads beside the plane, all dampings."""
         surge, sway, yaw = 2e4 * np.cos(ALONG), 1e5 * np.sin(ALONG), 1e6 * np.sin(2 * ALONG)
         coefficients = (ALONG, surge, sway, yaw)
@@ -203,14 +200,14 @@ class TestAgreement:
         agrees(replace(scene, environment=environment, forces={**scene.forces, **water}), figure)
 
     @pytest.mark.slow
-    def test_two_bodies_in_line(self, figure: Figure) -> None:
+    def test_two_bodies_in_line(self, figure) -> None:
         """One database with all couplings, a hawser, and a fender between them."""
         found, _ = agrees(in_line(), figure)
         assert found.sizes["body"] == 2
         assert {0, 1, 2} == set(np.unique(found.fender_mode))
         assert float(found.spring_tension.max()) > 0.0
 
-    def test_a_scene_that_is_linear_in_its_plane_is_not_stepped(self, figure: Figure) -> None:
+    def test_a_scene_that_is_linear_in_its_plane_is_not_stepped(self, figure) -> None:
         """With one rotation left, exact kinematics are linear; the full scene is stepped, with an
         error that falls with the fourth power of the step: the reduced one is its limit."""
         scene = with_solver(moored(), linear=hs.scene.LinearScenes.EXACT)
@@ -224,7 +221,7 @@ class TestAgreement:
         assert fine < 1e-5
         assert coarse / fine == pytest.approx(16.0, rel=0.3)
 
-    def test_dry_bodies(self, figure: Figure) -> None:
+    def test_dry_bodies(self, figure) -> None:
         """A block that falls on its corners and is pushed, by forces in mirrored pairs. Each knock
         enlarges roundings; the bound is what they make of a start from the next numbers."""
         inertia = np.array([[3.0, 0.0, 0.2], [0.0, 4.0, 0.0], [0.2, 0.0, 6.0]])
@@ -464,7 +461,7 @@ def test_the_last_digits_of_a_table_are_no_asymmetry(name: str, index: tuple[int
 
 
 @pytest.mark.slow
-def test_a_small_asymmetry_moves_the_full_scene_by_as_much(figure: Figure) -> None:
+def test_a_small_asymmetry_moves_the_full_scene_by_as_much(figure) -> None:
     """In the plane nothing is seen (the square of it), aside motions of about its size."""
     loads = shifted("excitation", (1,), 0.9 * SYMMETRY_RTOL)
     scene = moored(hydrodynamics=loads)
@@ -486,7 +483,7 @@ def test_what_has_no_motions_aside_is_left_alone() -> None:
         assert reasons(barge(dofs=dofs)) == ""
 
 
-def test_a_point_of_rigid_friction_in_the_plane(figure: Figure) -> None:
+def test_a_point_of_rigid_friction_in_the_plane(figure) -> None:
     law = hs.Coulomb(0.3, 0.2)
     inertia = np.diag([3.0, 6.0, 4.0])
     elements = {
@@ -515,7 +512,7 @@ def whole() -> xr.Dataset:
     ],
 )
 def test_a_restart_reduced_or_in_full_goes_on_as_one_in_full_from_0(
-    whole: xr.Dataset, first: bool, second: bool, memory: float | None, figure: Figure, tmp_path
+    whole: xr.Dataset, first: bool, second: bool, memory: float | None, figure, tmp_path
 ) -> None:
     """With radiation by states, and by a convolution of that ``memory`` [s]."""
     scene, path = in_contact(END), tmp_path / "before.nc"

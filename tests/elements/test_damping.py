@@ -1,6 +1,5 @@
 """Damping and loads of streams: decays, terminal velocities and static loads in closed form."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -14,7 +13,6 @@ import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.report.evidence import Feature, Kind
 
-Figure = Callable[[str, float], None]
 MASS = 2e3
 
 
@@ -61,7 +59,7 @@ def test_quadratic_damping_decays_as_its_first_integral(dof, start, drag, valida
     assert float(run.attrs["energy_residual_relative"]) < 1e-6
 
 
-def test_a_body_adrift_takes_up_the_current(validated: Callable[..., None]) -> None:
+def test_a_body_adrift_takes_up_the_current(validated) -> None:
     """m v' = D (U - v)^2: U - v = U / (1 + D U t / m), along an axis of a body that is turned."""
     U, drag, angle = 1.2, 300.0, 0.5
     body = block(MASS, dofs=["surge", "sway"], position=moving(yaw=angle))
@@ -107,7 +105,7 @@ RATIO = np.array([0.1, 0.0, 0.02, 0.05, 0.0, 0.3])
 STIFFNESS = np.array([9e3, 4e3, 16e3, 5e3, 8e3, 3e3])
 
 
-def test_ratio_of_critical_on_the_moorings_of_a_dry_body(validated: Callable[..., None]) -> None:
+def test_ratio_of_critical_on_the_moorings_of_a_dry_body(validated) -> None:
     """Two moorings count together; the damping ratios of the modes are those asked for."""
     body = block(MASS, inertia=MASS * np.diag([3.0, 4.0, 6.0]))
     forces = {
@@ -132,7 +130,7 @@ def test_ratio_of_critical_is_along_the_axes_of_a_body_that_has_turned() -> None
     assert damping[0, 0] == pytest.approx(0.2 * np.sqrt(STIFFNESS[1] * MASS))
 
 
-def test_ratio_of_critical_on_a_mooring_of_a_natural_period(validated: Callable[..., None]) -> None:
+def test_ratio_of_critical_on_a_mooring_of_a_natural_period(validated) -> None:
     body = block(MASS, dofs=["surge"])
     period = 20.0 * (np.arange(6) == 0)
     forces = {
@@ -146,7 +144,7 @@ def test_ratio_of_critical_on_a_mooring_of_a_natural_period(validated: Callable[
     assert mode.damping_ratio == pytest.approx(0.2, abs=1e-6)
 
 
-def test_ratio_of_critical_of_a_floating_barge(figure: Figure) -> None:
+def test_ratio_of_critical_of_a_floating_barge(figure) -> None:
     """C = 2 r sqrt(k (I + a(w))) at w^2 = k / (I + a(w)); roll, coupled to sway, about as much."""
     calm = in_waves(scene_of("free_floating"))
     ratio = hs.LinearDamping("barge", damping_ratio=RATIO * (np.arange(6) == 3))
@@ -213,7 +211,7 @@ SPLINE = np.radians(10.0) ** 4 / 384
 
 @pytest.mark.parametrize("kind", [hs.CurrentLoad, hs.WindLoad])
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -3.0])
-def test_static_load_at_a_point(kind, yaw, validated: Callable[..., None]) -> None:
+def test_static_load_at_a_point(kind, yaw, validated) -> None:
     """Along the stream, and its moment; the point turns with the body."""
     point, speed, heading = np.array([3.0, -1.0, 8.0]), 14.0, 2.2
     run = in_stream(round_drag(kind, tuple(point)), speed, heading, position=moving(yaw=yaw))

@@ -1,7 +1,6 @@
 """Buoyancy of closed hulls: closed forms of a box, sections of H-851, the potential's gradient, and
 runs of bodies that nothing but their hull carries."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -121,7 +120,7 @@ def rotation(angles: np.ndarray) -> np.ndarray:
     return Rotation.from_euler("ZYX", angles[::-1]).as_matrix()
 
 
-def test_a_box_has_the_sections_of_its_polygon_beyond(validated: Callable[..., None]) -> None:
+def test_a_box_has_the_sections_of_its_polygon_beyond(validated) -> None:
     model, V_0, worst = model_of(afloat(BOX)), LENGTH * BEAM * DRAUGHT, 0.0
     for q in attitudes(2, 200):
         wrench, _, _ = buoyancy(model, q)
@@ -202,7 +201,7 @@ def swinging(hull: Hull) -> Scene:
     return scene(afloat(hull, position=start), {}, 30.0, 0.5)
 
 
-def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, float], None]) -> None:
+def test_the_ledger_closes_at_the_order_of_the_method(figure) -> None:
     left = []
     for step in (0.25, 0.125, 0.0625):
         run = hs.simulate(with_step(swinging(H851), step))

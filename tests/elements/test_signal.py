@@ -1,6 +1,5 @@
 """Signals: values and rates against numpy and scipy, motions under them against closed forms."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -15,7 +14,6 @@ from hydrosim.elements import Harmonic, Recorded, Signal, Table, constant
 from hydrosim.elements.signal import compile_signals, corners, rate, time_of_largest, value
 from hydrosim.report.evidence import Feature, Kind
 
-Figure = Callable[[str, float], None]
 RNG = np.random.default_rng(3)
 EVEN = np.linspace(2.0, 12.0, 41)
 UNEVEN = np.sort(RNG.uniform(2.0, 12.0, 41))
@@ -99,7 +97,7 @@ def pushed(signal: Signal, step: float = 0.02, **solver: object) -> hs.Scene:
     return scene(body, {"push": push}, 20.0, 0.5, step=step, **solver)
 
 
-def test_motion_under_a_sine(validated: Callable[..., None]) -> None:
+def test_motion_under_a_sine(validated) -> None:
     """The double integral of (mean + A sin(w t + phase)) / m; rk4 is Simpson's rule for it, off
     by no more than T A w^4 h^4 / 2880 w / m."""
     force, w = Harmonic(3.0, 8.0, mean=0.5, phase=0.7), 2 * pi / 8.0
@@ -133,7 +131,7 @@ def test_motion_under_a_table_is_exact(time: np.ndarray) -> None:
     assert surge(run)[-1] == pytest.approx(place, abs=1e-11)
 
 
-def test_a_record_keeps_the_order_of_rk4(figure: Figure) -> None:
+def test_a_record_keeps_the_order_of_rk4(figure) -> None:
     """Against the antiderivatives of scipy's spline; steps miss the record's values."""
     time = np.linspace(0.0, 20.0, 53)
     record = Recorded(time, np.sin(time) + 0.3 * np.sin(2.3 * time))

@@ -22,14 +22,7 @@ import yaml
 
 from hydrosim.__main__ import app
 from hydrosim.analysis.line import lines_of_system, offsets_to, response
-from hydrosim.case.lines.chains import (
-    DEFAULT_WATER,
-    case_keys,
-    is_mooring_file,
-    mooring_lines,
-    read_mooring_system,
-    water_of_system,
-)
+from hydrosim.case.lines import chains
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
 from hydrosim.elements.roll_decay import fit_files
@@ -64,16 +57,18 @@ class Reading(NamedTuple):
 
 def read_mooring(path: Path) -> Reading:
     """Lines as `hydrosim line` shows them, and as keys of a case."""
-    assert is_mooring_file(path) or path.suffix != ".txt"
+    assert chains.is_mooring_file(path) or path.suffix != ".txt"
     source = Source(path)
-    system = read_mooring_system(source)
+    system = chains.read_mooring_system(source)
     lines = lines_of_system(system)
     for way in (False, True):
         response(lines[0], offsets_to(lines[0].usual_offset()), way)
-    case_keys(path)
-    kept = mooring_lines(system, water_of_system(system, DEFAULT_WATER), source)
+    chains.case_keys(path)
+    kept = chains.mooring_lines(
+        system, chains.water_of_system(system, chains.DEFAULT_WATER), source
+    )
     told = tuple(entry.message for entry in system.left_out)
-    water = water_of_system(system, DEFAULT_WATER)
+    water = chains.water_of_system(system, chains.DEFAULT_WATER)
     return Reading(repr((kept, system.depth, system.friction, water)), told)
 
 

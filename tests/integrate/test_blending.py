@@ -95,7 +95,7 @@ def blends(count: int) -> list[Callable[[float], float]]:
 
 
 @pytest.mark.slow
-def test_no_blend_gains_energy(figure: Callable[[str, float], None]) -> None:
+def test_no_blend_gains_energy(figure) -> None:
     """The first filter is put where the second follows a given heave, which no wave could make it;
     the energy is that of the body, of A_inf at the draught and of the hull's potential. A memory
     only takes from it, but for the error of the steps."""
@@ -143,7 +143,7 @@ def rising(**changes: Any) -> hs.Scene:
     return scene(barge(FAMILY, 4.4, position=start), **changes)
 
 
-def test_the_ledger_closes_at_the_order_of_the_method(figure: Callable[[str, float], None]) -> None:
+def test_the_ledger_closes_at_the_order_of_the_method(figure) -> None:
     runs = [hs.simulate(rising(duration=10.0, step=h)) for h in (0.05, 0.025, 0.0125)]
     left = [float(np.abs(run.energy_residual.values).max()) for run in runs]
     orders = np.log2(np.array(left[:-1]) / left[1:])

@@ -23,7 +23,6 @@ from hydrosim.compile import clock
 from hydrosim.elements import Harmonic, Recorded, Table, constant
 from hydrosim.scene import JointFriction, JointResistance, JointType, Method
 
-Figure = Callable[[str, float], None]
 Function = Callable[[float], float]
 
 MASS, HEAVY = 1e4, 1e6  # kg
@@ -156,7 +155,7 @@ def test_a_joint_breaks_at_its_first_peak(period, excess, output_step, figure):
 
 
 @pytest.mark.parametrize("excess", EXCESS)
-def test_the_time_of_a_break_has_the_order_of_the_method(excess: float, figure: Figure) -> None:
+def test_the_time_of_a_break_has_the_order_of_the_method(excess: float, figure) -> None:
     half = 0.5 * excess * STATIC
     force = Harmonic(half, 2.0, mean=half)
     errors = []
@@ -273,7 +272,7 @@ def test_a_normal_force_that_dips_lets_go(period, phase, output_step, figure):
     assert error <= ACCURACY
 
 
-def test_a_recorded_normal_force_is_followed_as_its_sine(figure: Figure) -> None:
+def test_a_recorded_normal_force_is_followed_as_its_sine(figure) -> None:
     """Its values are 0.02 s apart, and steps between outputs would be 5 s long."""
     time = np.arange(0.0, 11.0, 0.02)
     sine = 1e6 + 2e5 * np.sin(2.0 * np.pi * time / 0.4 - 0.75 * np.pi)

@@ -10,7 +10,6 @@ from test_runge_kutta import order_fulfilled
 
 from hydrosim.integrate import methods
 
-Figure = Callable[[str, float], None]
 PAIR = methods.ESDIRK4.tableau
 Slope = Callable[[float, np.ndarray], np.ndarray]
 
@@ -72,7 +71,7 @@ def test_stable_in_the_left_half_plane_and_damping_at_infinity() -> None:
 
 
 @pytest.mark.parametrize("rate", [1.0, 1e3])
-def test_order_on_a_rotating_decay(rate: float, figure: Figure) -> None:
+def test_order_on_a_rotating_decay(rate: float, figure) -> None:
     A = np.array([[-rate, 1.0], [-1.0, -0.5]])
     vectors = np.linalg.eig(A)
     start = np.array([1.0 / rate, 1.0])
@@ -86,7 +85,7 @@ def test_order_on_a_rotating_decay(rate: float, figure: Figure) -> None:
 
 
 @pytest.mark.parametrize("rate", [1e4, 1e8])
-def test_a_stiff_slave_follows(rate: float, figure: Figure) -> None:
+def test_a_stiff_slave_follows(rate: float, figure) -> None:
     """Prothero and Robinson's problem: the error falls with the step however stiff it is."""
     J = np.array([[-rate]])
 
@@ -99,7 +98,7 @@ def test_a_stiff_slave_follows(rate: float, figure: Figure) -> None:
     assert error[2] < error[0] / 8  # between the orders 2 of the stages and 4 of the method
 
 
-def test_a_nonlinear_stiff_problem_against_scipy(figure: Figure) -> None:
+def test_a_nonlinear_stiff_problem_against_scipy(figure) -> None:
     """Robertson's reactions, with a Jacobian of the wrong place: only the solution counts."""
 
     def f(t: float, y: np.ndarray) -> np.ndarray:
@@ -126,7 +125,7 @@ def test_factors_solve_what_lapack_solves() -> None:
         assert_allclose(b, wanted, rtol=1e-9, atol=1e-12)
 
 
-def test_filters_by_themselves_are_filters_solved_together(figure: Figure) -> None:
+def test_filters_by_themselves_are_filters_solved_together(figure) -> None:
     """A velocity that drives a pair and a fast pole, and feels both: the stages are the same."""
     A = np.array(
         [

@@ -1,7 +1,6 @@
 """Steps that are stable and not accurate: closed forms, and runs as wrong as it is said of them."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +19,6 @@ from hydrosim.linear.stability import Vibration, memory_response, vibration_erro
 from hydrosim.report.sentences.check import check_document
 from hydrosim.run.step_limits import MAX_MOTION_ERROR
 from hydrosim.scene import LinearScenes, Method, RadiationModel
-
-Figure = Callable[[str, float], None]
 
 
 @pytest.mark.parametrize(
@@ -149,7 +146,7 @@ def float_over(step: float) -> hs.Scene:
 
 
 @pytest.mark.slow
-def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure: Figure) -> None:
+def test_a_stable_step_that_damps_a_contact_away_is_warned_of(figure) -> None:
     """Far below the limit, 20 % off; nothing at the step asked for. `check` has both limits."""
     run, scene = hs.simulate(float_over(0.1)), float_over(0.1)
     (warning,) = told(run)

@@ -1,6 +1,5 @@
 """The linearised scene: natural periods, decay and responses of the H-851, and closed forms."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -21,7 +20,6 @@ from hydrosim.linear.modes import NaturalMode
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveForces, WaveTrain
 
-Figure = Callable[[str, float], None]
 BANDS = {"surge": (129, 131), "heave": (10.5, 11.1), "roll": (11.8, 12.5), "pitch": (9.5, 10.2)}
 PERIODS = (6.0, 8.0, 10.0, 12.0, 16.0)  # s; all of them divide FITTED
 FITTED = 240.0  # s at the end of a run in a regular wave
@@ -111,7 +109,7 @@ def test_natural_periods_make_inertia_balance_stiffness(modes, validated):
 
 
 @pytest.mark.parametrize(("dof", "offset"), [("surge", 1.0), ("roll", 0.02)])
-def test_decay(dof: str, offset: float, modes: dict[str, NaturalMode], figure: Figure) -> None:
+def test_decay(dof: str, offset: float, modes: dict[str, NaturalMode], figure) -> None:
     """Periods from zero crossings and damping from the logarithmic decrement, once the other modes
     have died away; what is left of sway in roll scatters its decrement by some 0.3 %."""
     i = DOFS.index(dof)
@@ -163,7 +161,7 @@ def largest_errors(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
     return error.max(axis=0) / size.max(axis=0)
 
 
-def test_regular_waves_give_the_linear_response(steady: list[xr.Dataset], figure: Figure) -> None:
+def test_regular_waves_give_the_linear_response(steady: list[xr.Dataset], figure) -> None:
     """Amplitude and phase, with the same X(w): only the time integration is between them."""
     linear = linear_of(first_order(in_waves(scene_of("free_floating"))))
     load = CubicSpline(hull().frequency, hull().excitation[:, 0])

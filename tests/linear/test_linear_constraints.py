@@ -4,7 +4,6 @@ Rigid friction that is never broken states the constraints: of a body against ea
 bodies, as a joint would.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi
 
@@ -34,7 +33,6 @@ from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, RegularWave, Scene, Solver, WaveTrain, Weight
 from hydrosim.water.components import WaveComponents
 
-Figure = Callable[[str, float], None]
 ROUGH = hs.Coulomb(1e6, 1e6)  # as good as a joint
 G = 9.81
 MASS, ARM = 3.0, 2.0
@@ -69,7 +67,7 @@ def linear_of(scene: Scene) -> Linear:
 # reactions that carry load: the whole stiffness of a pendulum is geometric
 
 
-def test_a_pendulum_swings_on_its_reaction(figure: Figure) -> None:
+def test_a_pendulum_swings_on_its_reaction(figure) -> None:
     (mode,) = hs.natural_modes(linear_of(pendulum()))
     by_hand = 2 * pi * np.sqrt((TURNING + MASS * ARM**2) / (MASS * G * ARM))
     figure("period over closed form - 1", mode.natural_period / by_hand - 1)
@@ -96,7 +94,7 @@ def test_response_and_reaction_of_a_pendulum() -> None:
     assert_allclose(linear.reaction(w, load), newton, rtol=1e-6)
 
 
-def test_a_loaded_point_in_space_against_own_derivatives(figure: Figure) -> None:
+def test_a_loaded_point_in_space_against_own_derivatives(figure) -> None:
     """All six coordinates on one arm: M and derivatives of wrenches, with own rotations."""
     arm, n = np.array([0.4, -0.3, 1.7]), np.array([1.0, 0.0, 0.0])
     force, tangents = 35.0, np.eye(3)[1:]
@@ -166,7 +164,7 @@ def as_one() -> np.ndarray:
 
 
 @pytest.mark.parametrize("kinematics", Kinematics)
-def test_two_bodies_that_are_held_together(kinematics: Kinematics, figure: Figure) -> None:
+def test_two_bodies_that_are_held_together(kinematics: Kinematics, figure) -> None:
     both, K, M = joined(kinematics)
     N, modes = as_one(), hs.natural_modes(linear_of(both))
     squares = linalg.eigvalsh(N.T @ K @ N, N.T @ M @ N)
@@ -202,7 +200,7 @@ def test_eigenvalues_are_those_of_what_can_move() -> None:
         assert np.vdot(left[:, k], right[:, k]) != 0.0
 
 
-def test_propagation_of_what_is_held(figure: Figure) -> None:
+def test_propagation_of_what_is_held(figure) -> None:
     """Two bodies as one, pushed by a harmonic force from rest: sums of sines of its own modes."""
     both, K, M = joined()
     w, load = 1.7, np.zeros(12)
@@ -231,7 +229,7 @@ def test_propagation_of_what_is_held(figure: Figure) -> None:
 # what a run does
 
 
-def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
+def test_a_run_swings_as_the_linear_pendulum(figure) -> None:
     """Small swings, three periods long: the square of 1e-4 rad is left out."""
     start = pendulum()
     (body,) = start.bodies
@@ -246,7 +244,7 @@ def test_a_run_swings_as_the_linear_pendulum(figure: Figure) -> None:
     assert (run.fender_mode == 1).all()
 
 
-def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure: Figure) -> None:
+def test_a_run_shows_the_reaction_of_the_linear_pendulum(figure) -> None:
     """Below resonance, steady: friction is the weight plus the linear amplitude."""
     w, size = 1.1, 1e-3
     push = scenes.central_force(sway=Harmonic(size, 2 * pi / w))
@@ -275,7 +273,7 @@ def standing(step: float, damping: float = 0.0) -> Scene:
     return scenes.scene(at, forces, 300 * step, step, step=step, kinematics=Kinematics.LINEAR)
 
 
-def test_the_step_limit_of_what_is_held(figure: Figure) -> None:
+def test_the_step_limit_of_what_is_held(figure) -> None:
     """A stiff normal spring on an arm: by hand, and by runs a little below and above."""
     M = np.diag([2.0, 2.0, 2.0 * scenes.INERTIA[1, 1]])
     normal = np.array([0.0, 1.0, -0.5])  # heave of the point
@@ -391,7 +389,7 @@ HELD_POINT = np.array([[1.0, 0, 0, 0, 10.0, 0], [0, 1.0, 0, -10.0, 0, 30.0]])
 
 
 @pytest.mark.parametrize("w", [0.35, 0.6, 0.9])
-def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
+def test_rao_and_reaction_of_a_held_barge(w: float, figure) -> None:
     """Against the equation of motion from the database with the constraint beside it."""
     by_hand = FrequencyDomain()
     grid = scenes.hull().frequency
@@ -411,7 +409,7 @@ def test_rao_and_reaction_of_a_held_barge(w: float, figure: Figure) -> None:
     assert_allclose(reaction, force, atol=1e-6 * np.abs(force).max())
 
 
-def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure: Figure) -> None:
+def test_a_run_in_a_regular_wave_is_the_response_of_what_is_held(figure) -> None:
     """Small, so that what turns does so little, with the same radiation model on both sides."""
     period, height = 10.0, 0.01
     train = WaveTrain(RegularWave(amplitude=height, period=period), ramp=100.0)

@@ -39,7 +39,6 @@ from hydrosim.scene import (
     Weight,
 )
 
-Figure = Callable[[str, float], None]
 Change = Callable[[hs.Scene], hs.Scene]
 PLANAR = ("surge", "heave", "pitch")
 ROUNDING = 1e-10  # of what is propagated over some hundred intervals
@@ -147,7 +146,7 @@ def surge_of(run: xr.Dataset) -> np.ndarray:
     return np.stack([run.position.values[:, 0, 0], run.velocity.values[:, 0, 0]], axis=1)
 
 
-def test_free_decay_is_the_exponential(validated: Callable[..., None]) -> None:
+def test_free_decay_is_the_exponential(validated) -> None:
     run = hs.simulate(oscillator())
     expected = [linalg.expm(OSCILLATOR * t) @ [1.0, 0.0] for t in run.time.values]
     error = np.abs(surge_of(run) - expected).max()
@@ -205,7 +204,7 @@ def test_a_current_gives_what_a_damper_takes() -> None:
 
 
 @pytest.mark.kernels
-def test_steps_come_near_with_their_order(figure: Figure) -> None:
+def test_steps_come_near_with_their_order(figure) -> None:
     exact, steps = hs.simulate(barge()), (0.2, 0.1, 0.05)
     assert exact.attrs["solver_linear"] == "propagated exactly: linear"
     size = np.ptp(scenes.motion(exact), axis=0)[[0, 2, 4]]
@@ -297,58 +296,37 @@ CURRENT = hs.Environment(current=hs.Stream(1.0, 0.3))
 PUSHED = hs.AppliedForce("block", (0.0, 0.0, 1.0), {"surge": constant(1.0)})
 EXACT = {"kinematics": Kinematics.EXACT}
 ON_ONE_AXIS = ("surge", "sway", "heave", "yaw")
+BLOCK, HELD = scenes.block(1.0), hs.LinearMooring("block", SIX, SIX)
+LINE = ("block", (0, 0, 1.0), (0, 0, 9.0), 1.0, np.array([0.0, 1.0]), np.array([0.0, 5.0]))
+DRAG, THRUST = hs.LinearDamping("block", SIX), replace(PUSHED, frame="body")
+TANK = hs.Tank("tank", Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), 1.0, 1000.0)
+PUMPED = {"tanks": (TANK,), "pumps": (hs.Pump("out", 1.0, "tank", None),)}
+FOLLOWING = hs.WaveForces(position=Place.INSTANTANEOUS)
+MEAN = hs.WaveForces(headings=Place.MEAN)
+RECORDED = {"push": scenes.central_force(surge=RECORD)}
+FILLED = scenes.block(5e4, ["heave"], weight=Weight.CARRIED, **PUMPED)
 
 NONLINEAR = {
-    "floor": dry(scenes.block(1.0), {"floor": scenes.on_floor(1e3, hs.Frictionless())}),
-    "line": dry(
-        scenes.block(1.0),
-        {
-            "line": hs.Spring(
-                "block", (0, 0, 1.0), (0, 0, 9.0), 1.0, np.array([0.0, 1.0]), np.array([0.0, 5.0])
-            )
-        },
-    ),
-    "drag": dry(scenes.block(1.0), {"drag": hs.QuadraticDamping("block", SIX)}),
-    r"forces\.push\.force\.surge is a record": dry(
-        scenes.block(1.0), {"push": scenes.central_force(surge=RECORD)}
-    ),
-    "exact rotations of block": dry(scenes.block(1.0), {}, **EXACT),
+    "floor": dry(BLOCK, {"floor": scenes.on_floor(1e3, hs.Frictionless())}),
+    "line": dry(BLOCK, {"line": hs.Spring(*LINE)}),
+    "drag": dry(BLOCK, {"drag": hs.QuadraticDamping("block", SIX)}),
+    r"forces\.push\.force\.surge is a record": dry(BLOCK, RECORDED),
+    "exact rotations of block": dry(BLOCK, {}, **EXACT),
     "push turns with block": dry(scenes.block(1.0, ["yaw"]), {"push": PUSHED}, **EXACT),
-    "thrust turns with block": dry(
-        scenes.block(1.0, ["yaw"]), {"thrust": replace(PUSHED, frame="body")}
-    ),
-    "drag turns with block": dry(
-        scenes.block(1.0, ON_ONE_AXIS), {"drag": hs.LinearDamping("block", SIX)}, **EXACT
-    ),
+    "thrust turns with block": dry(scenes.block(1.0, ["yaw"]), {"thrust": THRUST}),
+    "drag turns with block": dry(scenes.block(1.0, ON_ONE_AXIS), {"drag": DRAG}, **EXACT),
     "radiation by convolution": scenes.with_body(barge(), radiation=RadiationModel.CONVOLUTION),
-    "waves follow barge": scenes.with_body(
-        barge(), wave_forces=hs.WaveForces(position=Place.INSTANTANEOUS)
-    ),
-    "the contents of the tanks of block change": dry(
-        scenes.block(
-            5e4,
-            ["heave"],
-            weight=Weight.CARRIED,
-            tanks=(hs.Tank("tank", Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), 1.0, 1000.0),),
-            pumps=(hs.Pump("out", 1.0, "tank", None),),
-        ),
-        {"mooring": hs.LinearMooring("block", SIX, SIX)},
-    ),
-    "exact rotations of barge": scenes.with_body(
-        barge(), dofs=DOFS, wave_forces=hs.WaveForces(headings=Place.MEAN)
-    ),
+    "waves follow barge": scenes.with_body(barge(), wave_forces=FOLLOWING),
+    "the contents of the tanks of block change": dry(FILLED, {"mooring": HELD}),
+    "exact rotations of barge": scenes.with_body(barge(), dofs=DOFS, wave_forces=MEAN),
 }
 LINEAR = {
-    "free": dry(
-        scenes.block(1.0), {"drag": hs.LinearDamping("block", SIX, relative_to_current=True)}
-    ),
-    "off centre": dry(
-        scenes.block(1.0), {"push": PUSHED, "mooring": hs.LinearMooring("block", SIX, SIX)}
-    ),
+    "free": dry(BLOCK, {"drag": replace(DRAG, relative_to_current=True)}),
+    "off centre": dry(BLOCK, {"push": PUSHED, "mooring": HELD}),
     "one axis": dry(
         scenes.block(1.0, ON_ONE_AXIS, position=scenes.moving(sway=1.0)),
         {
-            "mooring": hs.LinearMooring("block", SIX, SIX),
+            "mooring": HELD,
             "drag": hs.LinearDamping("block", np.diag([2.0, 2.0, 1.0, 3.0, 3.0, 7.0])),
             "push": scenes.steady(surge=1.0, yaw=2.0),
         },
@@ -356,7 +334,7 @@ LINEAR = {
     ),
     "no rotation": dry(
         scenes.block(1.0, DOFS[:3], position=scenes.moving(roll=0.3, yaw=0.2)),
-        {"drag": hs.LinearDamping("block", SIX), "thrust": replace(PUSHED, frame="body")},
+        {"drag": DRAG, "thrust": THRUST},
         **EXACT,
     ),
     "barge": barge(),

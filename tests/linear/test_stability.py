@@ -22,17 +22,8 @@ from hydrosim.integrate.methods import DOPRI5, ESDIRK4, HEUN, RK2, RK4
 from hydrosim.linear.stability import GROWTH, REACH, Combination, ray_limits
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, ConvolutionRadiation, LinearScenes, Method, Scene, Solver, Unstable
-from tests.generators.stable_steps import (
-    PLACES,
-    diverges,
-    predicted,
-    put,
-    random_scene,
-    refused,
-    with_radiation,
-)
+from tests.generators import stable_steps
 
-Figure = Callable[[str, float], None]
 DISTURBED = 1e-9  # m/s: far below mu N / b, where a friction slope lets go
 
 
@@ -198,7 +189,7 @@ def test_a_friction_slope_is_unstable_where_the_limit_says(stuck, method, figure
 
 
 @pytest.mark.parametrize("mode", [OPEN, SLIP])
-def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure: Figure) -> None:
+def test_a_contact_node_is_unstable_where_the_limit_says(mode: int, figure) -> None:
     """The node relaxes at K2 / C2 while open and at K2 / (C2 + C3) in slip: two laws of which the
     first and the second limits the step (C2 = 0 leaves no relaxation while open). In slip the
     instability soon ends the mode: what should slip on sticks and slips from step to step."""
@@ -314,11 +305,11 @@ def fastest_alone(found: list[Combination]) -> float:
 @pytest.mark.slow
 def test_runs_diverge_where_it_is_said(seed: int, convolved: bool) -> None:
     """Limits of a contact node and of a friction slope: 5 % below none diverges, above one does."""
-    scene = random_scene(seed)
+    scene = stable_steps.random_scene(seed)
     if convolved:
-        scene = with_radiation(scene, ConvolutionRadiation())
-    step = predicted(scene)
-    placed = [put(scene, place) for place in PLACES]
-    assert not any(diverges(each, 0.95 * step) for each in placed)
-    assert any(diverges(each, 1.05 * step) for each in placed)
-    assert not refused(scene)
+        scene = stable_steps.with_radiation(scene, ConvolutionRadiation())
+    step = stable_steps.predicted(scene)
+    placed = [stable_steps.put(scene, place) for place in stable_steps.PLACES]
+    assert not any(stable_steps.diverges(each, 0.95 * step) for each in placed)
+    assert any(stable_steps.diverges(each, 1.05 * step) for each in placed)
+    assert not stable_steps.refused(scene)

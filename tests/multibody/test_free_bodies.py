@@ -18,7 +18,6 @@ from hydrosim.elements import AppliedForce, Fender, LinearMooring, Plane, StickS
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, Method, Scene, Solver
 
-Figure = Callable[[str, float], None]
 ORDERS = {Method.RK2: 2, Method.HEUN: 2, Method.RK4: 4}
 START = np.array([0.3, -0.2, 0.5])  # roll, pitch, yaw
 SPIN = np.array([0.3, 0.2, 2.0])  # mostly about the axis of the largest inertia: no tumbling
@@ -57,7 +56,7 @@ def test_energy_and_angular_momentum_are_conserved_at_the_order_of_the_method(me
         assert order >= ORDERS[method] - 0.2  # 0.2: steps that are not infinitely small
 
 
-def test_rotation_by_eulers_equations(validated: Callable[..., None]) -> None:
+def test_rotation_by_eulers_equations(validated) -> None:
     """Against Euler's equations in the body frame, R' = R (omega x), by an 8th-order method."""
     R0, inverse = rotation(START), np.linalg.inv(INERTIA)
 
@@ -113,7 +112,7 @@ class Hamilton:
     [(0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)],
     ids=lambda f: "".join(map(str, f)),
 )
-def test_locked_angles(free: tuple[int, ...], figure: Figure) -> None:
+def test_locked_angles(free: tuple[int, ...], figure) -> None:
     """Against Hamilton's equations: one, two or three free angles; the locked stay for ever."""
     locked = [k for k in range(3) if k not in free]
     speed = np.array([0.5, 0.2, 1.5]) * np.isin(range(3), free)
@@ -159,7 +158,7 @@ def swinging(size: float, kinematics: Kinematics) -> np.ndarray:
     return run.position.values.reshape(-1, 12)
 
 
-def test_linear_kinematics_is_the_limit_of_small_motions(figure: Figure) -> None:
+def test_linear_kinematics_is_the_limit_of_small_motions(figure) -> None:
     """The difference to exact kinematics is of second order in the size of the motion."""
 
     def difference(size: float) -> float:

@@ -11,14 +11,7 @@ from scenes import block, scene
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.multibody import kinematics
-from hydrosim.multibody.constraints import (
-    eliminate,
-    find_forces,
-    new_constraints,
-    restore_pivots,
-    solve_for_pivots,
-)
+from hydrosim.multibody import constraints, kinematics
 from hydrosim.multibody.mass import cholesky, cholesky_solve
 from hydrosim.scene import Kinematics
 
@@ -152,37 +145,37 @@ def test_against_the_saddle_point_system(rows: int, n: int) -> None:
     saddle = np.block([[H, -J.T], [J, np.zeros((rows, rows))]])
     wanted = np.linalg.solve(saddle, np.concatenate([Q, bound]))
 
-    p = new_constraints(rows + 1, n)
+    p = constraints.new_constraints(rows + 1, n)
     p.J[:rows], p.bound[:rows], p.number[0] = J, bound, rows
     x, inertia = Q.copy(), H.copy()
-    solve_for_pivots(p)
-    eliminate(p, inertia, x)
+    constraints.solve_for_pivots(p)
+    constraints.eliminate(p, inertia, x)
     cholesky(inertia)
     cholesky_solve(inertia, x)
-    find_forces(p, x)
-    restore_pivots(p, x)
+    constraints.find_forces(p, x)
+    constraints.restore_pivots(p, x)
     assert_allclose(x, wanted[:n], rtol=1e-10, atol=1e-12)
     assert_allclose(p.force[:rows], wanted[n:], rtol=1e-9, atol=1e-11)
 
 
 def test_what_is_held_alone_is_held_exactly() -> None:
-    p = new_constraints(2, 1)
+    p = constraints.new_constraints(2, 1)
     p.J[0], p.number[0] = 0.7, 1
     H, x = np.array([[3.7e8]]), np.array([1.234e5])
-    solve_for_pivots(p)
-    eliminate(p, H, x)
+    constraints.solve_for_pivots(p)
+    constraints.eliminate(p, H, x)
     cholesky(H)
     cholesky_solve(H, x)
-    find_forces(p, x)
-    restore_pivots(p, x)
+    constraints.find_forces(p, x)
+    constraints.restore_pivots(p, x)
     assert x[0] == 0.0
     assert p.force[0] == pytest.approx(-1.234e5 / 0.7, rel=1e-15)
 
 
 def test_restore_changes_only_what_it_must() -> None:
-    p = new_constraints(1, 3)
+    p = constraints.new_constraints(1, 3)
     p.J[0], p.number[0] = (0.5, 2.0, -1.0), 1
     x = np.array([1.0, 5.0, 3.0])
-    solve_for_pivots(p)
-    restore_pivots(p, x)
+    constraints.solve_for_pivots(p)
+    constraints.restore_pivots(p, x)
     assert_allclose(x, [1.0, 1.25, 3.0])

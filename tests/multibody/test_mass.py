@@ -9,16 +9,8 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim.dofs import DOFS
 from hydrosim.integrate.dynamics import new_work
+from hydrosim.multibody import mass
 from hydrosim.multibody.kinematics import new_motion, place_bodies
-from hydrosim.multibody.mass import (
-    accelerate_freely,
-    cholesky,
-    cholesky_solve,
-    constant_inertia,
-    kinetic_energy,
-    mass_matrix,
-    new_turning,
-)
 from hydrosim.scene import Kinematics
 
 RNG = np.random.default_rng(7)
@@ -33,8 +25,8 @@ def positive_definite(n: int) -> np.ndarray:
 def test_cholesky_equals_lapack(n):
     A, b = positive_definite(n), RNG.normal(size=n)
     L, x = A.copy(), b.copy()
-    cholesky(L)
-    cholesky_solve(L, x)
+    mass.cholesky(L)
+    mass.cholesky_solve(L, x)
     np.fill_diagonal(L, 1.0 / np.diag(L))
     assert np.tril(L) == pytest.approx(linalg.cholesky(A, lower=True), abs=1e-12)
     assert x == pytest.approx(linalg.solve(A, b, assume_a="pos"), rel=1e-9)
@@ -42,7 +34,7 @@ def test_cholesky_equals_lapack(n):
 
 def test_cholesky_of_a_matrix_without_mass_is_not_a_number():
     L = np.diag([1.0, -1.0])
-    cholesky(L)
+    mass.cholesky(L)
     assert np.isnan(L[1, 1])
 
 
@@ -54,7 +46,7 @@ def test_mass_matrix_turns_the_inertia_with_the_body(kinematics):
     added, M = positive_definite(12), np.zeros((12, 12))
     work = new_work(model)
     motion = work.motion._replace(rotation=np.ascontiguousarray(R))
-    mass_matrix(model.bodies, work.contents, model.headings, motion, added, M)
+    mass.mass_matrix(model.bodies, work.contents, model.headings, motion, added, M)
     turned = R if kinematics is Kinematics.EXACT else [np.eye(3)] * 2
     both = zip([2.0, 5.0], turned, strict=True)
     blocks = [x for m, r in both for x in (m * np.eye(3), m * r @ INERTIA @ r.T)]
@@ -63,7 +55,7 @@ def test_mass_matrix_turns_the_inertia_with_the_body(kinematics):
 
 def test_kinetic_energy():
     M, v = positive_definite(6), RNG.normal(size=6)
-    assert kinetic_energy(v, M) == pytest.approx(0.5 * v @ M @ v, rel=1e-13)
+    assert mass.kinetic_energy(v, M) == pytest.approx(0.5 * v @ M @ v, rel=1e-13)
 
 
 # Accelerations in two steps against numpy's solution of S^T M S q'' = S^T (F - M S' q').
@@ -101,13 +93,13 @@ def test_accelerations_are_those_of_the_whole_matrix(free, kinematics, coupled):
         added[:6, 6:] = added[6:, :6] = 0.0
     motion, x = new_motion(model.bodies), np.full(n, np.nan)
     place_bodies(GENERATOR.normal(size=n), GENERATOR.normal(size=n), model.bodies, motion)
-    inertia = constant_inertia(model.bodies, added)
+    inertia = mass.constant_inertia(model.bodies, added)
     assert inertia.alone == (not coupled and n == 12)
-    accelerate_freely(inertia, model.bodies, motion, F, new_turning(inertia), x)
+    mass.accelerate_freely(inertia, model.bodies, motion, F, mass.new_turning(inertia), x)
     assert x == pytest.approx(by_numpy(model, motion, added, F), rel=1e-9, abs=1e-10)
 
 
 def test_a_body_without_mass_has_no_acceleration():
     bodies = [block(m, name=name) for m, name in zip(MASSES, "ab", strict=True)]
     model = hs.compile_scene(scene(bodies, {}, 1.0, 0.5)).model
-    assert np.isnan(constant_inertia(model.bodies, -10.0 * np.eye(12)).inverse).all()
+    assert np.isnan(mass.constant_inertia(model.bodies, -10.0 * np.eye(12)).inverse).all()

@@ -1,6 +1,5 @@
 """Contact beyond one axis: ties, reversals, two bodies, turned scenes, the stiff base case."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +34,6 @@ import hydrosim as hs
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Kinematics, Scene
 
-Figure = Callable[[str, float], None]
 STEEL = hs.StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
 LAWS: dict[str, Law] = {
     "stick-slip": STEEL,
@@ -72,7 +70,7 @@ def test_fenders_that_touch_at_once_act_as_one(law):
         assert np.array_equal(modes, np.repeat(modes[:, :1], count, axis=1))
 
 
-def test_ledger_closes_through_impacts_on_a_damped_fender(figure: Figure):
+def test_ledger_closes_through_impacts_on_a_damped_fender(figure):
     """A damped fender lets go while it is still compressed; what it holds then is lost."""
     scenes = [with_step(falling(np.zeros((1, 3)), STEEL, damping=3e4), h) for h in (0.002, 0.001)]
     residuals = [hs.simulate(s).energy_residual_relative for s in scenes]
@@ -109,7 +107,7 @@ def test_what_a_fender_holds_that_is_left_at_the_start_is_lost_later() -> None:
 
 
 @pytest.mark.parametrize("name", REVERSALS)
-def test_stick_is_found_however_short_it_is(name, figure: Figure):
+def test_stick_is_found_however_short_it_is(name, figure):
     """Stick of milliseconds where slip turns round: a step must not jump over it, or the order is
     lost. The number of events does not depend on the step. Nodes that relax in less than ten steps
     are stepped finer, which is a jump in error: so steps are on one side of that."""
@@ -161,7 +159,7 @@ def test_friction_does_not_know_the_axes():
     assert_allclose(oblique, np.outer(along[:, 0], [0.8, 0.6]), atol=1e-9)
 
 
-def test_a_point_driven_in_a_circle(figure: Figure):
+def test_a_point_driven_in_a_circle(figure):
     """The node follows a circle of radius r behind the point's R, at an angle, with
 
         i (mu_k N + (C2 + C3) w r) exp(-i a) = K2 (R - r exp(-i a)) + i w C2 R
@@ -215,7 +213,7 @@ FIGURES = {
 
 
 @pytest.mark.parametrize("name", few(FIGURES, 3))
-def test_a_driven_point_against_an_independent_integration(name, figure: Figure, validated):
+def test_a_driven_point_against_an_independent_integration(name, figure, validated):
     """The node, its path and the losses, C2 and C3 apart: in all mu_k N times the path and the two.
     Traction is within mu_s N in stick, and mu_k N + C3 |v2| in slip."""
     driven = FIGURES[name]
@@ -274,7 +272,7 @@ def collision(law: Law) -> Scene:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_two_bodies_keep_their_momentum(law, figure: Figure):
+def test_two_bodies_keep_their_momentum(law, figure):
     """Momentum to rounding; angular momentum, not linear in the state, at the method's order."""
     drifts = []
     for step in (0.01, 0.005):  # the node relaxes in less than ten of either
@@ -328,7 +326,7 @@ def test_a_run_turns_with_its_scene(law):
     assert_allclose(there.fender_dissipated.values, dissipated, atol=1e-6 * dissipated.max())
 
 
-def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure: Figure):
+def test_linear_kinematics_of_contact_is_the_limit_of_small_motions(figure):
     """Scaled by e it moves by e times the same in linear kinematics, and to e^2 in exact ones."""
 
     def run(size: float, kinematics: Kinematics) -> np.ndarray:
@@ -394,7 +392,7 @@ BARGES = {
 
 
 @pytest.mark.parametrize("name", few(BARGES, 1))
-def test_stiff_fenders_of_the_base_case(name, figure: Figure):
+def test_stiff_fenders_of_the_base_case(name, figure):
     """Order 4 down from 0.1 s with the same events at every step; far from it without events."""
     barge = pressed_barge(**BARGES[name])
     fine = hs.simulate(with_step(barge, 0.005))

@@ -3,7 +3,7 @@
 Tolerances: rk4 in pieces without kinks; events are located to 1e-10 of their margin's range.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,6 @@ from hydrosim.elements import Harmonic, Table
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 
-Figure = Callable[[str, float], None]
 STICK, SLIP = 1, 2
 MASS, GRIP, PERIOD = 1e8, 2e5, 100.0
 ROUGH = hs.Coulomb(1e3, 1e3)  # as good as a hinge
@@ -94,7 +93,7 @@ def test_block_of_the_thesis(amplitude, figure, validated):
     assert rests == 1 if amplitude == 4e5 else rests > 5  # turns at once, or rests in between
 
 
-def test_no_creep(figure: Figure, validated: Callable[..., None]) -> None:
+def test_no_creep(figure, validated) -> None:
     """Others creep by 3.6e-6 m (MuJoCo, tuned) to 7e-4 m (Drake) in an hour of this."""
     run = hs.simulate(pushed(1e5, 5e4, duration=3600.0))
     creep = np.abs(scenes.surge(run)).max()
@@ -132,7 +131,7 @@ def oscillator(ratio: float, friction: float, phase: float, start: float, cycles
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.45, 0.6, 0.8, 0.9, 1.1, 1.25, 1.5, 2.0, 2.5, 3.0])
-def test_den_hartog(ratio: float, figure: Figure, validated: Callable[..., None]) -> None:
+def test_den_hartog(ratio: float, figure, validated) -> None:
     """From the turning point of the steady motion; the next ones are half periods away."""
     friction = {0.3: 0.02, 0.45: 0.1}.get(ratio, 0.2)
     amplitude, phase = den_hartog(ratio, friction)
@@ -194,7 +193,7 @@ def stops(ratio: float, friction: float, cycles: int) -> tuple[np.ndarray, float
 @pytest.mark.parametrize(
     ("ratio", "friction"), [(0.15, 0.3), (0.2, 0.3), (0.25, 0.5), (0.4, 0.7), (0.7, 0.8)]
 )
-def test_stops_per_cycle(ratio: float, friction: float, figure: Figure) -> None:
+def test_stops_per_cycle(ratio: float, friction: float, figure) -> None:
     """Slow or sticky: the motion stops, once or several times in every half cycle."""
     places, count = stops(ratio, friction, cycles=6)
     whole = oscillator(ratio, friction, np.pi / 2, 0.0, cycles=6)
@@ -208,7 +207,7 @@ def test_stops_per_cycle(ratio: float, friction: float, figure: Figure) -> None:
     assert np.count_nonzero((mode[1:] == STICK) & (mode[:-1] == SLIP)) == count
 
 
-def test_a_block_thrown_along_the_floor_stops_straight(figure: Figure) -> None:
+def test_a_block_thrown_along_the_floor_stops_straight(figure) -> None:
     g, mu, v = 9.81, 0.3, np.array([3.0, 4.0])
     forces = {"weight": scenes.steady(heave=-g), "fender": scenes.on_floor(1e3, hs.Coulomb(mu, mu))}
     start = {
@@ -242,7 +241,7 @@ def rocking(duration: float, step: float) -> hs.Scene:
     return scenes.scene(body, forces, duration, 0.1, step=step)
 
 
-def test_a_held_point_is_a_hinge(figure: Figure) -> None:
+def test_a_held_point_is_a_hinge(figure) -> None:
     """Against Lagrange's equations of height z and pitch, with x = arm sin(pitch)."""
     inertia = scenes.INERTIA[1, 1]
 
@@ -270,7 +269,7 @@ def test_a_held_point_is_a_hinge(figure: Figure) -> None:
     assert run.attrs["energy_residual_relative"] < 1e-7
 
 
-def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) -> None:
+def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure) -> None:
     """All six DOFs, three dimensions: the point stays, the energy stays."""
     position, velocity = scenes.moving(pitch=0.3, roll=-0.2), scenes.moving(heave=-0.5, yaw=0.2)
     body = scenes.block(1.0, position=position, velocity=velocity)
@@ -291,7 +290,7 @@ def test_a_free_body_on_a_rough_point_keeps_it_and_its_energy(figure: Figure) ->
     assert moved.max() < 1e-7
 
 
-def test_two_bodies_stick_together(figure: Figure) -> None:
+def test_two_bodies_stick_together(figure) -> None:
     """A block on a cart that is pushed: one body while it holds, momentum always."""
     cart = scenes.block(3.0, ("surge",), name="cart")
     body = scenes.block(1.0, ("surge", "heave"), position=scenes.moving(heave=-0.1))

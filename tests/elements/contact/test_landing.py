@@ -23,15 +23,7 @@ from scipy.linalg import expm
 
 import hydrosim as hs
 from hydrosim.elements import Harmonic
-from hydrosim.elements.contact import fender
-from hydrosim.elements.contact.curves import (
-    BRANCH_START,
-    branch_loss,
-    curve_force,
-    find_segment,
-    reload_ends,
-    reload_start,
-)
+from hydrosim.elements.contact import curves, fender
 from hydrosim.elements.contact.law import OPEN
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
@@ -83,7 +75,7 @@ def fall_exactly(times: np.ndarray) -> tuple[np.ndarray, int]:
             return "between", -z[0] - N(-z[0], mode) / 2e6
 
         def to(place: float, piece: str, way: float) -> Event:
-            return (lambda t, z, *_: way * (place + z[0])), (lambda t, z: (piece, 0.0))
+            return (lambda t, z, *_: way * (place + z[0])), (piece, 0.0)
 
         def meet(side: str, way: float) -> Event:
             """Where the stiff line meets a branch."""
@@ -148,19 +140,23 @@ def test_a_quasi_static_loop_loses_its_area(top):
     """Pressed to ``top`` and let go, by the law alone: the area between the branches is booked."""
     point, segments = point_of(LOOP)
     f, line, back = (0, 1), point.line, (point.last + 1, point.back)
-    at = find_segment(*f, segments, top)
-    N = curve_force(segments[at], top)
-    start = reload_start(N, top, point, segments)
-    lost = branch_loss(at, top, point, segments) - branch_loss(0, 0.0, point, segments)
-    low, high = reload_ends(start, point, segments)
+    at = curves.find_segment(*f, segments, top)
+    N = curves.curve_force(segments[at], top)
+    start = curves.reload_start(N, top, point, segments)
+    lost = curves.branch_loss(at, top, point, segments) - curves.branch_loss(
+        0, 0.0, point, segments
+    )
+    low, high = curves.reload_ends(start, point, segments)
     assert high == pytest.approx(top, rel=1e-14)
-    unloading = curve_force(segments[find_segment(*back, segments, low)], low)
+    unloading = curves.curve_force(segments[curves.find_segment(*back, segments, low)], low)
     assert segments[line].slope * (low - start) == pytest.approx(unloading, rel=1e-12)
     assert lost == pytest.approx(area(top), rel=1e-12)
     # a second loop inside the first: back on the line, to f again, on to another top
     higher = top + 0.03
-    k = find_segment(*f, segments, higher)
-    again = branch_loss(k, higher, point, segments) - branch_loss(at, top, point, segments)
+    k = curves.find_segment(*f, segments, higher)
+    again = curves.branch_loss(k, higher, point, segments) - curves.branch_loss(
+        at, top, point, segments
+    )
     assert lost + again == pytest.approx(area(higher), rel=1e-12)
 
 
@@ -351,7 +347,7 @@ def test_symmetry_sees_legs_and_what_they_remember():
     model, state = hs.compile_scene(two_legs((2.0, -2.0), heave=-0.05))
     fenders = model.elements.fenders
     assert fender.is_mirrored(fenders, state.y, state.modes)
-    fender.memory_states(fenders, state.y)[0, BRANCH_START] += 1e-3
+    fender.memory_states(fenders, state.y)[0, curves.BRANCH_START] += 1e-3
     assert not fender.is_mirrored(fenders, state.y, state.modes)
 
 

@@ -4,8 +4,6 @@ Nothing here knows the kernels' formulas: work is integrated from what the run r
 independent integration states the traction S itself, S' = K2 v + S min(K2', 0) / K2.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 import scenes
@@ -15,7 +13,6 @@ import hydrosim as hs
 from hydrosim.elements import Harmonic
 from hydrosim.errors import InputError
 
-Figure = Callable[[str, float], None]
 OPEN, STICK, SLIP = range(3)
 LOAD, SWING, K, C2 = 1e3, 900.0, 2e3, 20.0
 E = 1e-3  # of x without load
@@ -54,7 +51,7 @@ def test_a_loop_in_shear_and_load_never_makes_energy(power, lag, figure):
 
 
 @pytest.mark.parametrize("power", [1 / 3, 0.5, 1.0])
-def test_against_an_independent_integration(power: float, figure: Figure) -> None:
+def test_against_an_independent_integration(power: float, figure) -> None:
     lag, w = 1.0, np.pi
 
     def rates(t: float, y: np.ndarray) -> list[float]:
@@ -93,7 +90,7 @@ LAWS = {
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_slip_and_lift_off(name: str, figure: Figure) -> None:
+def test_slip_and_lift_off(name: str, figure) -> None:
     """A pushed block that bounces: ledger, bound of traction, growing dissipation."""
     law = LAWS[name]
     body = scenes.block(1.0, ("surge", "heave"), position=scenes.moving(heave=0.01))

@@ -1,6 +1,5 @@
 """Blocks that are pressed on a floor and pushed along it, against `one_axis`."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -18,7 +17,6 @@ from hydrosim import simulate
 from hydrosim.elements import Harmonic, Recorded, Table
 from hydrosim.report.evidence import Feature, Kind
 
-Figure = Callable[[str, float], None]
 TIME = np.arange(0.0, 20.25, 0.25)
 STEPS = (0.005, 0.0025, 0.00125)
 LAWS = {hs.StickSlip: Feature.STICK_SLIP, hs.FrictionSlope: Feature.SLOPE}
@@ -113,7 +111,7 @@ def test_motion_is_that_of_an_independent_integration(name, figure, validated):
 
 
 @pytest.mark.parametrize("name", ["steady normal force", "bouncing", "on a spring"])
-def test_without_events_every_method_falls_to_low_order(name: str, figure: Figure) -> None:
+def test_without_events_every_method_falls_to_low_order(name: str, figure) -> None:
     steps = [0.05 / 2**i for i in range(5)]
     errors = [error(simulate(BLOCKS[name].scene(h, events=False)), exact(name)) for h in steps]
     figure("order without events", order(errors))
@@ -123,7 +121,7 @@ def test_without_events_every_method_falls_to_low_order(name: str, figure: Figur
     assert errors[-1] >= 100 * cut
 
 
-def test_curve_with_corners(figure: Figure, validated: Callable[..., None]) -> None:
+def test_curve_with_corners(figure, validated) -> None:
     """A body bounces through all pieces of its curve: order 4, its energy conserved."""
     reference = integrate(FALLING, output_times(FALLING))
     runs = [simulate(FALLING.scene(step)) for step in (0.004, 0.002, 0.001)]
@@ -220,7 +218,7 @@ def test_an_open_node_springs_back() -> None:
     np.testing.assert_allclose(s[:40], s[0] * np.exp(-2.0 * (t[:40] - t[0])), rtol=1e-7)
 
 
-def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure: Figure) -> None:
+def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure) -> None:
     """mu_k N along the node's path, and C2 |s'|^2 + C3 |v2|^2 apart; path and velocities are taken
     from the recorded motion by splines."""
     N, law = 2e5, hs.StickSlip(0.3, 0.2, 2e6, 1e5, 2e4)
@@ -246,7 +244,7 @@ def test_planar_slip_dissipates_kinetic_friction_times_the_path(figure: Figure) 
     assert np.ptp(np.arctan2(*node(fine, 1).T)) > 0.05  # the path is curved
 
 
-def test_normal_damping(figure: Figure) -> None:
+def test_normal_damping(figure) -> None:
     """One impact of a mass on a spring and damper, which lets go where N = 0 (not at delta = 0)."""
     m, k, c, speed = 1e3, 1e6, 1.2e4, 2.0
     n, w = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
@@ -270,7 +268,7 @@ def test_normal_damping(figure: Figure) -> None:
     assert all(run.solver_events == 2 for run in runs)
 
 
-def test_without_rates_a_prescribed_normal_force_is_felt_at_once(figure: Figure) -> None:
+def test_without_rates_a_prescribed_normal_force_is_felt_at_once(figure) -> None:
     """C2 = C3 = 0: in slip the friction is mu_k N(t) at any instant, so a sliding block loses
     mu_k N / m of its speed per second; between the corners of N, where steps end, its speed is a
     parabola and its place a cubic."""

@@ -1,6 +1,5 @@
 """Slip without dampers: the node trails on the kinetic cone, in any direction of the plane."""
 
-from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -14,7 +13,6 @@ from scenes import block, scene, with_step
 import hydrosim as hs
 from hydrosim.scene import Environment, Method, Scene, Stream, Tolerance
 
-Figure = Callable[[str, float], None]
 SHORT, LONG = hs.StickSlip(0.3, 0.2, 5e6, 0.0), hs.StickSlip(0.3, 0.2, 5e5, 0.0)
 FIGURES = {
     "circle": Driven(LONG, 1e5, (2.0, 2.0), (0.7, 0.7), (0.0, np.pi / 2)),
@@ -42,7 +40,7 @@ def trail(driven: Driven, run: xr.Dataset) -> float:
 
 
 @pytest.mark.parametrize("name", few(FIGURES, 3))
-def test_a_driven_node_against_an_independent_integration(name: str, figure: Figure) -> None:
+def test_a_driven_node_against_an_independent_integration(name: str, figure) -> None:
     """The drawbar of 4 mm turns in 3 ms: these steps are longer, and the order is there."""
     driven = FIGURES[name]
     there = driven.scene(0.05)
@@ -58,7 +56,7 @@ def test_a_driven_node_against_an_independent_integration(name: str, figure: Fig
 
 
 @pytest.mark.slow
-def test_steps_far_longer_than_the_drawbar_turns_in(figure: Figure) -> None:
+def test_steps_far_longer_than_the_drawbar_turns_in(figure) -> None:
     """0.05 s are 16 times as long: the direction is late as it should be."""
     driven = FIGURES["Lissajous 1:2, a short drawbar"]
     found = [trail(driven, hs.simulate(driven.scene(h))) for h in (0.05, 0.025)]
@@ -81,7 +79,7 @@ def windy(**solver: object) -> Scene:
     return Scene(**{**vars(dry), "environment": Environment(wind=Stream(18.0))})
 
 
-def test_an_oblique_plane_keeps_the_order_and_the_ledger(figure: Figure) -> None:
+def test_an_oblique_plane_keeps_the_order_and_the_ledger(figure) -> None:
     """What is left open is what rk4 takes from a swing of the stuck node, (h w)^6 / 72 of its
     energy a step with h w = 0.36 at 0.05 s: 4e2 J of 4e6 J in the first one, of 6e7 J in all."""
     tight = Tolerance(1e-11, 1e-11, 1e-13)

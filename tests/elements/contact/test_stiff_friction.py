@@ -1,6 +1,5 @@
 """Steep friction slopes and stiff steel with the implicit method at large steps."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,6 @@ from hydrosim.elements import Harmonic, constant
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Method, Scene, Tolerance
 
-Figure = Callable[[str, float], None]
 MASS, GRIP, PUSH, PERIOD = 1.945e8, 2e5, 4e5, 100.0
 
 
@@ -65,7 +63,7 @@ def test_an_explicit_method_oscillates_there() -> None:
 
 
 @pytest.mark.parametrize("stiffness", [1e10, 1e12])
-def test_stiff_steel_settles(stiffness: float, figure: Figure) -> None:
+def test_stiff_steel_settles(stiffness: float, figure) -> None:
     """A damped contact whose period is far below the step: it rests where weight meets spring."""
     body = scenes.block(1e6, ("heave",), position=scenes.moving(heave=-2e7 / stiffness))
     forces = {
@@ -93,7 +91,7 @@ def dropped(stiffness: float, damping: float, **solver: object) -> Scene:
 
 
 @pytest.mark.parametrize("method", [Method.DOPRI5, Method.ESDIRK4])
-def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure: Figure) -> None:
+def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure) -> None:
     """Legs of 1e11 N/m ring with 140 rad/s; neither method is told. Against dopri5 at 1e-11."""
     tight = Tolerance(1e-11, 1e-11, 1e-13)
     exact = hs.simulate(dropped(1e11, 1e8, method=Method.DOPRI5, tolerance=tight))
@@ -108,7 +106,7 @@ def test_a_drop_on_stiff_steel_at_the_default_tolerance(method: Method, figure: 
 
 
 @pytest.mark.slow
-def test_a_node_hundreds_of_times_as_stiff(figure: Figure) -> None:
+def test_a_node_hundreds_of_times_as_stiff(figure) -> None:
     """K2 is 300 times that of the base case: the node breaks away at a stretch of 1e-5 m, and is
     tolerated by the friction that its error makes, not in metres. Both methods see the same."""
     stiff = {"forces.interface.friction.stiffness": 1.7e11, "duration": 560}

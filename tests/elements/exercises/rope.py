@@ -15,8 +15,18 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from hydrosim.elements import kind
 from hydrosim.elements.contact.geometry import EARTH
+from hydrosim.elements.kind import (
+    Columns,
+    KindWithModeSets,
+    Layout,
+    ModeRows,
+    ModeSet,
+    StateBlocks,
+    UnitRecord,
+    Variable,
+    rest_at_first,
+)
 from hydrosim.elements.pair import apply_tension, line_between
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, FRICTION_MARGIN, MARGINS, MODE
@@ -60,7 +70,7 @@ class RopeConstants(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: kind.Layout) -> RopeConstants:
+def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> RopeConstants:
     """Constants of the ropes among ``elements``."""
     rows = []
     for name, e in elements.items():
@@ -147,31 +157,29 @@ def set_initial_modes(y, modes, motion, bodies, p):
         modes[p.mode + i, MODE] = TAUT if T > 0.0 else SLACK
 
 
-class RopeKind(kind.KindWithModeSets):
+class RopeKind(KindWithModeSets):
     unit = "rope"
     variables: ClassVar = {
-        "rope_tension": kind.Variable("tension", "N", "from the point to the anchor"),
-        "rope_creep": kind.Variable("creep", "m"),
-        "rope_mode": kind.Variable("slack, taut or broken", "1", flags="slack taut broken"),
+        "rope_tension": Variable("tension", "N", "from the point to the anchor"),
+        "rope_creep": Variable("creep", "m"),
+        "rope_mode": Variable("slack, taut or broken", "1", flags="slack taut broken"),
     }
 
-    def modes(self, p: RopeConstants) -> kind.ModeRows:
-        return kind.ModeRows(p.lines.size)
+    def modes(self, p: RopeConstants) -> ModeRows:
+        return ModeRows(p.lines.size)
 
-    def states(self, p: RopeConstants, scene: Scene) -> Iterator[kind.StateBlocks]:
-        yield kind.StateBlocks("rope", self.unit_names(scene), ("creep",))
+    def states(self, p: RopeConstants, scene: Scene) -> Iterator[StateBlocks]:
+        yield StateBlocks("rope", self.unit_names(scene), ("creep",))
 
     def coupled_states(self, p: RopeConstants) -> np.ndarray:
         return p.state + np.arange(p.lines.size)
 
-    def mode_sets(self, p: RopeConstants) -> Sequence[kind.ModeSet]:
+    def mode_sets(self, p: RopeConstants) -> Sequence[ModeSet]:
         rest = np.zeros(p.lines.size, dtype=np.int64)
         every = [("slack", SLACK), ("taut", TAUT)] if p.lines.size else []
-        return [
-            kind.ModeSet(f"ropes {text}", kind.rest_at_first(rest, mode)) for text, mode in every
-        ]
+        return [ModeSet(f"ropes {text}", rest_at_first(rest, mode)) for text, mode in every]
 
-    def record(self, p: RopeConstants, bodies: Any, kept: kind.UnitRecord) -> kind.Columns:
+    def record(self, p: RopeConstants, bodies: Any, kept: UnitRecord) -> Columns:
         each = ("time", "rope")
         return {
             "rope_tension": (each, kept.observed[:, :, TENSION]),

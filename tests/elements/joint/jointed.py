@@ -99,3 +99,10 @@ def observed_order(scene: hs.Scene, body: str, exact: np.ndarray, step: float) -
     """Order of rk4 from the errors of a body's place at ``step`` and at half of it."""
     errors = [apart(places(completed(by_rk4(scene, h)), body), exact) for h in (step, step / 2)]
     return float(np.log2(errors[0] / errors[1]))
+
+
+def assert_order(whole: hs.Scene, body: str, exact: np.ndarray, step: float, figure) -> None:
+    """Errors of rk4 fall with an order of 3.8 at least."""
+    order = observed_order(whole, body, exact, step)
+    figure("order", order)
+    assert order >= 3.8

@@ -12,7 +12,6 @@ ground in the earth's axes, about the point of the joint on the ground.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -168,7 +167,7 @@ def _size(load: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("pendulum", [p for p in PENDULUMS if not p.like_hinge], ids=kind_of)
-def test_hinge_and_slider(pendulum: Pendulum, validated: Callable[..., None]) -> None:
+def test_hinge_and_slider(pendulum: Pendulum, validated) -> None:
     found = distances(our_motion(pendulum), motion_of_data(pendulum))
     for what, error, limit in zip(WHAT, found, LIMITS, strict=True):
         claim = f"pendulums on a hinge and on a slider, {what}"
@@ -176,7 +175,7 @@ def test_hinge_and_slider(pendulum: Pendulum, validated: Callable[..., None]) ->
 
 
 @pytest.mark.parametrize("pendulum", [p for p in PENDULUMS if p.like_hinge], ids=kind_of)
-def test_ball_and_universal_joint(pendulum: Pendulum, validated: Callable[..., None]) -> None:
+def test_ball_and_universal_joint(pendulum: Pendulum, validated) -> None:
     """Both let the pendulum fall as the hinge does: it is the same motion, turned. Of the data only
     that of the hinge is exact to the digits. On the others ADAMS loses 4e-4 of the energy, see
     below, and is 2e-4 of the range away from itself."""

@@ -18,7 +18,6 @@ angles of the first body, seen from the water, and the angle of the hinge:
     q' = M(q)^-1 s,   s' = q'^T M_q q' / 2 - V_q,   T = q'^T M(q) q' / 2;  M_q by the complex step.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import radians
@@ -34,7 +33,6 @@ from turning import points, turned, turned_back
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Coefficients, Environment, Joint, Scene, Stream, Symmetry, Weight
 
-Figure = Callable[[str, float], None]
 KEPT = 1e-10  # of impulses and energies
 WITHIN = 1e-9  # of the range
 TINY = 1e-30  # complex step
@@ -131,7 +129,7 @@ def changed(run: xr.Dataset) -> float:
     return float((np.ptp(kept, axis=0) / np.abs(kept).max(axis=0)).max())
 
 
-def test_impulse_and_energy_are_kept(validated: Callable[..., None]) -> None:
+def test_impulse_and_energy_are_kept(validated) -> None:
     run = the_run()
     assert np.ptp(run.position.sel(body="fore", dof="yaw").values) > np.pi
     claim, against = "hinged pair adrift in a current, change of impulse and energy", "0"
@@ -161,7 +159,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("held", OTHERS.values(), ids=list(OTHERS))
-def test_impulse_and_energy_are_kept_on_any_joint(held: Joint, figure: Figure) -> None:
+def test_impulse_and_energy_are_kept_on_any_joint(held: Joint, figure) -> None:
     """The heading of the second body has a gradient in all turns of the joint that tilt it."""
     run = completed(replace(pair(held=held), duration=6.0))
     error = changed(run)
@@ -226,7 +224,7 @@ class Pair:
         return fore, fore + np.array(aft)
 
 
-def test_motions_by_hamilton(validated: Callable[..., None]) -> None:
+def test_motions_by_hamilton(validated) -> None:
     fore, aft = Pair().motion()
     run = the_run()
     error = max(apart(places(run, "fore"), fore), apart(places(run, "aft"), aft))
@@ -236,7 +234,7 @@ def test_motions_by_hamilton(validated: Callable[..., None]) -> None:
 
 
 @pytest.mark.parametrize("by", [radians(37.0), radians(123.0)])
-def test_the_pair_turned(by: float, figure: Figure) -> None:
+def test_the_pair_turned(by: float, figure) -> None:
     shift = (3.0, 5.0)
     run = completed(turned(pair(), by, shift))
     before, after = points(the_run(), pair()), turned_back(points(run, pair()), by, shift)
@@ -245,7 +243,7 @@ def test_the_pair_turned(by: float, figure: Figure) -> None:
     assert error <= WITHIN
 
 
-def test_a_current_carries_the_pair_along(figure: Figure) -> None:
+def test_a_current_carries_the_pair_along(figure) -> None:
     """Seen from the water, the motion is that in still water."""
     still = completed(pair(np.zeros(3)))
     drift = CURRENT * TIME[:, None]

@@ -1,6 +1,6 @@
 """`joint_force` against the multipliers of a model whose bodies are all free."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,6 @@ from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Joint, JointResistance, JointType, Kinematics, Scene, Weight
 from hydrosim.scene.joint import MOTIONS
 
-Figure = Callable[[str, float], None]
 WITHIN = 1e-10  # of the largest force or moment
 HELD = 1e-13  # m, and of the cosine of a right angle
 CHAINS = (
@@ -122,7 +121,7 @@ def test_joint_forces_are_the_multipliers(kinds, seed, validated):
 
 
 @pytest.mark.parametrize("kinds", CHAINS, ids="-".join)
-def test_trees_hold_identically(kinds: Sequence[str], figure: Figure) -> None:
+def test_trees_hold_identically(kinds: Sequence[str], figure) -> None:
     """At a coarse step, too, where motions are wrong by far more than joints open."""
     whole = by_rk4(replace(chain(kinds, 7), duration=1.0, output_step=0.05), 0.05)
     run = completed(whole)
@@ -138,7 +137,7 @@ def test_trees_hold_identically(kinds: Sequence[str], figure: Figure) -> None:
     assert np.abs(found - exact).max() <= WITHIN * np.abs(exact).max()
 
 
-def test_what_acts_in_a_joint_is_no_part_of_its_load(figure: Figure) -> None:
+def test_what_acts_in_a_joint_is_no_part_of_its_load(figure) -> None:
     """Springs and dampers of hinges are moments on both bodies, and none of `joint_force`."""
     whole = chain(("hinge", "hinge", "hinge"), 5)
     joints = {name: _sprung(held) for name, held in whole.joints.items()}

@@ -1,7 +1,6 @@
 """What must not matter: place and heading of a scene, names and order of bodies, which body tells a
 joint, and which body is the root."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import radians
@@ -15,7 +14,6 @@ from turning import points, renamed, rooted, swapped, turned, turned_back
 from hydrosim.elements import AppliedForce, Harmonic, LinearMooring, Spring
 from hydrosim.scene import ForceElement, JointResistance, Scene, Tolerance, Weight
 
-Figure = Callable[[str, float], None]
 WITHIN = 1e-9  # of the range
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])
 TOLERANCE = Tolerance(1e-11, 1e-11, 1e-11)
@@ -104,7 +102,7 @@ def apart(found: np.ndarray) -> float:
     return float((np.abs(found - exact).max(axis=(0, 2)) / ranges).max())
 
 
-def test_the_scene_turned(figure: Figure) -> None:
+def test_the_scene_turned(figure) -> None:
     run = completed(turned(tree(), BY, SHIFT))
     error = apart(turned_back(points(run, tree()), BY, SHIFT))
     figure("error", error)
@@ -115,7 +113,7 @@ def test_the_scene_turned(figure: Figure) -> None:
     assert np.abs(back - before).max() <= WITHIN * np.abs(before).max()
 
 
-def test_the_order_and_the_names_of_bodies_and_joints(figure: Figure) -> None:
+def test_the_order_and_the_names_of_bodies_and_joints(figure) -> None:
     whole = renamed(tree(), {name: f"{k} {name[::-1]}" for k, name in enumerate(reversed(TREE))})
     rng = np.random.default_rng(1)
     bodies = tuple(whole.bodies[i] for i in rng.permutation(len(whole.bodies)))
@@ -128,7 +126,7 @@ def test_the_order_and_the_names_of_bodies_and_joints(figure: Figure) -> None:
 
 
 @pytest.mark.parametrize("name", ["wrist", "shin"])
-def test_which_body_tells_a_joint(name: str, figure: Figure) -> None:
+def test_which_body_tells_a_joint(name: str, figure) -> None:
     """A joint told from the side that the tree grows from. Its load is on the other body now."""
     run = completed(swapped(tree(), name))
     error = apart(points(run, tree()))
@@ -139,7 +137,7 @@ def test_which_body_tells_a_joint(name: str, figure: Figure) -> None:
 
 
 @pytest.mark.parametrize("root", TREE)
-def test_which_body_is_the_root(root: str, figure: Figure) -> None:
+def test_which_body_is_the_root(root: str, figure) -> None:
     run = completed(rooted(tree(), root, as_told()))
     error = apart(points(run, tree()))
     figure("error", error)

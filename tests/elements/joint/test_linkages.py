@@ -18,11 +18,11 @@ import xarray as xr
 from jointed import (
     G,
     apart,
+    assert_order,
     carried,
     completed,
     joint,
     moved,
-    observed_order,
     places,
     rotations,
     scene,
@@ -231,9 +231,7 @@ def test_a_loop(mechanism, build, closing, validated, figure):
     claim, against = "loops of joints, the gap where they close [m]", "0"
     validated(Kind.CLOSED_FORM, claim, against, open_by, CLOSED, Feature.JOINTS)
     assert run.attrs["energy_residual_relative"] <= WITHIN
-    order = observed_order(whole, closing[0], exact[closing[0]], 0.00125)
-    figure("order", order)
-    assert order >= ORDER
+    assert_order(whole, closing[0], exact[closing[0]], 0.00125, figure)
 
 
 @pytest.mark.parametrize("mechanism", [FOUR_BAR, SLIDER_CRANK], ids=["four-bar", "slider-crank"])

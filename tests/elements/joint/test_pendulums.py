@@ -1,6 +1,5 @@
 """Pendulums against Lagrange's equations in coordinates of their own, by DOP853."""
 
-from collections.abc import Callable
 from math import cos, pi, sin, sqrt
 from typing import NamedTuple
 
@@ -9,11 +8,11 @@ import pytest
 from jointed import (
     G,
     apart,
+    assert_order,
     carried,
     completed,
     joint,
     moved,
-    observed_order,
     places,
     rotations,
     scene,
@@ -26,8 +25,6 @@ from hydrosim.elements import Harmonic
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import Body, Scene
 
-Figure = Callable[[str, float], None]
-Validated = Callable[..., None]
 WITHIN = 1e-9  # of the range
 ORDER = 3.8
 Y = (0.0, 1.0, 0.0)
@@ -105,16 +102,14 @@ def double_pendulum_by_lagrange() -> tuple[np.ndarray, np.ndarray]:
     return hung(a, UPPER.centre), hung(a, UPPER.length) + hung(b, LOWER.centre)
 
 
-def test_a_double_pendulum(validated: Validated, figure: Figure) -> None:
+def test_a_double_pendulum(validated, figure) -> None:
     whole, (upper, lower) = double_pendulum(), double_pendulum_by_lagrange()
     run = completed(whole)
     error = max(apart(places(run, "upper"), upper), apart(places(run, "lower"), lower))
     claim, against = "double pendulum, 10 s", "Lagrange's equations by DOP853"
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     assert run.attrs["energy_residual_relative"] <= WITHIN
-    order = observed_order(whole, "lower", lower, 0.05)
-    figure("order", order)
-    assert order >= ORDER
+    assert_order(whole, "lower", lower, 0.05, figure)
 
 
 TILT, PRECESSION = 0.8, 1.3  # of the spherical pendulum [rad, rad/s]
@@ -147,15 +142,13 @@ def spherical_pendulum_by_lagrange() -> np.ndarray:
     return UPPER.centre * np.stack([np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), -np.cos(a)], 1)
 
 
-def test_a_spherical_pendulum(validated: Validated, figure: Figure) -> None:
+def test_a_spherical_pendulum(validated, figure) -> None:
     whole, exact = spherical_pendulum(), spherical_pendulum_by_lagrange()
     run = completed(whole)
     error = apart(places(run, "rod"), exact)
     claim, against = "spherical pendulum on a ball joint, 10 s", "Lagrange's equations by DOP853"
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
-    order = observed_order(whole, "rod", exact, 0.05)
-    figure("order", order)
-    assert order >= ORDER
+    assert_order(whole, "rod", exact, 0.05, figure)
 
 
 CARRIAGE = 40.0  # mass of the pivot [kg]
@@ -214,7 +207,7 @@ def moving_pivot_by_lagrange(shaking: Shaking) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(("ratio", "unstable"), [(2.0, True), (1.4, False)])
 def test_a_moving_pivot_makes_a_pendulum_unstable_at_twice_its_frequency(
-    ratio: float, unstable: bool, validated: Validated, figure: Figure
+    ratio: float, unstable: bool, validated, figure
 ) -> None:
     shaking = Shaking(ratio * NATURAL)
     whole = moving_pivot(shaking)
@@ -228,9 +221,7 @@ def test_a_moving_pivot_makes_a_pendulum_unstable_at_twice_its_frequency(
     against = "Lagrange's equations by DOP853"
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
     if unstable:
-        order = observed_order(whole, "rod", exact, 0.05)
-        figure("order", order)
-        assert order >= ORDER
+        assert_order(whole, "rod", exact, 0.05, figure)
 
 
 SPIN = 30.0  # of the gyroscope about itself [rad/s]
@@ -270,7 +261,7 @@ def gyroscope_by_lagrange() -> np.ndarray:
     return about(2, b) @ about(1, a) @ about(2, c)
 
 
-def test_a_gyroscope(validated: Validated, figure: Figure) -> None:
+def test_a_gyroscope(validated, figure) -> None:
     """Its axis traces cusps, its frame turns 29 times."""
     whole, exact = gyroscope(), gyroscope_by_lagrange()
     tip = TOP.centre * exact[:, :, 2]
@@ -280,9 +271,7 @@ def test_a_gyroscope(validated: Validated, figure: Figure) -> None:
     error = max(apart(places(run, "top"), tip), apart(rotations(run, "top"), exact))
     claim, against = "gyroscope that nutates, 29 turns", "Lagrange's equations by DOP853"
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
-    order = observed_order(whole, "top", tip, 0.005)
-    figure("order", order)
-    assert order >= ORDER
+    assert_order(whole, "top", tip, 0.005, figure)
 
 
 INERTIA = np.array([[3.0, -0.4, 0.2], [-0.4, 4.0, 0.3], [0.2, 0.3, 6.0]])
@@ -334,6 +323,4 @@ def test_a_ball_joint_turns_through_every_attitude(spin, validated, figure):
     error = apart(rotations(run, "body"), exact)
     claim, against = "body on a ball joint through every attitude", "Euler's equations by DOP853"
     validated(Kind.INDEPENDENT, claim, against, error, WITHIN, Feature.JOINTS)
-    order = observed_order(whole, "body", exact @ ARM, 0.005)
-    figure("order", order)
-    assert order >= ORDER
+    assert_order(whole, "body", exact @ ARM, 0.005, figure)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from jointed import G, apart, by_rk4, carried, completed, observed_order, places, rotations, scene
+from jointed import G, apart, assert_order, by_rk4, carried, completed, places, rotations, scene
+from scenes import assert_continues
 from solutions import solved
 
 import hydrosim as hs
@@ -16,10 +17,8 @@ from hydrosim.elements import Drive, Harmonic
 from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.check import describe_joints
-from hydrosim.scene import Active, Body, Joint, JointType, Kinematics, Scene, Start, Weight, When
+from hydrosim.scene import Active, Body, Joint, JointType, Kinematics, Scene, Weight, When
 
-Validated = Callable[..., None]
-Figure = Callable[[str, float], None]
 WITHIN = 1e-9
 DURATION = 10.0
 TIME = np.linspace(0.0, DURATION, 101)
@@ -89,7 +88,7 @@ def shaken(t: float) -> tuple[float, float, float]:
     return A * sin(phase), w * A * cos(phase), -w * w * A * sin(phase)
 
 
-def test_a_block_that_hangs_from_a_rod(validated: Validated, figure: Figure) -> None:
+def test_a_block_that_hangs_from_a_rod(validated, figure) -> None:
     block, line = hung_block()
     whole = scene([block], {"line": line}, DURATION)
     run = completed(whole)
@@ -104,12 +103,10 @@ def test_a_block_that_hangs_from_a_rod(validated: Validated, figure: Figure) -> 
     eye = places(run, "block") + EYE * arm
     np.testing.assert_allclose(np.linalg.norm(eye, axis=1), LENGTH, rtol=0.0, atol=1e-8)
     assert run.attrs["energy_residual_relative"] < WITHIN
-    order = observed_order(whole, "block", exact, 0.1)
-    figure("order", order)
-    assert order > 3.8
+    assert_order(whole, "block", exact, 0.1, figure)
 
 
-def test_a_rod_pendulum_with_a_driven_pivot(validated: Validated) -> None:
+def test_a_rod_pendulum_with_a_driven_pivot(validated) -> None:
     """The other end is on a cart, which a drive moves."""
     block, _ = hung_block()
     cart = carried("cart", 7.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), dofs=("surge",))
@@ -202,11 +199,7 @@ def test_small_angles_keep_the_distance_along_the_rod_at_rest() -> None:
 def test_a_run_goes_on_to_the_bit() -> None:
     block, line = hung_block()
     whole = replace(by_rk4(scene([block], {"line": line}, 6.0), 0.05), output_states=True)
-    run = completed(whole)
-    rest = completed(replace(whole, initial=Start(run, 2.0), duration=4.0))
-    later = run.sel(time=slice(2.0 - 1e-9, None))
-    for name in ("position", "velocity", "joint_force"):
-        np.testing.assert_array_equal(rest[name], later[name])
+    assert_continues(whole, completed(whole), (2.0,), "position", "velocity", "joint_force")
 
 
 def refused(whole: Scene) -> str:

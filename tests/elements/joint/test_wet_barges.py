@@ -41,8 +41,9 @@ def test_linear_analysis_against_the_frequency_domain(barges, validated):
     """All motions, in waves from all sides, with added mass and damping of the database."""
     rows = range(6, barges.frequency.size, 6)
     columns = range(0, barges.heading.size, 2)
-    headings, frequencies = tuple(barges.heading[list(columns)]), barges.frequency[list(rows)]
-    wanted = LinearRequest(headings, tuple(frequencies), radiation=Radiation.DATABASE)
+    keys = {"headings": barges.heading[list(columns)], "frequencies": barges.frequency[list(rows)]}
+    keys = {key: tuple(values) for key, values in keys.items()}
+    wanted = LinearRequest(**keys, radiation=Radiation.DATABASE)
     found = linear_analysis(scene_of(), wanted)
     phased = found.rao_amplitude * np.exp(1j * found.rao_phase)
     raos = phased.sel(body=NAMES).transpose("heading", "frequency", "body", "dof")

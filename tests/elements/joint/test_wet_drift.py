@@ -5,7 +5,6 @@ motion is. So kinetic energy with A_inf and stored energy together never exceed 
 Kinetic energy is by hand from the record, in the axes that turn with each hull.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import radians
@@ -85,7 +84,7 @@ def energy_of(scene: hs.Scene, run: xr.Dataset) -> np.ndarray:
 
 @pytest.mark.parametrize("radiation", [RadiationModel.STATE_SPACE, RadiationModel.CONVOLUTION])
 @pytest.mark.parametrize("pair", PAIRS)
-def test_memory_never_gives_energy(pair, radiation, figure: Callable[[str, float], None]) -> None:
+def test_memory_never_gives_energy(pair, radiation, figure) -> None:
     scene = drifting(pair, radiation)
     run = hs.simulate(scene)
     energy = energy_of(scene, run)
@@ -104,7 +103,6 @@ def test_memory_never_gives_energy(pair, radiation, figure: Callable[[str, float
 
 # Two barges on a vertical hinge that drift and turn, with the memory of the waves they radiate.
 
-Figure = Callable[[str, float], None]
 BOX = Path(__file__).parents[3] / "hydro_db" / "box.nc"  # 100 m by 20 m, 5 m deep
 MASS, RADII = 1.025e7, (7.0, 26.0, 26.0)
 APART = 104.0  # m between centres
@@ -146,7 +144,7 @@ def the_run(memory: str) -> xr.Dataset:
 
 @pytest.mark.parametrize("memory", list(MEMORIES))
 @pytest.mark.parametrize("held", list(JOINTS))
-def test_with_memory_a_pair_never_gains_energy(held: str, memory: str, figure: Figure) -> None:
+def test_with_memory_a_pair_never_gains_energy(held: str, memory: str, figure) -> None:
     """In still water: the waves have taken energy at any time, though the pair folds and turns."""
     run = completed(barges(memory, hs.Stream(), held))
     lost = run.energy_dissipated_radiation.values
@@ -158,7 +156,7 @@ def test_with_memory_a_pair_never_gains_energy(held: str, memory: str, figure: F
 
 
 @pytest.mark.parametrize("memory", list(MEMORIES))
-def test_a_pair_with_memory_turns_with_the_scene(memory: str, figure: Figure) -> None:
+def test_a_pair_with_memory_turns_with_the_scene(memory: str, figure) -> None:
     by, shift = radians(37.0), (30.0, -20.0)
     whole = barges(memory)
     found = turned_back(points(completed(turned(whole, by, shift)), whole), by, shift)

@@ -10,7 +10,6 @@ Weight and buoyancy are forces at the centre of gravity; C acts on displacement 
 B and K are those of hydrosim's fit, C and V those of the database. The dimensions are spelled out.
 """
 
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -77,7 +76,7 @@ def error_of(scene: hs.Scene) -> float:
     return float(np.abs(angle - expected()).max() / np.ptp(expected()))
 
 
-def test_decay_from_a_large_angle(validated: Callable[..., None]) -> None:
+def test_decay_from_a_large_angle(validated) -> None:
     """It swings back beyond 30 deg: a linear stiffness would miss 8 per cent of the moment."""
     assert np.degrees(expected().min()) < -30.0
     tight = {"solver__method": "dopri5", "solver__tolerance": {"relative": 1e-10}}

@@ -1,6 +1,5 @@
 """The case that a run holds, of scenes with joints: it is read again, and gives the same run."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,7 +77,7 @@ def with_waves_turned(scene: Scene) -> Scene:
 
 
 @pytest.mark.parametrize("case", SCENES)
-def test_joints_do_not_know_where_north_is(case: str, figure: Callable[[str, float], None]) -> None:
+def test_joints_do_not_know_where_north_is(case: str, figure) -> None:
     scene = scene_of(case)
     one, other = hs.simulate(scene), hs.simulate(with_waves_turned(scene))
     for name in ("joint_position", "joint_velocity", "pto_power"):

@@ -1,6 +1,6 @@
 """Catenaries on bodies: against independent equations, energy, invariance, restarts, events."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import asinh, sqrt
 from pathlib import Path
@@ -111,7 +111,7 @@ def solve_jonkman(span: float, height: float, *pars: float) -> tuple[float, floa
     return found[0], found[1]
 
 
-def test_motion_against_independent_equations(validated: Callable[..., None]) -> None:
+def test_motion_against_independent_equations(validated) -> None:
     """A body in surge, heave and pitch on two lines, integrated by DOP853 with its own lines."""
     ends = {"ahead": ((10.0, 0.0, -2.0), 110.0), "astern": ((-10.0, 0.0, -1.0), -105.0)}
     L, w, EA, CB = 118.0, 1000.0, 4e7, 0.4
@@ -217,7 +217,7 @@ def test_two_bodies_on_one_line() -> None:
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("CB", [0.0, 0.5])
-def test_a_fairlead_on_a_circle(sense: float, CB: float, validated: Callable[..., None]) -> None:
+def test_a_fairlead_on_a_circle(sense: float, CB: float, validated) -> None:
     """Two drives lead the fairlead once round a circle of 5 m in the plane of the line. Their
     forces are those of Jonkman's equations, and so is their work, by a quadrature. With friction of
     the bed a closed way takes work, of either sign by direction, and else none."""

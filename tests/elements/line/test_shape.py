@@ -1,7 +1,7 @@
 """Lines in their plane, against extended precision, MoorPy, OrcaFlex, and work along paths."""
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from math import inf, log, nan, pi
 from typing import Any
@@ -81,7 +81,7 @@ def error_of(p: shape.LinePull, row: dict[str, float]) -> float:
     return float(error / tension) if tension > 0.0 else float(error)
 
 
-def test_extended_precision(validated: Callable[..., None]) -> None:
+def test_extended_precision(validated) -> None:
     """300 lines: slack to taut, soft to stiff, up to five pieces with clumps, on the bed or off."""
     errors = [error_of(pull(case), row) for case, row in exact_lines()]
     assert len(errors) == 300
@@ -121,7 +121,7 @@ def test_stiffness_straight_down() -> None:
     np.testing.assert_allclose(of(stiffness, case), exact, atol=1e-9)
 
 
-def test_moorpy(validated: Callable[..., None]) -> None:
+def test_moorpy(validated) -> None:
     """500 random lines that MoorPy solves."""
     errors = []
     for row in table("moorpy"):

@@ -145,18 +145,18 @@ class Drum:
             found.append((lambda t, y, m: self.pull(y, m)[0] - self.low, self.begins("in")))
         if mode in ("out", "in"):
             way = turning[mode]
-            found.append((lambda t, y, m: way * self.pull(y, m)[1], lambda t, y: "stuck"))
+            found.append((lambda t, y, m: way * self.pull(y, m)[1], "stuck"))
             fast = f"fast {mode}"
-            room: Event = (lambda t, y, m: self.speed - way * self.pull(y, m)[1], lambda t, y: fast)
+            room: Event = (lambda t, y, m: self.speed - way * self.pull(y, m)[1], fast)
             found.append(room)
         if mode == "fast out":
             found.append((lambda t, y, m: self.pull(y, m)[0] - self.high, self.back("out")))
         if mode == "fast in":
             found.append((lambda t, y, m: self.low - self.pull(y, m)[0], self.back("in")))
         if turning.get(mode) == 1.0:
-            found.append((lambda t, y, m: self.ends[1] - y[2], lambda t, y: "empty"))
+            found.append((lambda t, y, m: self.ends[1] - y[2], "empty"))
         if turning.get(mode) == -1.0:
-            found.append((lambda t, y, m: y[2] - self.ends[0], lambda t, y: "full"))
+            found.append((lambda t, y, m: y[2] - self.ends[0], "full"))
         return found
 
     def begins(self, side: str) -> Callable[[float, np.ndarray], str]:

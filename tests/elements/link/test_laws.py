@@ -23,7 +23,6 @@ from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import ForceElement, Joint, JointType, Scene, Start
 from hydrosim.scene import JointResistance as Resistance
 
-Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
 ANCHOR = (10.0, 0.0, 0.0)
 MASS, INERTIA = 1e3, 2e3
@@ -91,7 +90,7 @@ EVERY = pytest.mark.parametrize("coordinate", [LINE, AXIS, SLIDER], ids=["line",
 
 
 @EVERY
-def test_stops_on_any_coordinate(coordinate: dict[str, Any], figure: Figure) -> None:
+def test_stops_on_any_coordinate(coordinate: dict[str, Any], figure) -> None:
     """A mass between two stops with damping, which never pull."""
     k, c, low, high = 4e4, 1e3, -0.5, 0.8
     shift = 10.0 if coordinate is LINE else 0.0
@@ -108,15 +107,12 @@ def test_stops_on_any_coordinate(coordinate: dict[str, Any], figure: Figure) -> 
 
     def ends(mode: str) -> list[Event]:
         if mode == "away":
-            return [
-                (lambda t, y, m: y[0] - low, lambda t, y: "low"),
-                (lambda t, y, m: high - y[0], lambda t, y: "high"),
-            ]
+            return [(lambda t, y, m: y[0] - low, "low"), (lambda t, y, m: high - y[0], "high")]
         side = mode.removeprefix("loose ")
         end, sign = sides[side]
         if side == mode:
-            return [(lambda t, y, m: sign * push(y, side), lambda t, y: f"loose {side}")]
-        return [(lambda t, y, m: sign * (end - y[0]), lambda t, y: "away")]
+            return [(lambda t, y, m: sign * push(y, side), f"loose {side}")]
+        return [(lambda t, y, m: sign * (end - y[0]), "away")]
 
     whole = on(coordinate, 0.1, 1.2, stop=stop)
     error = judge(whole, coordinate, (rates, ends, "away"), (0.1, 1.2), 9)
@@ -126,7 +122,7 @@ def test_stops_on_any_coordinate(coordinate: dict[str, Any], figure: Figure) -> 
 
 
 @EVERY
-def test_gas_springs_on_any_coordinate(coordinate: dict[str, Any], figure: Figure) -> None:
+def test_gas_springs_on_any_coordinate(coordinate: dict[str, Any], figure) -> None:
     """A mass that a constant force presses onto a gas spring, through both of its ends."""
     P, S, h, n, k, c = 2e3, 1.0, 0.9, 1.4, 1e5, 40.0
     neutral = 10.0 if coordinate is LINE else 0.0
@@ -150,11 +146,11 @@ def test_gas_springs_on_any_coordinate(coordinate: dict[str, Any], figure: Figur
     def ends(mode: str) -> list[Event]:
         if mode == "stroke":
             return [
-                (lambda t, y, m: 0.5 * S - y[0], lambda t, y: "long"),
-                (lambda t, y, m: y[0] + 0.5 * S, lambda t, y: "short"),
+                (lambda t, y, m: 0.5 * S - y[0], "long"),
+                (lambda t, y, m: y[0] + 0.5 * S, "short"),
             ]
         sign = 1.0 if mode == "long" else -1.0
-        return [(lambda t, y, m: sign * y[0] - 0.5 * S, lambda t, y: "stroke")]
+        return [(lambda t, y, m: sign * y[0] - 0.5 * S, "stroke")]
 
     whole = on(coordinate, 0.0, 1.6, gas=gas, load=load[id(coordinate)])
     error = judge(whole, coordinate, (rates, ends, "stroke"), (0.0, 1.6), 6)
@@ -166,7 +162,7 @@ def test_gas_springs_on_any_coordinate(coordinate: dict[str, Any], figure: Figur
 
 
 @EVERY
-def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure: Figure) -> None:
+def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure) -> None:
     """A mass on a spring with dry friction, which sticks and slips until it rests."""
     static, kinetic, k, c, spring = 900.0, 600.0, 2e5, 3e3, 8e3
     law = {"static": static, "kinetic": kinetic, "stiffness": k, "damping": c}
@@ -200,7 +196,7 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure: Figu
                 (lambda t, y, m: static + stretch(y), partial(slip, "down")),
             ]
         sign = 1.0 if mode == "up" else -1.0
-        return [(lambda t, y, m: sign * y[1], lambda t, y: "sticks")]
+        return [(lambda t, y, m: sign * y[1], "sticks")]
 
     runs = [hs.simulate(replace(whole, solver=replace(whole.solver, step=h))) for h in STEPS]
     exact, modes, _ = integrate(rates, ends, "sticks", (0.6, 0.0, 0.6), runs[0].time.values)

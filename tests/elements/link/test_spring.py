@@ -19,7 +19,6 @@ from hydrosim.report.evidence import Feature, Kind
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
 
-Figure = Callable[[str, float], None]
 EXACT = 1e-7  # of the range of the motion, at the smallest step
 ORIGIN = (0.0, 0.0, 0.0)
 STRAIGHT = np.array([0.0, 1.0])
@@ -143,7 +142,7 @@ class Lines:
 
         def watch(i: int, after: tuple[int, bool], function: Callable[[np.ndarray], float]) -> None:
             new = (*modes[:i], after, *modes[i + 1 :])
-            found.append((lambda t, y, _: function(y), lambda t, y: new))
+            found.append((lambda t, y, _: function(y), new))
 
         for i, (piece, cut) in enumerate(modes):
             if piece < corners.size - 1:
@@ -227,7 +226,7 @@ def test_other_methods_go_through_the_same_events(method: Method) -> None:
     np.testing.assert_allclose(scenes.surge(run), states[:, 0], atol=1e-4 * np.ptp(states[:, 0]))
 
 
-def test_an_elastic_pendulum(figure: Figure) -> None:
+def test_an_elastic_pendulum(figure) -> None:
     """A body on a line in three dimensions as DOP853 has it; the line goes slack on the way."""
     m, g, k, L = 1e3, 9.81, 4e4, 10.0
     steps = (0.005, 0.0025, 0.00125)
@@ -248,7 +247,7 @@ def test_an_elastic_pendulum(figure: Figure) -> None:
         return (np.linalg.norm(top - y[:3]) - L) * (1 if taut else -1)
 
     taut, launch = bool(np.linalg.norm(top - start) > L), [*start, *speed]
-    ends, times = lambda taut: [(end, lambda t, y: not taut)], runs[0].time.values
+    ends, times = lambda taut: [(end, not taut)], runs[0].time.values
     motion = integrate(rates, ends, taut, launch, times, max_step=0.02)
     exact, events = motion.states[:, :3], len(motion.events)
     found = [run.position.values[:, 0, :3] for run in runs]
@@ -273,7 +272,7 @@ def two_bodies(step: float, **changes: Any) -> Scene:
     return replace(scenes.scene((left, right), {"line": spring}, 10.0, 0.1, step=step), **changes)
 
 
-def test_two_bodies_keep_their_momentum(figure: Figure) -> None:
+def test_two_bodies_keep_their_momentum(figure) -> None:
     """Momentum is kept; angular momentum and energy but for an error of order 4."""
     drifts, losses, steps = [], [], (0.02, 0.01)
     for step in steps:
@@ -308,7 +307,7 @@ def turned(body: Body, angle: float, turn: np.ndarray) -> Body:
     return replace(body, location=location, position=scenes.moving(yaw=angle), velocity=velocity)
 
 
-def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
+def test_a_turned_scene_moves_as_it_did(figure) -> None:
     """Bodies, anchors and points turned about z: motion and wrenches turn, through five events."""
     angle = 1.1
     turn = Rotation.from_euler("z", angle).as_matrix()
@@ -370,7 +369,7 @@ STEEL = StickSlip(0.3, 0.2, 2e6, 4e4, 1e4)
 STERN = line((-9.6, 0.0, 0.5), 10.0, 3e5)
 
 
-def test_lines_and_fenders_keep_their_own_modes(figure: Figure) -> None:
+def test_lines_and_fenders_keep_their_own_modes(figure) -> None:
     """A line that stays slack changes no digit of what a block does on a floor; one that stops the
     block is taut for a while, in which the fenders slip and stick, and the ledger closes; a run
     with both goes on to the bit after a restart."""

@@ -1,6 +1,5 @@
 """Struts, torsion springs and power take-offs: closed forms, balances, large rotations."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import pi, sqrt
 from pathlib import Path
@@ -34,7 +33,6 @@ from hydrosim.run.step_limits import scene_step_limits
 from hydrosim.scene import ForceElement, JointType, Kinematics, Method, Symmetry, Weight
 from hydrosim.scene import JointResistance as Resistance
 
-Figure = Callable[[str, float], None]
 ORIGIN = (0.0, 0.0, 0.0)
 NONE = np.zeros(0)
 STRAIGHT = np.array([0.0, 1.0])
@@ -60,7 +58,7 @@ def along(x: float, v: float, link: ForceElement, duration: float = 5.0, **solve
 
 
 def assert_order(
-    figure: Figure, steps: tuple[float, ...], found: list[np.ndarray], exact: np.ndarray
+    figure, steps: tuple[float, ...], found: list[np.ndarray], exact: np.ndarray
 ) -> float:
     """Errors at these steps fall with an order of 3.8 at least; the last one, of the range."""
     errors = np.array([np.abs(x - exact).max() for x in found]) / np.ptp(exact)
@@ -159,7 +157,7 @@ def wrapped(angle: float) -> float:
     return float((angle + pi) % (2 * pi) - pi)
 
 
-def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure: Figure) -> None:
+def test_the_twist_is_that_of_quaternions_and_its_moment_the_gradient(figure) -> None:
     """Twelve pairs of rotations: moments against differences of k phi^2 / 2 by quaternions."""
     random = np.random.default_rng(3)
     axis = np.array([0.3, -0.5, 0.8])
@@ -227,7 +225,7 @@ def turned_body(body: hs.Body, angle: float) -> hs.Body:
     return replace(body, location=tuple(location[:2]), heading=angle, velocity=tuple(velocity))
 
 
-def test_a_turned_scene_moves_as_it_did(figure: Figure) -> None:
+def test_a_turned_scene_moves_as_it_did(figure) -> None:
     """All three between the bodies, damped, and to the earth; the whole turned about z."""
     tied, twisted = (replace(JOINED[k]["it"], damping=3e2) for k in ("strut", "torsion spring"))
     soft = replace(JOINED["bushing"]["it"], damping=np.diag([2e2] * 6))
@@ -286,7 +284,7 @@ def test_mean_power_of_a_power_take_off(rotary, figure, validated):
     assert float(run.energy_work_push[-1]) == pytest.approx(energy, rel=1e-6)
 
 
-def test_quadratic_damping_decays_as_its_first_integral_says(figure: Figure) -> None:
+def test_quadratic_damping_decays_as_its_first_integral_says(figure) -> None:
     """(1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2) with b = 2 d / m for successive extremes."""
     d = 600.0
     damped = along(1.0, 0.0, strut(drag=d), 4.0, step=0.005)
@@ -417,7 +415,7 @@ def test_the_record_says_what_it_holds() -> None:
     assert "link" not in hs.simulate(scene(block(1.0), {"push": steady(surge=1.0)}, 1.0, 0.5)).dims
 
 
-def test_links_on_a_hinged_body(figure: Figure, validated: Callable[..., None]) -> None:
+def test_links_on_a_hinged_body(figure, validated) -> None:
     """To 120 deg on both sides: a sine; then damped and on a strut too: the ledger closes."""
     inertia = np.diag([2e3, 3e3, 4e3])
     k, rate = 4e4, 5.0
