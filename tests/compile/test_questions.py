@@ -437,6 +437,9 @@ def hung(mass: float) -> hs.Scene:
     )
 
 
+NEAR = (Question.POINTS, Question.CAPACITY, Question.AXES, Question.HULL)
+
+
 @pytest.mark.parametrize(
     ("question", "scene", "asked"),
     [
@@ -460,7 +463,8 @@ def hung(mass: float) -> hs.Scene:
     ],
 )
 def test_what_is_near_its_limit_is_asked_about_beyond_it(question, scene, asked):
-    texts = asked_of(scene, question)
+    questions = NEAR if question in NEAR else (question,)
+    texts = [text for each in questions for text in asked_of(scene, each)]
     assert len(texts) == asked
     if "rope" in scene.forces:
         assert all("hangs from lines of 1e+03 N in all" in text for text in texts)
