@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 import hydrosim as hs
 from hydrosim import load_case
 from hydrosim.database import HydroDatabase, load
-from hydrosim.dofs import DOFS
+from hydrosim.dofs import DOFS, about_z
 from hydrosim.elements import (
     AppliedForce,
     Fender,
@@ -41,6 +41,7 @@ from hydrosim.scene import (
     Scene,
     Solver,
     Start,
+    Stream,
     WaveTrain,
 )
 
@@ -245,3 +246,44 @@ def straight_curve(stiffness: float, damping: float = 0.0) -> NormalCurve:
 def foot(normal: NormalCurve | PrescribedNormal, friction: Law) -> Fender:
     """The origin of the block on the floor."""
     return Fender("block", np.zeros((1, 3)), FLOOR, normal, friction)
+
+
+def stream_of(velocity: np.ndarray) -> Stream:
+    """The stream of this velocity."""
+    return Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
+
+
+def turned_scene(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scene:
+    """The scene, its waves and streams turned about the vertical through the origin, then shifted.
+    Joints are in the frames of their bodies and stay; so do forces of the body."""
+    R, T = about_z(by), np.eye(6)
+    T[:3, :3] = R
+
+    def turn_body(body: Body) -> Body:
+        q, v = np.array(body.position), np.array(body.velocity)
+        place = (R @ [*body.location, 0.0])[:2] + shift
+        start = {"position": (*(R @ q[:3]), *q[3:]), "velocity": (*(R @ v[:3]), *(R @ v[3:]))}
+        return replace(body, location=tuple(place), heading=body.heading + by, **start)
+
+    def turn_force(e: Any) -> ForceElement:
+        if isinstance(e, LinearMooring):  # angles are the body's own
+            damping = None if e.damping is None else T @ e.damping @ T.T
+            return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
+        if isinstance(e, Fender) and e.plane.body is None:
+            point = tuple(R @ e.plane.point + [*shift, 0.0])
+            return replace(e, plane=replace(e.plane, point=point, normal=tuple(R @ e.plane.normal)))
+        if getattr(e, "anchor", None) is not None and e.anchor_body is None:
+            return replace(e, anchor=tuple(R @ e.anchor + [*shift, 0.0]))
+        assert not isinstance(e, AppliedForce) or e.frame == "body"
+        return e
+
+    water = scene.environment
+    waves = tuple(replace(train, heading=train.heading + by) for train in water.waves)
+    streams = (water.current, water.wind)
+    current, wind = (replace(stream, heading=stream.heading + by) for stream in streams)
+    return replace(
+        scene,
+        bodies=tuple(map(turn_body, scene.bodies)),
+        forces={name: turn_force(e) for name, e in scene.forces.items()},
+        environment=replace(water, waves=waves, current=current, wind=wind),
+    )

@@ -23,7 +23,6 @@ from hydrosim.report.evidence import Feature, Kind
 from hydrosim.scene import (
     ConvolutionRadiation,
     CurrentProfile,
-    ForceElement,
     LinearScenes,
     RadiationModel,
     Symmetry,
@@ -115,7 +114,7 @@ def test_a_current_carries_the_water_along() -> None:
     changes = {"radiation": RadiationModel.NONE, "position": scenes.moving(yaw=0.4)}
     still = hs.simulate(barge(velocity=TUMBLE, **changes))
     scene = barge(velocity=tuple(TUMBLE + U), **changes)
-    carried = hs.simulate(replace(scene, environment=hs.Environment(current=stream_of(U))))
+    carried = hs.simulate(replace(scene, environment=hs.Environment(current=scenes.stream_of(U))))
     drift = U * carried.time.values[:, None]
     assert_allclose(scenes.motion(carried) - drift, scenes.motion(still), rtol=0, atol=1e-9)
     assert carried.energy_residual_relative < 1e-6
@@ -127,7 +126,7 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(radiation, validated):
     U = np.array([1.1, -0.7, 0.0, 0.0, 0.0, 0.0])
     place = scenes.moving(yaw=0.4)
     scene = barge(position=place, radiation=RadiationModel(radiation), dofs=("yaw",))
-    scene = replace(scene, environment=hs.Environment(current=stream_of(U)), duration=1.0)
+    scene = replace(scene, environment=hs.Environment(current=scenes.stream_of(U)), duration=1.0)
     scene = replace(scene, output_step=0.1)  # soon, before a memory of the spin is felt
     run, model = hs.simulate(scene), compile_scene(scene).model
     along, aside = (about_z(0.4).T @ -U[:3])[:2]
@@ -143,46 +142,6 @@ def test_munks_moment_and_no_memory_of_a_steady_stream(radiation, validated):
     validated(Kind.CLOSED_FORM, claim, "Munk's moment", error, 1e-3, *features)
 
 
-def stream_of(velocity: np.ndarray) -> hs.Stream:
-    """The stream of this velocity."""
-    return hs.Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
-
-
-def turned_scene(scene: hs.Scene, by: float) -> hs.Scene:
-    """Turned about the origin's vertical: bodies, waves, streams, moorings, planes, anchors."""
-    P, R = turn(by), turn(by)[:3, :3]
-
-    def body(b: hs.Body) -> hs.Body:
-        q = np.array(b.position)
-        start = {"position": (*(R @ q[:3]), *q[3:]), "velocity": tuple(P @ b.velocity)}
-        location = tuple((R @ [*b.location, 0.0])[:2])
-        return replace(b, location=location, heading=b.heading + by, **start)
-
-    def force(e: ForceElement) -> ForceElement:
-        if isinstance(e, hs.LinearMooring):  # angles are the body's own
-            T = np.eye(6)
-            T[:3, :3] = R
-            damping = None if e.damping is None else T @ e.damping @ T.T
-            return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
-        if isinstance(e, hs.Fender) and e.plane.body is None:
-            point, normal = (tuple(R @ x) for x in (e.plane.point, e.plane.normal))
-            plane = replace(e.plane, point=point, normal=normal)
-            return replace(e, plane=plane)
-        if isinstance(e, hs.Spring) and e.anchor_body is None:
-            return replace(e, anchor=tuple(R @ e.anchor))
-        return e
-
-    def stream(s: hs.Stream) -> hs.Stream:
-        return replace(s, heading=s.heading + by)
-
-    water = scene.environment
-    waves = tuple(replace(w, heading=w.heading + by) for w in water.waves)
-    water = replace(water, waves=waves, current=stream(water.current), wind=stream(water.wind))
-    bodies = tuple(body(b) for b in scene.bodies)
-    forces = {name: force(e) for name, e in scene.forces.items()}
-    return replace(scene, bodies=bodies, forces=forces, environment=water)
-
-
 def turned_back(run: xr.Dataset, by: float) -> np.ndarray:
     """Positions (nt, nb, 6) of a run of the turned scene in the axes before."""
     q = run.position.values.copy()
@@ -192,7 +151,7 @@ def turned_back(run: xr.Dataset, by: float) -> np.ndarray:
 
 def assert_turns(scene: hs.Scene, by: float, within: float) -> None:
     """Motions of the turned scene are the turned motions, to ``within`` of each one's range."""
-    before, after = hs.simulate(scene), hs.simulate(turned_scene(scene, by))
+    before, after = hs.simulate(scene), hs.simulate(scenes.turned_scene(scene, by))
     assert before.status == after.status == "complete"
     q, found = before.position.values, turned_back(after, by)
     size = np.ptp(q, axis=0).reshape(-1, 2, 3).max(axis=2).repeat(3, axis=1).reshape(q.shape[1:])

@@ -26,12 +26,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import apart, carried, completed, joint, moved, places, rotations, scene
+from scenes import stream_of, turned_scene
 from scipy.spatial.transform import Rotation
 from solutions import about, skew, solved
-from turning import points, turned, turned_back
+from turning import points, turned_back
 
 from hydrosim.report.evidence import Feature, Kind
-from hydrosim.scene import Coefficients, Environment, Joint, Scene, Stream, Symmetry, Weight
+from hydrosim.scene import Coefficients, Environment, Joint, Scene, Symmetry, Weight
 
 KEPT = 1e-10  # of impulses and energies
 WITHIN = 1e-9  # of the range
@@ -80,11 +81,6 @@ def pair(current: np.ndarray = CURRENT, held: Joint | None = None) -> Scene:
     found = scene([first, second], joints, DURATION, output_step=0.2)
     solver = replace(found.solver, symmetry=Symmetry.IGNORE)
     return replace(found, environment=Environment(current=stream_of(current)), solver=solver)
-
-
-def stream_of(velocity: np.ndarray) -> Stream:
-    """The stream of this velocity."""
-    return Stream(float(np.hypot(*velocity[:2])), float(np.arctan2(velocity[1], velocity[0])))
 
 
 @cache
@@ -236,7 +232,7 @@ def test_motions_by_hamilton(validated) -> None:
 @pytest.mark.parametrize("by", [radians(37.0), radians(123.0)])
 def test_the_pair_turned(by: float, figure) -> None:
     shift = (3.0, 5.0)
-    run = completed(turned(pair(), by, shift))
+    run = completed(turned_scene(pair(), by, shift))
     before, after = points(the_run(), pair()), turned_back(points(run, pair()), by, shift)
     error = np.abs(after - before).max() / np.ptp(before, axis=0).max()
     figure("error", error)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import carried, completed, joint, moved, scene, swivelled
-from turning import points, renamed, rooted, swapped, turned, turned_back
+from scenes import turned_scene
+from turning import points, renamed, rooted, swapped, turned_back
 
 from hydrosim.elements import AppliedForce, Harmonic, LinearMooring, Spring
 from hydrosim.scene import ForceElement, JointResistance, Scene, Tolerance, Weight
@@ -103,7 +104,7 @@ def apart(found: np.ndarray) -> float:
 
 
 def test_the_scene_turned(figure) -> None:
-    run = completed(turned(tree(), BY, SHIFT))
+    run = completed(turned_scene(tree(), BY, SHIFT))
     error = apart(turned_back(points(run, tree()), BY, SHIFT))
     figure("error", error)
     assert error <= WITHIN

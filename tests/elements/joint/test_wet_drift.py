@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from jointed import FRAME, completed, joint, moved, scene
+from scenes import turned_scene
 from scipy.spatial.transform import Rotation
-from turning import points, turned, turned_back
+from turning import points, turned_back
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
@@ -159,7 +160,7 @@ def test_with_memory_a_pair_never_gains_energy(held: str, memory: str, figure) -
 def test_a_pair_with_memory_turns_with_the_scene(memory: str, figure) -> None:
     by, shift = radians(37.0), (30.0, -20.0)
     whole = barges(memory)
-    found = turned_back(points(completed(turned(whole, by, shift)), whole), by, shift)
+    found = turned_back(points(completed(turned_scene(whole, by, shift)), whole), by, shift)
     exact = points(the_run(memory), whole)
     error = np.abs(found - exact).max() / np.ptp(exact, axis=0).max()
     figure("error", error)

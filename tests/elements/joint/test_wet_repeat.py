@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from turning import turned
+from scenes import turned_scene
 
 import hydrosim as hs
 from hydrosim.case import joints
@@ -69,17 +69,10 @@ def scene_of(case: str) -> Scene:
     return replace(scene, solver=replace(scene.solver, symmetry=Symmetry.IGNORE))
 
 
-def with_waves_turned(scene: Scene) -> Scene:
-    """The whole scene turned, the headings of its waves too."""
-    found = turned(scene, BY)
-    waves = tuple(replace(w, heading=w.heading + BY) for w in scene.environment.waves)
-    return replace(found, environment=replace(found.environment, waves=waves))
-
-
 @pytest.mark.parametrize("case", SCENES)
 def test_joints_do_not_know_where_north_is(case: str, figure) -> None:
     scene = scene_of(case)
-    one, other = hs.simulate(scene), hs.simulate(with_waves_turned(scene))
+    one, other = hs.simulate(scene), hs.simulate(turned_scene(scene, BY))
     for name in ("joint_position", "joint_velocity", "pto_power"):
         range_of = np.ptp(one[name].values, axis=0).max()
         error = np.abs(other[name].values - one[name].values).max() / range_of

@@ -9,48 +9,11 @@ from jointed import places, rotations
 from scipy.spatial.transform import Rotation
 
 from hydrosim.dofs import about_z
-from hydrosim.elements import AppliedForce, Fender, LinearMooring, Spring
-from hydrosim.scene import Body, ForceElement, Joint, JointResistance, JointType, Scene, Stream
+from hydrosim.elements import Spring
+from hydrosim.scene import Body, ForceElement, Joint, JointResistance, JointType, Scene
 
 MIRRORED = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointType.FIXED}
 """Joints whose motions about the same axis are the opposite when seen from the other body."""
-
-
-def turned(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -> Scene:
-    """The scene turned about the vertical through the origin, then shifted; joints stay."""
-    R = about_z(by)
-    water = scene.environment
-    bodies = tuple(_turned_body(body, R, by, shift) for body in scene.bodies)
-    forces = {name: _turned_force(e, R, shift) for name, e in scene.forces.items()}
-    current, wind = (_turned_stream(stream, by) for stream in (water.current, water.wind))
-    water = replace(water, current=current, wind=wind)
-    return replace(scene, bodies=bodies, forces=forces, environment=water)
-
-
-def _turned_body(body: Body, R: np.ndarray, by: float, shift: Sequence[float]) -> Body:
-    q, v = np.array(body.position), np.array(body.velocity)
-    place = (R @ [*body.location, 0.0])[:2] + shift
-    start = {"position": (*(R @ q[:3]), *q[3:]), "velocity": (*(R @ v[:3]), *(R @ v[3:]))}
-    return replace(body, location=tuple(place), heading=body.heading + by, **start)
-
-
-def _turned_force(e: ForceElement, R: np.ndarray, shift: Sequence[float]) -> ForceElement:
-    if isinstance(e, LinearMooring):  # angles are the body's own
-        T = np.eye(6)
-        T[:3, :3] = R
-        damping = None if e.damping is None else T @ e.damping @ T.T
-        return replace(e, stiffness=T @ e.stiffness @ T.T, damping=damping)
-    if isinstance(e, Spring) and e.anchor_body is None:
-        return replace(e, anchor=tuple(R @ e.anchor + [*shift, 0.0]))
-    if isinstance(e, Fender) and e.plane.body is None:
-        point = tuple(R @ e.plane.point + [*shift, 0.0])
-        return replace(e, plane=replace(e.plane, point=point, normal=tuple(R @ e.plane.normal)))
-    assert not isinstance(e, AppliedForce) or e.frame == "body"
-    return e
-
-
-def _turned_stream(stream: Stream, by: float) -> Stream:
-    return replace(stream, heading=stream.heading + by)
 
 
 def points(run: xr.Dataset, scene: Scene) -> np.ndarray:

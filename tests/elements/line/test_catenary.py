@@ -8,12 +8,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import ROOT, assert_continues, block, mooring, moving, observed_orders, scene, with_step
+from scenes import (
+    ROOT,
+    assert_continues,
+    block,
+    mooring,
+    moving,
+    observed_orders,
+    scene,
+    turned_scene,
+    with_step,
+)
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import fsolve
 
 import hydrosim as hs
+from hydrosim.dofs import about_z
 from hydrosim.elements import Catenary, Drive, Harmonic, Table
 from hydrosim.elements.line.kind import drag_points, linearise_random
 from hydrosim.errors import InputError
@@ -152,16 +163,8 @@ def test_a_restart_is_the_same_to_the_bit() -> None:
 
 
 def test_lines_on_the_earth_turn_with_the_scene() -> None:
-    angle = 2.0
-    c, s = np.cos(angle), np.sin(angle)
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    here = moored(0.6, 0.1, 2.0)
-    (body,) = here.bodies
-    velocity = (*(R @ body.velocity[:3]), *(R @ body.velocity[3:]))
-    turned = {n: replace(x, anchor=tuple(R @ x.anchor)) for n, x in lines(0.6).items()}
-    bodies = (replace(body, heading=angle, velocity=velocity),)
-    there = replace(here, bodies=bodies, forces={"afloat": AFLOAT, **turned})
-    one, other = hs.simulate(here), hs.simulate(there)
+    here, R = moored(0.6, 0.1, 2.0), about_z(2.0)
+    one, other = hs.simulate(here), hs.simulate(turned_scene(here, 2.0))
     assert np.abs(other.line_tension / one.line_tension - 1.0).max() < 1e-10
     moved = one.position.values[:, 0, :3] @ R.T
     assert np.abs(other.position.values[:, 0, :3] - moved).max() < 1e-10

@@ -17,6 +17,7 @@ from scenes import (
     scene,
     steady,
     surge,
+    turned_scene,
 )
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
@@ -218,27 +219,16 @@ def test_a_free_pair_keeps_its_momenta_and_its_energy(name, figure, validated):
     assert np.ptp(total) <= 1e-12 * float(total.max())
 
 
-def turned_body(body: hs.Body, angle: float) -> hs.Body:
-    turn = Rotation.from_euler("z", angle).as_matrix()
-    location = turn @ [*body.location, 0.0]
-    velocity = np.concatenate([turn @ body.velocity[:3], turn @ body.velocity[3:]])
-    return replace(body, location=tuple(location[:2]), heading=angle, velocity=tuple(velocity))
-
-
 def test_a_turned_scene_moves_as_it_did(figure) -> None:
     """All three between the bodies, damped, and to the earth; the whole turned about z."""
     tied, twisted = (replace(JOINED[k]["it"], damping=3e2) for k in ("strut", "torsion spring"))
     soft = replace(JOINED["bushing"]["it"], damping=np.diag([2e2] * 6))
-    anchor = np.array([-7.0, 3.0, 1.0])
-    held, twist = strut(1e3, anchor=tuple(anchor)), torsion(1e3, (0.0, 0.6, 0.8))
+    held, twist = strut(1e3, anchor=(-7.0, 3.0, 1.0)), torsion(1e3, (0.0, 0.6, 0.8))
     forces = {"a": tied, "b": twisted, "c": soft, "earth": held, "twist": twist}
     forces["post"] = replace(soft, to=None)
     here = pair(joined=forces)
     turn = Rotation.from_euler("z", 1.1).as_matrix()
-    bodies = tuple(turned_body(body, 1.1) for body in here.bodies)
-    earth = replace(held, anchor=tuple(turn @ anchor))
-    there = replace(here, bodies=bodies, forces=forces | {"earth": earth})
-    expected, found = hs.simulate(here), hs.simulate(there)
+    expected, found = hs.simulate(here), hs.simulate(turned_scene(here, 1.1))
     place = expected.position.values[:, :, :3] @ turn.T
     difference = np.abs(found.position.values[:, :, :3] - place).max() / np.ptp(place)
     figure("difference", difference)
