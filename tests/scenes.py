@@ -274,7 +274,8 @@ def turned_scene(scene: Scene, by: float, shift: Sequence[float] = (0.0, 0.0)) -
             return replace(e, plane=replace(e.plane, point=point, normal=tuple(R @ e.plane.normal)))
         if getattr(e, "anchor", None) is not None and e.anchor_body is None:
             return replace(e, anchor=tuple(R @ e.anchor + [*shift, 0.0]))
-        assert not isinstance(e, AppliedForce) or e.frame == "body"
+        upright = isinstance(e, AppliedForce) and {*e.force} <= {"heave", "yaw"}
+        assert upright or not isinstance(e, AppliedForce) or e.frame == "body"
         return e
 
     water = scene.environment
