@@ -113,12 +113,12 @@ def jonkman(H: float, V: float, L: float, w: float, EA: float, CB: float) -> tup
     return x, H / w * (sqrt(1.0 + (V / H) ** 2) - 1.0) + V * V / (2.0 * EA * w)
 
 
-def solve_jonkman(span: float, height: float, *pars: float) -> tuple[float, float]:
+def solve_jonkman(
+    span: float, height: float, *pars: Any, xtol: float = 1e-13
+) -> tuple[float, float]:
     """H and V at the end of a line; ``pars`` are those of `jonkman`, and a guess."""
     *line_pars, guess = pars
-    found = fsolve(
-        lambda p: np.subtract(jonkman(*p, *line_pars), (span, height)), guess, xtol=1e-12
-    )
+    found = fsolve(lambda p: np.subtract(jonkman(*p, *line_pars), (span, height)), guess, xtol=xtol)
     return found[0], found[1]
 
 
@@ -237,7 +237,7 @@ def test_a_fairlead_on_a_circle(sense: float, CB: float, validated) -> None:
     path = radius * np.exp(1j * rate * run.time.values)  # x, and z in the sense
     for place in path:
         x, z = place.real, sense * place.imag
-        guess = solve_jonkman(780.0 - x, 200.0 + z, L, w, EA, CB, guess)
+        guess = solve_jonkman(780.0 - x, 200.0 + z, L, w, EA, CB, guess, xtol=1e-11)
         pulls.append(guess)
     H, V = np.array(pulls).T
     along = [-mass * rate**2 * path.real - H, sense * -mass * rate**2 * path.imag + V]
@@ -328,7 +328,7 @@ def test_natural_period_of_a_moored_body() -> None:
     case = replace(scene(block(mass, ("surge",)), forces, 1.0, 0.1), environment=WATER)
 
     def pull(x: float) -> float:
-        return float(solve_jonkman(x, DEPTH - 2.0, L, w, EA, 0.0, (4e4, 6e4))[0])
+        return float(solve_jonkman(x, DEPTH - 2.0, L, w, EA, 0.0, (4e4, 6e4), xtol=1e-14)[0])
 
     stiffness = 2.0 * (pull(100.01) - pull(99.99)) / 0.02
     modes = natural_modes(linearise(*hs.compile_scene(case)))
