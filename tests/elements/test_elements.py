@@ -103,8 +103,8 @@ CASES = [
 ]
 ON_EARTH = (hs.LinearMooring, hs.AppliedForce, Drive)  # in its axes
 EXAMPLES = [name for name, element in ELEMENTS.items() if "example" in name]
-ON_NO_EARTH = (name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH))
-IN_TURNING_AXES = [*IN_BODY_AXES, "applied force, body-fixed", *ON_NO_EARTH]
+TURNING_EXAMPLES = (name for name in EXAMPLES if not isinstance(ELEMENTS[name], ON_EARTH))
+IN_TURNING_AXES = [*IN_BODY_AXES, "applied force, body-fixed", *TURNING_EXAMPLES]
 RESTING = [  # prescribed forces act at rest; so may what supplies, has weight, or is pressed
     name
     for name, element in ELEMENTS.items()

@@ -253,9 +253,8 @@ def _drums() -> Case:
     """Winches that keep a tension, with drums that are soon empty or full."""
     line = {"type": "winch", "point": [0, 0, 0], "anchor": [20, 0, 0], "stiffness": 200000.0}
     law = {"tension": 1000.0, "speed": 2.0, "dead_band": 0.3}
-    kinds = {"quick": {}, "damped": {"damping": 0.1}, "slow": {"speed": 0.2}}
-    kinds |= {"heavy": {"acceleration": 0.5}, "light": {"acceleration": 3.0}}
-    kinds = {name: kinds[name] for name in ("quick", "damped", "heavy", "light", "slow")}
+    kinds = {"quick": {}, "damped": {"damping": 0.1}, "heavy": {"acceleration": 0.5}}
+    kinds |= {"light": {"acceleration": 3.0}, "slow": {"speed": 0.2}}
     bodies = {}
     forces = {}
     for name, keys in kinds.items():
