@@ -143,7 +143,7 @@ def test_a_drive_keeps_the_ledger_to_the_order_of_the_method(figure) -> None:
             adaptive = replace(cart_and_rod(**loose, step=h), output_step=h)
             run = completed(by_rk4(cart_and_rod(), h) if name == "rk4" else adaptive)
             gaps.append(residual(run))
-        assert name == "rk4" or run.attrs["solver_steps"] == round(DURATION / h)
+            assert name == "rk4" or run.attrs["solver_steps"] == round(DURATION / h)
         orders = observed_orders(steps, np.array(gaps))
         figure(name, orders.min())
         assert orders.min() > order
@@ -325,7 +325,7 @@ def test_mistakes_are_told() -> None:
         "turns of a ball follow no angle": crane(hook),
         "forces.again: shake drives surge of cart already": replace(whole, forces=again),
         place: replace(whole, bodies=(replace(cart, position=away), rod)),
-        "velocity of 1 m/s": replace(whole, bodies=(replace(cart, velocity=away), rod)),
+        "initial velocity of 1 m/s": replace(whole, bodies=(replace(cart, velocity=away), rod)),
         "found friction in joints.pin": replace(whole, joints={"pin": pin}, forces=turn),
     }.items():
         assert text in refused(wrong)
