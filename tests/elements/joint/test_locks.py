@@ -9,7 +9,6 @@ import scenes
 import xarray as xr
 from jointed import FRAME
 from jointed import rotations as told
-from scenes import block, central_force, moving, scene, table
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -553,11 +552,11 @@ def along(stiffness: float) -> hs.LinearMooring:
 
 def driven(pitch: float = 0.0, step: float = 0.05, **changes: object) -> Scene:
     """A cart on a spring, thrown forward and then pushed and pulled; a ratchet lets it go +x."""
-    cart = block(MASS, ("surge",), "cart", velocity=moving(surge=1.0))
+    cart = scenes.block(MASS, ("surge",), "cart", velocity=scenes.moving(surge=1.0))
     six = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
-    push = central_force("cart", **table(CORNERS, six))
+    push = scenes.central_force("cart", **scenes.table(CORNERS, six))
     loads = {"spring": along(STIFFNESS), "push": push}
-    found = scene([cart], loads, 8.0, 0.1, step=step, method=Method.RK4)
+    found = scenes.scene([cart], loads, 8.0, 0.1, step=step, method=Method.RK4)
     pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, pitch))
     return replace(found, joints={"pawl": pawl}, **changes)
 
@@ -654,10 +653,10 @@ def test_a_ratchet_about_an_axis(kinematics: Kinematics, pitch: float) -> None:
     """A flywheel on a spring that turns one way, to 0.5 rad or to the tooth before."""
     K = np.zeros((6, 6))
     K[5, 5] = 8.0
-    wheel = Body("wheel", 1.0, np.diag([1.0, 1.5, 2.0]), velocity=moving(yaw=1.0))
+    wheel = Body("wheel", 1.0, np.diag([1.0, 1.5, 2.0]), velocity=scenes.moving(yaw=1.0))
     forces = {"spring": hs.LinearMooring("wheel", K)}
     solver = {"step": 0.01, "method": Method.RK4, "kinematics": kinematics}
-    found = scene([wheel], forces, 2.0, 0.1, **solver)
+    found = scenes.scene([wheel], forces, 2.0, 0.1, **solver)
     pawl = Joint(JointType.RATCHET, "wheel", axis=(0.0, 0.0, 1.0), ratchet=Ratchet(True, pitch))
     run = hs.simulate(replace(found, joints={"pawl": pawl}))
     wanted = 0.3 if pitch else 0.5
@@ -669,11 +668,13 @@ def test_a_ratchet_about_an_axis(kinematics: Kinematics, pitch: float) -> None:
 
 def test_a_ratchet_is_pushed_back_by_an_impact() -> None:
     """A cart that a pin stops from behind is thrown back: the ratchet takes the impulse."""
-    cart = block(MASS, ("surge",), "cart", velocity=moving(surge=0.5))
-    other = block(3.0, ("surge",), "other", velocity=moving(surge=-1.0), location=(3.0, 0.0))
+    cart = scenes.block(MASS, ("surge",), "cart", velocity=scenes.moving(surge=0.5))
+    other = scenes.block(
+        3.0, ("surge",), "other", velocity=scenes.moving(surge=-1.0), location=(3.0, 0.0)
+    )
     pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet())
     pin = Joint(JointType.FIXED, "cart", "other", active=Active(When(0.55)))
-    found = scene([cart, other], {}, 1.0, 0.1)
+    found = scenes.scene([cart, other], {}, 1.0, 0.1)
     run = hs.simulate(replace(found, joints={"pawl": pawl, "pin": pin}))
     assert np.abs(run.velocity.values[-1]).max() < 1e-12
     assert run.lock_loss.values[-1].sum() == pytest.approx(0.5 * (2 * 0.25 + 3.0), rel=1e-12)
@@ -691,11 +692,11 @@ def test_a_ratchet_continues_to_the_bit() -> None:
 
 def test_the_axis_of_a_ratchet_without_teeth_stays_where_it_is() -> None:
     """On the earth, while the body turns by half a turn: it pushes along x, wherever it closes."""
-    start = moving(surge=1.0, yaw=0.4)
-    cart = block(MASS, ("surge", "sway", "yaw"), "cart", velocity=start)
+    start = scenes.moving(surge=1.0, yaw=0.4)
+    cart = scenes.block(MASS, ("surge", "sway", "yaw"), "cart", velocity=start)
     pushes = np.column_stack([FORCE, *[0.0 * FORCE] * 5])
-    push = central_force("cart", **table(CORNERS, pushes))
-    found = scene([cart], {"spring": along(STIFFNESS), "push": push}, 8.0, 0.1, step=0.05)
+    push = scenes.central_force("cart", **scenes.table(CORNERS, pushes))
+    found = scenes.scene([cart], {"spring": along(STIFFNESS), "push": push}, 8.0, 0.1, step=0.05)
     pawl = Joint(JointType.RATCHET, "cart", axis=(1.0, 0.0, 0.0), ratchet=Ratchet(False, 0.0))
     run = hs.simulate(replace(found, joints={"pawl": pawl}))
     closings = np.flatnonzero(np.diff(run.lock_mode.values[:, 0]) > 0)
