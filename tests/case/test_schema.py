@@ -738,7 +738,13 @@ class TestStrut:
         )
         text = text.replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
         strut = load(text).scene().forces["element"]
-        found = (strut.damping, strut.drag, strut.length, strut.capacity, strut.anchor_body)
+        found = (
+            strut.damping,
+            strut.quadratic_damping,
+            strut.length,
+            strut.capacity,
+            strut.anchor_body,
+        )
         assert found == (3e3, 2e3, 7.0, 9e3, "tug")
         assert_array_equal([strut.offset, strut.force], [[-0.1, 0.5], [-4e3, 9e3]])
 
@@ -787,7 +793,12 @@ class TestTorsionSpring:
         text = text.replace("forces:", "  tug: {mass: 1, dofs: [heave]}\nforces:")
         spring = load(text).scene().forces["element"]
         assert isinstance(spring, elements.TorsionSpring)
-        assert (spring.axis, spring.damping, spring.drag, spring.to) == ((0, 2, 0), 3e3, 2, "tug")
+        assert (spring.axis, spring.damping, spring.quadratic_damping, spring.to) == (
+            (0, 2, 0),
+            3e3,
+            2,
+            "tug",
+        )
         assert spring.neutral == pytest.approx(np.pi / 2)
         assert_array_equal(spring.offset, [-np.radians(20.0), 0, 1])
         assert_array_equal(spring.force, [-4e3, 0, 9])

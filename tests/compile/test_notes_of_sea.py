@@ -121,7 +121,7 @@ def test_the_legs_of_a_topside_carry_its_weight_and_nothing_moves():
 def test_legs_lines_and_pads_share_a_load_as_their_stiffness_says():
     """A level body: k (x0 - x) of each, by hand."""
     ends = ("topside", (0.0, 0.0, 5.0), (0.0, 0.0, 15.0))
-    hanger = hs.Spring(*ends, 9.0, X[:2], np.array([0.0, 2e6]))
+    hanger = hs.Spring(*ends, 9.0, curve=hs.TensionCurve(X[:2], np.array([0.0, 2000000.0])))
     pads = hs.Fender(
         *("topside", CORNERS[[0, 3]], hs.Plane((0.0, 0.0, -4.9), (0.0, 0.0, 1.0))),
         *(hs.NormalCurve(X[:2], np.array([0.0, 1e7])), hs.Frictionless()),

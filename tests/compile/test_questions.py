@@ -92,7 +92,9 @@ def stiff(k: float) -> hs.LinearMooring:
 
 def line(length: float) -> hs.Spring:
     table = np.array([0.0, 1.0])
-    return hs.Spring("block", (0, 0, 0), (10.0, 0, 0), length, table, 1e3 * table)
+    return hs.Spring(
+        "block", (0, 0, 0), (10.0, 0, 0), length, curve=hs.TensionCurve(table, 1000.0 * table)
+    )
 
 
 def lifted(force: float) -> hs.AppliedForce:
@@ -132,7 +134,9 @@ def pressed_through(capacity: float) -> hs.Scene:
 
 def hinged(axis: tuple[float, ...], point: tuple[float, ...] = (0.0, 0.0, -1.0)) -> hs.Scene:
     """The block on a hinge about y to the earth, with a torsion spring about another axis."""
-    spring = hs.TorsionSpring("block", np.array([0.0, 1.0]), np.array([0.0, 1e4]), axis=axis)
+    spring = hs.TorsionSpring(
+        "block", curve=hs.TorsionCurve(np.array([0.0, 1.0]), np.array([0.0, 10000.0])), axis=axis
+    )
     hinge = hs.Joint(JointType.HINGE, "block", point=point, axis=(0.0, 1.0, 0.0))
     return replace(dry({"s": spring}), joints={"hinge": hinge})
 
@@ -431,7 +435,14 @@ def in_current(speed: float) -> hs.Scene:
 def hung(mass: float) -> hs.Scene:
     """A block on a slack line of 1 kN."""
     table = np.array([0.0, 1.0])
-    rope = hs.Spring("block", (0, 0, 0), (0, 0, 10.0), 10.0, table, 1e5 * table, capacity=1000.0)
+    rope = hs.Spring(
+        "block",
+        (0, 0, 0),
+        (0, 0, 10.0),
+        10.0,
+        curve=hs.TensionCurve(table, 100000.0 * table),
+        capacity=1000.0,
+    )
     return hs.Scene(
         "hangs", 1.0, (scenes.block(mass, weight=Weight.CARRIED),), forces={"rope": rope}
     )
@@ -530,7 +541,7 @@ def test_struts_of_another_length_are_asked_about() -> None:
     """Longer and shorter by more than a fifth, and beyond their curve; nothing without a spring."""
     points = np.array([-1.0, 1.0])
     ends = {"point": (0, 0, 0), "anchor": (10.0, 0, 0)}
-    strut = hs.Strut("block", points, 1e3 * points, **ends, length=5.0)
+    strut = hs.Strut("block", curve=hs.StrutCurve(points, 1000.0 * points), **ends, length=5.0)
     for other, said in (
         (strut, "5 m longer"),
         (replace(strut, length=13.0), "3 m shorter"),

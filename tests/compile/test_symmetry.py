@@ -168,7 +168,9 @@ class TestAgreement:
         lines, curve = {}, np.array([[0.0, 50.0], [0.0, 5e7]])
         for x, side in product((-110.0, 110.0), (-1.0, 1.0)):
             ends = (x, side * 25.0, 5.0), (2.5 * x, y + side * 120.0, -3.0)
-            lines[f"line_{x}_{side}"] = hs.Spring("barge", *ends, 190.0, *curve, damping=1e4)
+            lines[f"line_{x}_{side}"] = hs.Spring(
+                "barge", *ends, 190.0, curve=hs.TensionCurve(*curve), damping=10000.0
+            )
         curve = straight_curve(2e7)
         law = hs.StickSlip(0.4, 0.3, 5e6, 1e6, 1e5)
         walls = {}
@@ -291,7 +293,9 @@ def in_line() -> hs.Scene:
     ends = ("rear", (130.0, 0.0, 5.0), (-130.0, 0.0, 5.0))
     forces = {
         "mooring": replace(mooring, body="front"),
-        "hawser": hs.Spring(*ends, 39.5, stretch, tension, anchor_body="front"),
+        "hawser": hs.Spring(
+            *ends, 39.5, curve=hs.TensionCurve(stretch, tension), anchor_body="front"
+        ),
         "bumper": hs.Fender("rear", points, stern, straight_curve(2e7), law),
     }
     return replace(base, bodies=(front, rear), forces=forces)
@@ -357,7 +361,13 @@ def matrix(i: int, j: int, value: float) -> np.ndarray:
 POINTS = [[20.0, 20.0, 7.5], [20.0, -20.0, 7.5], [-20.0, 20.0, 7.5], [-20.0, -20.0, 7.5]]
 PRODUCTS = np.array([[5.0, 1e-3, 0.0], [1e-3, 50.0, 0.0], [0.0, 0.0, 50.0]])
 WIND = hs.WindLoad("barge", (0.0, 3.0, 15.0), ALONG, np.cos(ALONG), np.sin(ALONG), 0.0 * ALONG)
-LINE = hs.Spring("barge", (0.0, 20.0, 5.0), (0.0, 90.0, 0.0), 80.0, *np.array([[0, 9], [0, 9]]))
+LINE = hs.Spring(
+    "barge",
+    (0.0, 20.0, 5.0),
+    (0.0, 90.0, 0.0),
+    80.0,
+    curve=hs.TensionCurve(*np.array([[0, 9], [0, 9]])),
+)
 PUSH = replace(steady("barge", surge=1.0), point=(0.0, 1.0, 0.0))
 TUMBLING = hs.Body("b", 1.0, np.diag([3.0, 4.0, 6.0]), velocity=moving(pitch=1.0))
 LEVEL = ("surge", "sway", "heave")

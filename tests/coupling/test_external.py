@@ -154,7 +154,7 @@ def forgetting() -> Callable[..., np.ndarray]:
 
 def knocking(method: Method = Method.RK4, duration: float = END) -> Scene:
     """A block that hits a wall: steps are cut, and an adaptive method rejects some."""
-    wall = hs.Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, *CURVE)
+    wall = hs.Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, curve=hs.TensionCurve(*CURVE))
     body = block(MASS, ("surge",), velocity=moving(surge=-1.0))
     return scene(body, {"wall": wall}, duration, 0.05, method=method)
 
@@ -302,7 +302,9 @@ def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) ->
     """Turning bodies pulled at points: places, velocities, wrenches and axes are the element's."""
     here, there = (0.4, -0.3, 0.8), (0.5, 0.2, -1.0)
     curve = np.array([0.0, 9.0]), np.array([0.0, 900.0])
-    line = hs.Spring("block", here, there, 1.0, *curve, damping=50.0, anchor_body="other")
+    line = hs.Spring(
+        "block", here, there, 1.0, curve=hs.TensionCurve(*curve), damping=50.0, anchor_body="other"
+    )
     spinning = block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2))
     other = {"position": moving(heave=4.0, yaw=0.2), "velocity": moving(pitch=0.1)}
     bodies = [spinning, block(2e3, name="other", **other)]

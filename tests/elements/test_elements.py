@@ -74,9 +74,17 @@ ELEMENTS = {
     "linear mooring": hs.LinearMooring("block", STIFFNESS, DAMPING),
     "applied force": push(body_fixed=False),
     "applied force, body-fixed": push(body_fixed=True),
-    "spring to the earth": hs.Spring("block", HEAD, (0.5, 0.3, 6.0), 4.2, *SLACKENING, 2e3),
+    "spring to the earth": hs.Spring(
+        "block", HEAD, (0.5, 0.3, 6.0), 4.2, curve=hs.TensionCurve(*SLACKENING), damping=2000.0
+    ),
     "spring to another body": hs.Spring(
-        "block", HEAD, (0.5, 0.2, 5.0), 2.7, *SLACKENING, 2e3, "carrier"
+        "block",
+        HEAD,
+        (0.5, 0.2, 5.0),
+        2.7,
+        curve=hs.TensionCurve(*SLACKENING),
+        damping=2000.0,
+        anchor_body="carrier",
     ),
     **{
         f"fender on {where}, {name}": hs.Fender("block", POINTS, plane, curve, law)
@@ -370,7 +378,9 @@ IDLE = {
     "linear damping": hs.LinearDamping("block", np.zeros((6, 6))),
     "quadratic damping": hs.QuadraticDamping("block", np.zeros((6, 6))),
     "wind load": hs.WindLoad("block", (0.0, 0.0, 1.0), ANGLES, *np.zeros((3, 5))),
-    "spring": hs.Spring("block", HEAD, (50.0, 0.0, 0.0), 100.0, *SLACKENING, damping=2e3),
+    "spring": hs.Spring(
+        "block", HEAD, (50.0, 0.0, 0.0), 100.0, curve=hs.TensionCurve(*SLACKENING), damping=2000.0
+    ),
     **{
         f"fender, {name}": hs.Fender("block", POINTS, hs.Plane((0, 0, -50), (0, 0, 1)), KNEES, law)
         for name, law in LAWS.items()

@@ -86,7 +86,13 @@ TAUT = np.array([0.0, 1.0]), np.array([0.0, 50.0])
 @pytest.mark.parametrize(
     ("name", "element", "k"),
     [
-        ("line", hs.Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), 9.0, *TAUT), 50.0),
+        (
+            "line",
+            hs.Spring(
+                "block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), 9.0, curve=hs.TensionCurve(*TAUT)
+            ),
+            50.0,
+        ),
         ("mooring", hs.LinearMooring("block", 50.0 * np.eye(6)), 50.0),
         ("pad", on_floor(80.0, hs.Frictionless()), 80.0),
     ],

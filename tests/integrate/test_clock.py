@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import hydrosim as hs
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import LinearMooring, Spring, Table
+from hydrosim.elements import LinearMooring, Spring, Table, TensionCurve
 from hydrosim.integrate.state import align_corners, merge_breakpoints
 from hydrosim.scene import Active, Method, Scene, When
 
@@ -44,7 +44,14 @@ def paid_line(corner: float) -> Spring:
     times = np.array([corner - 1.0, corner, corner + 10.0])
     length = Table(np.maximum(times, 0.0), LENGTH + np.array([0.2, 0.0, 3.0]))
     curve = np.array([0.0, 99.0]), np.array([0.0, 99.0 * STIFFNESS])
-    return Spring("block", (0.0, 0.0, 0.0), (ANCHOR, 0.0, 0.0), length, *curve, damping=DAMPING)
+    return Spring(
+        "block",
+        (0.0, 0.0, 0.0),
+        (ANCHOR, 0.0, 0.0),
+        length,
+        curve=TensionCurve(*curve),
+        damping=DAMPING,
+    )
 
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])

@@ -219,7 +219,7 @@ def alongside() -> hs.Scene:
         for name, k, y, T in (("port", 1, 7.0, 3.0), ("starboard", 2, -7.0, 6.0))
     )
     still = replace(starboard, velocity=scenes.moving(surge=-0.2, yaw=-0.01))
-    ends = {"extension": np.array([0.0, 1.0, 3.0]), "tension": np.array([0.0, 5e4, 4e5])}
+    rope = hs.TensionCurve((0.0, 1.0, 3.0), (0.0, 5e4, 4e5))
     loads = {"headings": np.radians([0.0, 90.0, 180.0, 270.0]), "yaw": np.zeros(4)}
     drag = {"surge": np.array([2e3, 0, -2e3, 0]), "sway": np.array([0, 9e3, 0, -9e3]), **loads}
     friction = hs.StickSlip(0.3, 0.2, 2e6, 1e5, 1e4)
@@ -230,9 +230,9 @@ def alongside() -> hs.Scene:
         duration=30.0,
         bodies=(port, still),
         forces={
-            "bow": hs.Spring("port", (20.0, 0.0, 1.0), (60.0, 9.0, 1.0), 39.5, **ends),
+            "bow": hs.Spring("port", (20.0, 0.0, 1.0), (60.0, 9.0, 1.0), 39.5, curve=rope),
             "breast": hs.Spring(
-                "port", (0.0, -5.0, 1.0), (0.0, 5.0, 1.0), 3.8, anchor_body="starboard", **ends
+                "port", (0.0, -5.0, 1.0), (0.0, 5.0, 1.0), 3.8, anchor_body="starboard", curve=rope
             ),
             "side": hs.Fender(
                 "port", points, hs.Plane((0.0, 5.0, 0.0), (0, 1, 0), "starboard"), curve, friction

@@ -184,7 +184,14 @@ def test_a_line_that_is_heaved_in_parts_at_its_first_peak(method: Method) -> Non
     parts = hs.Active(until=hs.When(0.0, "spring_tension.wire", above=limit))
     curve = np.array([0.0, 1.0]), np.array([0.0, stiffness])
     normal = hs.PrescribedNormal(constant(1e6))
-    wire = hs.Spring("block", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), length, *curve, active=parts)
+    wire = hs.Spring(
+        "block",
+        (0.0, 0.0, 0.0),
+        (10.0, 0.0, 0.0),
+        length,
+        curve=hs.TensionCurve(*curve),
+        active=parts,
+    )
     pad = foot(normal, hs.Coulomb(0.25, 0.1))
     elements = {"foot": pad, "push": steady(surge=away), "wire": wire}
     run = hs.simulate(scene(block(MASS, ["surge"]), elements, 25.0, 5.0, method=method, step=0.1))

@@ -83,7 +83,7 @@ def test_modes_of_two_bodies_are_kept_apart() -> None:
     in both modes, and each mode is named after another of them."""
     K, M = np.array([[7.0, -3.0], [-3.0, 7.0]]), np.eye(2)
     x, force = np.array([0.0, 100.0]), np.array([0.0, 300.0])
-    joint = hs.Spring("a", (0, 0, 0), (0, 0, 0), 0.0, x, force)
+    joint = hs.Spring("a", (0, 0, 0), (0, 0, 0), 0.0, curve=hs.TensionCurve(x, force))
     joint = replace(joint, anchor_body="b")
     for mass in (1.0, 2.5):
         M[1, 1] = mass
@@ -150,7 +150,7 @@ def test_equal_bodies_in_a_row_share_out_their_coordinates(count: int) -> None:
     forces |= {f"m{i}": hs.LinearMooring(f"b{i}", stiffness) for i in range(count)}
     pull = np.array([0.0, 100.0]), np.array([0.0, 1e7])
     for i in range(count - 1):
-        joint = hs.Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, *pull)
+        joint = hs.Spring(f"b{i}", (5.0, 0, 0), (-5.0, 0, 0), 29.0, curve=hs.TensionCurve(*pull))
         forces[f"s{i}"] = replace(joint, anchor_body=f"b{i + 1}")
     modes = modes_of(*bodies, **forces)
     assert sorted(mode.coordinate for mode in modes) == list(range(6 * count))

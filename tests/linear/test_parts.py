@@ -35,7 +35,14 @@ def barges(count: int = 3, **forces: hs.Spring) -> hs.Scene:
 def line(stiffness: float) -> hs.Spring:
     """A line between the equal bodies."""
     curve = np.array([0.0, 1.0]), np.array([0.0, stiffness])
-    return hs.Spring("left", (0.8, 0.0, 0.5), (-0.8, 0.0, 0.5), 0.5, *curve, anchor_body="right")
+    return hs.Spring(
+        "left",
+        (0.8, 0.0, 0.5),
+        (-0.8, 0.0, 0.5),
+        0.5,
+        curve=hs.TensionCurve(*curve),
+        anchor_body="right",
+    )
 
 
 def linear_of(scene: hs.Scene) -> Linear:

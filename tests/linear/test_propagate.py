@@ -297,7 +297,7 @@ PUSHED = hs.AppliedForce("block", (0.0, 0.0, 1.0), {"surge": constant(1.0)})
 EXACT = {"kinematics": Kinematics.EXACT}
 ON_ONE_AXIS = ("surge", "sway", "heave", "yaw")
 BLOCK, HELD = scenes.block(1.0), hs.LinearMooring("block", SIX, SIX)
-LINE = ("block", (0, 0, 1.0), (0, 0, 9.0), 1.0, np.array([0.0, 1.0]), np.array([0.0, 5.0]))
+LINE = ("block", (0, 0, 1.0), (0, 0, 9.0), 1.0, 5.0)
 DRAG, THRUST = hs.LinearDamping("block", SIX), replace(PUSHED, frame="body")
 TANK = hs.Tank("tank", Box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), 1.0, 1000.0)
 PUMPED = {"tanks": (TANK,), "pumps": (hs.Pump("out", 1.0, "tank", None),)}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple,
 import numpy as np
 from pydantic import AfterValidator, StrictStr, model_validator
 
-from hydrosim.case.elements.element import Breaking, BuildContext, LengthOverTime, length_signal
+from hydrosim.case.elements.element import Breaking, BuildContext
 from hydrosim.case.lines.chains import mooring_lines, read_mooring_system, water_of_system
 from hydrosim.case.lines.system import MAX_SEGMENTS, MooringLine, System
 from hydrosim.files import quantities as of
@@ -20,7 +20,7 @@ from hydrosim.files.text import Source
 from hydrosim.files.units import problem
 from hydrosim.modes import NO_INDEX
 from hydrosim.scene.force import CHAIN, STEEL
-from hydrosim.scene.signal import RecordedColumns
+from hydrosim.scene.signal import LengthOverTime, RecordedColumns, length_signal
 
 if TYPE_CHECKING:
     from hydrosim.elements.line.catenary import Catenary as BuiltCatenary

@@ -57,6 +57,7 @@ from hydrosim.modes import (
 from hydrosim.multibody.kinematics import LINE_PIECE, add_wrench, attachment, point_velocity
 from hydrosim.multibody.vectors import cross, dot, scale, sub, vector
 from hydrosim.scene import ForceElement, OmittedEntry
+from hydrosim.scene.force import LimitedElement
 from hydrosim.scene.links import TwoPointElement
 from hydrosim.scene.signal import Signal, constant
 from hydrosim.water.current import current_at, mean_current
@@ -89,7 +90,7 @@ NEARLY_SLACK = shape.MAX_SLACK_PULL  # of the weight: horizontal pull below whic
 
 
 @dataclass(frozen=True)
-class Catenary(TwoPointElement):
+class Catenary(TwoPointElement, LimitedElement):
     """From ``point`` of the body to ``anchor`` on the earth or in the frame of ``anchor_body``.
 
     Segments (n,) from the fairlead to the anchor: unstretched ``length`` [m], ``weight`` in water

@@ -85,8 +85,7 @@ WELDS = {"lower": LOWER, "upper": hs.Joint(JointType.FIXED, "load", "barge")}
 
 def lines() -> Mapping[str, hs.Spring]:
     """Two lines that hold the hull."""
-    curve = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 2e5]), "damping": 5e4}
-    bow = hs.Spring("barge", (30.0, 0.0, 0.0), (92.0, 30.0, 1.0), 60.0, **curve)
+    bow = hs.Spring("barge", (30.0, 0.0, 0.0), (92.0, 30.0, 1.0), 60.0, stiffness=2e5, damping=5e4)
     stern = replace(bow, point=(-30.0, 0.0, 0.0), anchor=(-91.0, -30.0, 2.0))
     return {"bow": bow, "stern": stern}
 

@@ -66,19 +66,17 @@ def tree() -> Scene:
         ),
     }
     stiffness = np.diag([30.0, 25.0, 20.0, 0.0, 0.0, 0.0])
-    line = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 15.0])}
-    rope = {"extension": np.array([0.0, 1.0]), "tension": np.array([0.0, 60.0])}
     sides = enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1)))
     forces: dict[str, ForceElement] = {}
     for k, (x, y) in sides:
         ends = (2.0 * x, 1.5 * y, 0.5), (2.5 * x, 2.0 * y, 8.0)
-        forces[f"sling {k}"] = Spring("hull", *ends, 7.0, **rope)
+        forces[f"sling {k}"] = Spring("hull", *ends, 7.0, stiffness=60.0)
     thrust = {"surge": Harmonic(6.0, 3.0)}
-    tied = {"anchor_body": "foot", **line}
+    tied = {"anchor_body": "foot", "stiffness": 15.0}
     forces |= {
         "mooring": LinearMooring("hull", stiffness, 0.05 * stiffness),
         "tie": Spring("hand", (0.2, 0.0, 0.1), (0.0, 0.3, 0.0), 9.0, **tied),
-        "anchor": Spring("foot", (0.0, 0.1, -0.5), (-6.0, 2.0, -8.0), 6.0, **line),
+        "anchor": Spring("foot", (0.0, 0.1, -0.5), (-6.0, 2.0, -8.0), 6.0, stiffness=15.0),
         "thrust": AppliedForce("drum", (0.1, 0.0, 0.0), thrust, frame="body"),
     }
     return scene(bodies, joints, 2.0, forces, output_step=0.1, tolerance=TOLERANCE)

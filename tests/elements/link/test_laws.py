@@ -15,7 +15,14 @@ from modes_apart import Event, integrate
 from scenes import block, moving, observed_orders, scene, steady
 
 import hydrosim as hs
-from hydrosim.elements import DryFriction, GasSpring, SpringDamper, Stop, TorsionSpring
+from hydrosim.elements import (
+    DryFriction,
+    GasSpring,
+    SpringDamper,
+    Stop,
+    TorsionCurve,
+    TorsionSpring,
+)
 from hydrosim.errors import InputError
 from hydrosim.files.series import select, units_along
 from hydrosim.files.text import Source
@@ -169,9 +176,13 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure) -> N
     friction = DryFriction("block", **coordinate, **law)
     straight = np.array([-1.0, 1.0]), np.array([-spring, spring])
     if coordinate is AXIS:
-        held: ForceElement = TorsionSpring("block", *straight, axis=(0.0, 0.0, 1.0))
+        held: ForceElement = TorsionSpring(
+            "block", curve=TorsionCurve(*straight), axis=(0.0, 0.0, 1.0)
+        )
     elif coordinate is LINE:
-        held = hs.elements.Strut("block", *straight, point=ORIGIN, anchor=ANCHOR)
+        held = hs.elements.Strut(
+            "block", curve=hs.elements.StrutCurve(*straight), point=ORIGIN, anchor=ANCHOR
+        )
     else:
         held = SpringDamper("block", stiffness=spring, joint="it")
     whole = on(coordinate, 0.6, 0.0, friction=friction, held=held)

@@ -44,13 +44,12 @@ TIGHT = hs.Tolerance(1e-13, 1e-13, 1e-14)
 
 def strut(stiffness: float = K, **changes: Any) -> Strut:
     """Along the x axis to an anchor 10 m from the centre of gravity at rest."""
-    points = (STRAIGHT, stiffness * STRAIGHT) if stiffness else (NONE, NONE)
-    return replace(Strut("block", *points, point=ORIGIN, anchor=(10.0, 0.0, 0.0)), **changes)
+    given = {"point": ORIGIN, "anchor": (10.0, 0.0, 0.0), "stiffness": stiffness}
+    return Strut("block", **{**given, **changes})
 
 
 def torsion(stiffness: float, axis: tuple[float, ...] = (0.0, 0.0, 1.0), **changes: Any):
-    points = (STRAIGHT, stiffness * STRAIGHT) if stiffness else (NONE, NONE)
-    return replace(TorsionSpring("block", *points, axis=axis), **changes)
+    return TorsionSpring("block", axis, stiffness=stiffness, **changes)
 
 
 def along(x: float, v: float, link: ForceElement, duration: float = 5.0, **solver: Any) -> hs.Scene:
@@ -250,7 +249,11 @@ def absorbing(rotary: bool) -> tuple[hs.Scene, float]:
     dof, slot = ("yaw", 5) if rotary else ("surge", 0)
     at = {"position": tuple(np.eye(6)[slot] * x), "velocity": tuple(np.eye(6)[slot] * v)}
     body = block(M, (dof,), inertia=np.diag([M, M, M]), **at)
-    link = torsion(K, damping=C, absorbs=True) if rotary else strut(damping=C, absorbs=True)
+    link = (
+        torsion(K, damping=C, type="rotary_power_take_off")
+        if rotary
+        else strut(damping=C, type="power_take_off")
+    )
     push = central_force(**{dof: Harmonic(FORCE, PERIOD)})
     driven = scene(body, {"pto": link, "push": push}, 10 * PERIOD, 0.05, step=0.01)
     return driven, abs(amplitude) ** 2
@@ -277,7 +280,7 @@ def test_mean_power_of_a_power_take_off(rotary, figure, validated):
 def test_quadratic_damping_decays_as_its_first_integral_says(figure) -> None:
     """(1 + b x1) exp(-b x1) = (1 - b x2) exp(b x2) with b = 2 d / m for successive extremes."""
     d = 600.0
-    damped = along(1.0, 0.0, strut(drag=d), 4.0, step=0.005)
+    damped = along(1.0, 0.0, strut(quadratic_damping=d), 4.0, step=0.005)
     run = hs.simulate(replace(damped, output_step=0.01))
     motion = CubicHermiteSpline(run.time.values, surge(run), run.velocity.values[:, 0, 0])
     ends = motion.derivative().roots(extrapolate=False)
@@ -305,7 +308,7 @@ def test_the_stiffness_of_a_strut_in_the_linear_analysis(length: float) -> None:
 def test_a_power_take_off_without_stiffness_in_the_linear_analysis() -> None:
     """Damping c and nothing else; a body that only it holds has a free mode, and a step limit."""
     body = block(M, ("surge", "yaw"))
-    forces = {"pto": strut(0.0, damping=C, absorbs=True), "turn": torsion(0.0, damping=C)}
+    forces = {"pto": strut(0.0, damping=C, type="power_take_off"), "turn": torsion(0.0, damping=C)}
     compiled = hs.compile_scene(scene(body, forces, 1.0, 0.1))
     linear = linearise(*compiled)
     np.testing.assert_allclose(linear.jacobian[2:, :2], 0.0, atol=1e-9)
@@ -422,7 +425,7 @@ def test_links_on_a_hinged_body(figure, validated) -> None:
     claim = "flap on a hinge with a torsion spring, of its range"
     validated(Kind.CLOSED_FORM, claim, "sine", error, 1e-8, Feature.STRUTS)
     held = strut(anchor=(3.0, 0.5, -1.0), damping=3e2)
-    both = {"spring": replace(spring, damping=2e3, absorbs=True), "held": held}
+    both = {"spring": replace(spring, damping=2e3, type="power_take_off"), "held": held}
     run = hs.simulate(replace(whole, forces=both))
     figure("residual", run.energy_residual_relative)
     assert run.energy_residual_relative < 1e-7
