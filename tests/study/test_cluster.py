@@ -17,7 +17,7 @@ from threading import Thread
 from typing import Any, cast
 
 import pytest
-from command_line import Command
+from command_line import Command, refusal
 from scenes import CASES, SEA, in_contact, in_waves
 
 from hydrosim.compare.dataset import differences
@@ -117,16 +117,14 @@ def test_workers_over_tcp_come_to_the_same_file(
 
 def test_nobody_answers(sweep: Command) -> None:
     begun = time.monotonic()
-    result = sweep("study.yaml", "--scheduler", "tcp://127.0.0.1:9")
-    assert result.code == 2
-    assert "found tcp://127.0.0.1:9, which does not answer" in result.err
+    said = refusal(sweep, Path(), "study.yaml", "--scheduler", "tcp://127.0.0.1:9")
+    assert "found tcp://127.0.0.1:9, which does not answer" in said
     assert time.monotonic() - begun < 30.0  # the runs would not begin to be made in that time
 
 
 def test_a_scheduler_with_tls_needs_a_certificate(sweep: Command) -> None:
-    result = sweep("study.yaml", "--scheduler", "tls://127.0.0.1:9")
-    assert result.code == 2
-    assert "dask is told of no certificate; expected one for tls://" in result.err
+    said = refusal(sweep, Path(), "study.yaml", "--scheduler", "tls://127.0.0.1:9")
+    assert "dask is told of no certificate; expected one for tls://" in said
 
 
 def test_another_program_is_refused(
