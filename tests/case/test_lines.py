@@ -133,12 +133,7 @@ def lines_of(path: Path) -> dict[str, MooringLine]:
 
 
 @pytest.mark.parametrize(
-    ("text", "name"),
-    [
-        (version_2(), "lines.txt"),
-        (VERSION_1, "lines.dat"),
-        (MOORPY, "lines.yaml"),
-    ],
+    ("text", "name"), [(version_2(), "lines.txt"), (VERSION_1, "lines.dat"), (MOORPY, "lines.yaml")]
 )
 def test_formats(tmp_path: Path, text: str, name: str) -> None:
     """MoorDyn's versions and MoorPy's YAML give the same line: rope, clump, chain."""

@@ -55,8 +55,7 @@ def written() -> dict[str, hs.scene.ForceElement]:
     return {
         "quay": hs.Fender("block", points, plane, normal, law, active=hs.Active(until="8 s")),
         "push": hs.AppliedForce(
-            "block",
-            force={"sway": "5 kN", "yaw": {"amplitude": "1 kN*m", "period": "4 s"}},
+            "block", force={"sway": "5 kN", "yaw": {"amplitude": "1 kN*m", "period": "4 s"}}
         ),
         "mooring": hs.LinearMooring("block", {"surge": "40 kN/m"}, damping_ratio={"surge": "10 %"}),
         "wind": hs.WindLoad("block", headings=["0 deg", "90 deg", "180 deg"], sway=sway),

@@ -62,11 +62,7 @@ PLANTED = {
     "degrees": ("pitch [rad]", np.degrees(PITCH), "degrees for radians"),
     "radians": ("pitch [deg]", PITCH, "radians for degrees"),
     "millimetres": ("heave [m]", 1e3 * HEAVE, "mm for m"),
-    "kilonewtons": (
-        "fender 1 [N]",
-        RUN.fender_normal_force.values[:, 0] / 1e3,
-        "kN for N",
-    ),
+    "kilonewtons": ("fender 1 [N]", RUN.fender_normal_force.values[:, 0] / 1e3, "kN for N"),
     "tonnes": ("fender 1 [N]", RUN.fender_normal_force.values[:, 0] / 9810, "tonne-force for N"),
     "two": ("heave [m]", 1.02 * moved("heave", 0.05), "gain 1.02, late by 0.050 s"),
     "three": (
@@ -85,11 +81,7 @@ PLANTED = {
         HEAVE + 0.2 * np.std(HEAVE) * NOISE,
         "differs by 19.5 % of the std, mostly fast",
     ),
-    "drift": (
-        "heave [m]",
-        HEAVE + 0.2 * np.sin(0.02 * TIME),
-        "mostly slow",
-    ),
+    "drift": ("heave [m]", HEAVE + 0.2 * np.sin(0.02 * TIME), "mostly slow"),
     "still": ("heave [m]", np.zeros(TIME.size), "constant in the recording"),
     "nothing": ("heave [m]", HEAVE * (1.0 + 2e-4), "equal within 0.02 % of the std"),
 }
@@ -144,12 +136,7 @@ def test_a_gain_on_a_tension_with_a_large_mean(
     recorded = gain * tension + offset + scatter
     channel = f"fender_normal_force.{run.fender.values[0]}"
     columns, channels = (
-        ({"TEN-1": recorded}, {channel: "TEN-1"})
-        if mapped
-        else (
-            {channel: recorded},
-            None,
-        )
+        ({"TEN-1": recorded}, {channel: "TEN-1"}) if mapped else ({channel: recorded}, None)
     )
     (result,) = against(columns, channels, run=run).results.values()
     said = [part for part in result.verdict.split(", ") if "left" not in part]

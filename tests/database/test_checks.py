@@ -174,10 +174,7 @@ REFUSED = {
         HASKIND,
     ),
     "roll loads with the other sign": ({"excitation": scaled(3, by=-1)}, SLOPE),
-    "roll and pitch loads swapped": (
-        {"excitation": lambda X: X[..., [0, 1, 2, 4, 3, 5]]},
-        SLOPE,
-    ),
+    "roll and pitch loads swapped": ({"excitation": lambda X: X[..., [0, 1, 2, 4, 3, 5]]}, SLOPE),
     "Froude-Krylov loads over rho g": (
         {"froude_krylov": times(1 / RHO_G)},
         "Froude-Krylov loads in long waves",
@@ -244,10 +241,7 @@ REFUSED = {
         {"qtf_difference": without_conjugate},
         "QTF is Hermitian",
     ),
-    "half of the sum QTF with conjugate": (
-        {"qtf_sum": with_conjugate},
-        "sum QTF is symmetric",
-    ),
+    "half of the sum QTF with conjugate": ({"qtf_sum": with_conjugate}, "sum QTF is symmetric"),
     "QTF over rho g": ({"qtf_difference": times(RHO_G)}, "QTF against mean drift"),
 }
 # A change of the database, and the check that warns of it.

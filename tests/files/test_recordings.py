@@ -44,10 +44,7 @@ TEXTS = {
         f"--------  ----------------  --------\n{rows('     ')}",
         "s m None",
     ),
-    "row of units": (
-        f"A test of 3\nTime   Heave  Fx\n s  m  kN\n{rows('   ')}",
-        "s m kN",
-    ),
+    "row of units": (f"A test of 3\nTime   Heave  Fx\n s  m  kN\n{rows('   ')}", "s m kN"),
     "row of units in brackets": (
         f"# t heave F x\n# Time Z Mx\n# [sec] (m) [kNm]\n{rows()}",
         "s m kN*m",

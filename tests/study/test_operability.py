@@ -214,10 +214,7 @@ def test_the_command_with_weather(
             ("{from: 0.1 m, to: 3 m, apart: 0.1 m}", "{}"),
             ('limits.yaml:7: operability.heights: found no key "from"; expected a length in m',),
         ),
-        (
-            ("from:", "form:"),
-            ("heights.form: found an unknown key; expected one of: from, to",),
-        ),
+        (("from:", "form:"), ("heights.form: found an unknown key; expected one of: from, to",)),
         (("operability:", "operabilty:"), ("unknown key", "operability")),
         (("[6 s, 9 s]", "[6 s]\n  hindcast: none.csv"), ("operation: {planned: 24 hour}",)),
         (("[6 s, 9 s]", "[6 s]\n  scatter: none.csv"), ("none.csv", "no such file")),

@@ -14,13 +14,7 @@ import numpy as np
 import pytest
 
 import hydrosim as hs
-from cases.chain.comparison import (
-    CASE,
-    FOLDER,
-    measured_maxima,
-    moordyn_maximum,
-    static_maximum,
-)
+from cases.chain.comparison import CASE, FOLDER, measured_maxima, moordyn_maximum, static_maximum
 from hydrosim.report.evidence import Feature, Kind
 
 EXPERIMENT = "Bergdahl et al. 2016, measured at 5 radii"

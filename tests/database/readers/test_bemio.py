@@ -16,12 +16,7 @@ from hydrosim.database.readers import bemio, wamit
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import FrequencyColumn, Given
 
-NO_PLACE = {
-    "added_mass_zero",
-    "inertia_matrix",
-    "mean_drift_held",
-    "drift_imbalance",
-}
+NO_PLACE = {"added_mass_zero", "inertia_matrix", "mean_drift_held", "drift_imbalance"}
 QTF = ("qtf_frequency", "qtf_heading", "qtf_difference", "qtf_sum")
 
 

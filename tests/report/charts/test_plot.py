@@ -310,11 +310,7 @@ def test_lines_have_tensions_one_each_and_capacities() -> None:
     run["spring_tension"] = (("time", "spring"), tension)
     run = run.assign_coords(spring_capacity=("spring", [np.nan, 5e5]))
     axes = figure_of(run, "tensions").axes
-    assert [axis.get_ylabel() for axis in axes] == [
-        "tension [kN]",
-        "tension [kN]",
-        "utilisation",
-    ]
+    assert [axis.get_ylabel() for axis in axes] == ["tension [kN]", "tension [kN]", "utilisation"]
     assert np.array_equal(axes[2].get_lines()[0].get_ydata(), tension[:, 1] / 5e5)
 
 

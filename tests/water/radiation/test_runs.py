@@ -136,11 +136,7 @@ def test_order_in_the_step_of_a_decay(figure: Figure) -> None:
 
 
 def with_radiation(scene: Scene, radiation: Radiation | RadiationModel, step: float) -> Scene:
-    return replace(
-        with_body(scene, radiation=radiation),
-        solver=Solver(step=step),
-        output_step=0.8,
-    )
+    return replace(with_body(scene, radiation=radiation), solver=Solver(step=step), output_step=0.8)
 
 
 def oblique() -> Scene:
