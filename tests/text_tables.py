@@ -4,10 +4,11 @@ import re
 
 
 def rows(table: str) -> list[tuple[str, ...]]:
-    """Cells of each line, without needless blanks; a backslash at its end joins the next line."""
-    lines = filter(None, map(str.strip, table.splitlines()))
-    cells = (re.split(r"(?:^|\s)\|(?=\s|$)", line) for line in lines)
-    return [tuple(" ".join(cell.split()) for cell in row) for row in cells]
+    r"""Cells of each line, without blanks around them. A backslash at its end joins the next line;
+    the two letters \n in a cell are a line end."""
+    lines = re.sub(r"\s*\\?\n\s*", lambda end: " " if "\\" in end[0] else "\n", table.strip())
+    cells = (re.split(r"(?:^|\s)\|(?=\s|$)", line) for line in lines.split("\n"))
+    return [tuple(cell.strip().replace(r"\n", "\n") for cell in row) for row in cells]
 
 
 def sections(tables: str) -> dict[str, list[tuple[str, ...]]]:
