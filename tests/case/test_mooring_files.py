@@ -222,12 +222,11 @@ REFUSED = r"""
 )
 def test_refused(tmp_path: Path, base: str, right: str, wrong: str, said: str) -> None:
     assert right in BASES[base]
+    text = BASES[base].replace(right, wrong) if right else BASES[base]
     name = "lines.yaml" if base == "YAML" else "lines.txt"
     said = f"{name}{said}" if said.startswith(":") else said
     with pytest.raises(InputError) as caught:
-        only_line(
-            system_of(tmp_path, BASES[base].replace(right, wrong) if right else BASES[base], name)
-        )
+        only_line(system_of(tmp_path, text, name))
     assert said in str(caught.value)
 
 
@@ -279,9 +278,7 @@ def test_sizes_are_bounded(tmp_path: Path, count: int, said: str) -> None:
         (files.MOORPY_YAML, "lines.yaml"),
     ],
 )
-def test_no_other_name_changes_what_is_read_in_silence(
-    tmp_path: Path, text: str, name: str
-) -> None:
+def test_no_other_name_changes_what_is_read(tmp_path: Path, text: str, name: str) -> None:
     """Names of sections, columns, options, types, keys."""
 
     def read(text: str) -> tuple[str, set[str]]:

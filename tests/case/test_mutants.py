@@ -74,9 +74,7 @@ def test_a_paper_is_right_before_it_is_changed(paper: str, papers_folder: Path) 
 
 @pytest.mark.parametrize("count", [3, pytest.param(30, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("paper", mutant_papers.papers())
-def test_a_mutant_of_another_file_is_refused_or_read(
-    paper: str, count: int, papers_folder: Path
-) -> None:
+def test_a_mutant_of_another_file_is_refused(paper: str, count: int, papers_folder: Path) -> None:
     for number in range(count):
         what, outcome = mutant_papers.trial(paper, SEED + number, papers_folder)
         assert outcome.status in ENDS, (what, outcome.message)

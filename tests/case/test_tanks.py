@@ -136,9 +136,7 @@ def test_a_tank_may_be_a_mesh_or_the_hull_of_a_recipe(load: Load, tmp_path: Path
         ("level: 1 m", r"found none of them; expected one of box, table, mesh, recipe"),
     ],
 )
-def test_a_mesh_that_is_no_tank_is_refused(
-    load: Load, tmp_path: Path, keys: str, said: str
-) -> None:
+def test_a_mesh_that_is_no_tank(load: Load, tmp_path: Path, keys: str, said: str) -> None:
     corners = barge_with_deck(box(100.0, 20.0, 5.0), 8.0)
     write(tmp_path / "open.ply", corners[corners[..., 2].min(axis=1) < 2.9])
     with pytest.raises(InputError, match=said):

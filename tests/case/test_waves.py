@@ -117,9 +117,7 @@ def test_as_many_components_as_programs_write_are_read(load: Load, tmp_path: Pat
     assert f"components: {{file: {tmp_path}/sea.csv}}" in resolved
 
 
-def test_components_of_a_file_take_what_is_left_out_from_the_sea(
-    load: Load, tmp_path: Path
-) -> None:
+def test_components_of_a_file_take_what_is_left_out_of_the_sea(load: Load, tmp_path: Path) -> None:
     (tmp_path / "sea.csv").write_text("period,amplitude\n8,0.5\n10,1\n")
     waves = "spectrum: components, heading: 10 deg, components: {file: sea.csv}"
     sea = train(load, waves).spectrum

@@ -316,7 +316,7 @@ def test_bad_outputs_are_refused(
 
 @pytest.mark.parametrize("case", ["nowhere.yaml", ".", "README.md", "../../hydro_db/h851.nc"])
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_what_is_not_a_case_is_refused(
+def test_what_is_no_case_is_refused(
     hydrosim: Command, project: Path, command: str, case: str
 ) -> None:
     assert case in refusal(hydrosim, project, command, case)

@@ -55,9 +55,7 @@ def test_times_have_units(statistics: Command, run: Path) -> None:
         assert "expected at least a tenth of the record, 60 s" in said
 
 
-def test_a_missing_run_is_named_before_a_result_of_that_name(
-    statistics: Command, tmp_path: Path
-) -> None:
+def test_a_missing_run_is_named_before_a_result_of_it(statistics: Command, tmp_path: Path) -> None:
     """The statistics of another file have the name that those of this one would have."""
     (tmp_path / "base_statistics.nc").write_text("of another program")
     said = refusal(statistics, tmp_path, "base.yaml")
@@ -73,9 +71,7 @@ def test_a_run_that_failed_is_said_to_have_failed(statistics: Command, tmp_path:
 
 
 @pytest.mark.parametrize("what", ["limits", "comparison"])
-def test_another_result_is_said_to_be_what_it_is(
-    statistics: Command, tmp_path: Path, what: str
-) -> None:
+def test_another_result_is_told_what_it_is(statistics: Command, tmp_path: Path, what: str) -> None:
     """It is told which command reads it."""
     path = tmp_path / "other.nc"
     write_run(xr.Dataset({"limit": 1.0}), Output(path, what, tmp_path / "study.yaml"))

@@ -165,9 +165,7 @@ def test_precision_of_fixed_decimals() -> None:
 
 
 @pytest.mark.parametrize("size", [0.1, 0.4])
-def test_other_waves_on_a_like_drift_are_said_of_the_waves_alone(
-    against: Against, size: float
-) -> None:
+def test_other_waves_on_a_like_drift_are_said_of_waves_alone(against: Against, size: float) -> None:
     """A slow motion that is the same, with waves of another seed on it: a correlation of
     1 / (1 + size^2) of the whole, and none of the waves."""
     slow = np.sqrt(2.0) * np.sin(2 * np.pi * TIME / 120.0)
@@ -422,9 +420,7 @@ def test_bad_recordings(against: Against, name: str) -> None:
 
 
 def test_columns_of_which_none_is_a_channel(against: Against) -> None:
-    with pytest.raises(
-        InputError, match=r"found no column that matches a channel.*among time, who"
-    ):
+    with pytest.raises(InputError, match=r"no column that matches a channel.*among time, who"):
         against({"who": HEAVE})
 
 

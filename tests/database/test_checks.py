@@ -281,9 +281,7 @@ def test_a_doubt_is_a_warning(whole, tmp_path, doubt):
 
 def test_a_refusal_says_how_noise_is_taken_away(whole):
     turned = replace(whole, added_mass=scaled(0, 4, by=5.0)(whole.added_mass))
-    with pytest.raises(
-        InputError, match=r"accept: \[symmetry of added mass.*--given symmetrise=true"
-    ):
+    with pytest.raises(InputError, match=r"accept: \[symmetry of added mass.*symmetrise=true"):
         doubt_warnings(turned, EVERYTHING)
     with pytest.raises(InputError) as caught:
         doubt_warnings(replace(whole, excitation=whole.excitation.conj()), EVERYTHING)

@@ -71,9 +71,7 @@ def test_the_gap_between_two_hulls_is_measured(tmp_path, place, gap):
 
 def test_panels_wider_than_a_gap_are_told_at_build(tmp_path, recwarn):
     places = (0.0, 0.0, 0.0), (0.0, 13.0, 0.0)
-    with pytest.warns(
-        UserWarning, match="found panels of 3.54 m on number_0 and 3.54 m on number_1 at"
-    ):
+    with pytest.warns(UserWarning, match="panels of 3.54 m on number_0 and 3.54 m on number_1 at"):
         built(tmp_path, *places)
     recwarn.clear()
     built(tmp_path, *places, panels=2.5)

@@ -158,9 +158,7 @@ def test_pages_of_evidence_are_those_of_its_data() -> None:
 
 @pytest.mark.parametrize("path", [evidence.PAGE, evidence.README])
 @pytest.mark.parametrize("name", evidence.FIRST_PAGE)
-def test_a_figure_planted_in_the_data_is_noticed_on_the_page(
-    path: Path, name: tuple[str, str]
-) -> None:
+def test_a_figure_planted_in_data_is_noticed_on_the_page(path: Path, name: tuple[str, str]) -> None:
     lines = [
         replace(line, figure=0.1 * line.figure + 1e-20)
         if (line.claim, line.against) == name

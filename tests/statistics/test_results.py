@@ -125,9 +125,7 @@ def test_why_a_body_moved_is_what_is_explained_of_it() -> None:
         ),
     ],
 )
-def test_what_a_run_has_not_is_a_message(
-    asked: StageResult | MotionCauseResult, words: str
-) -> None:
+def test_what_a_run_lacks_is_a_message(asked: StageResult | MotionCauseResult, words: str) -> None:
     run = hs.simulate(replace(dragged(), duration=1.0))
     with pytest.raises(InputError, match=words):
         figure_of(run, asked)

@@ -94,7 +94,7 @@ def sweep(hydrosim: Command) -> Command:
     return partial(hydrosim, "sweep")
 
 
-def test_workers_over_tcp_come_to_the_same_file(
+def test_workers_over_tcp_make_the_same_file(
     cluster: tuple[str, list[int]], sweep: Command
 ) -> None:
     """Then one of them is killed in the middle of a study, and the other makes its runs again."""
@@ -215,7 +215,7 @@ class Client:
         return self.sent[-1]
 
 
-def test_a_run_that_kills_its_workers_has_failed_and_no_other(
+def test_a_run_that_kills_its_workers_alone_has_failed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Two batches of three are given up, as dask blames what waits beside the one that kills: each

@@ -56,9 +56,7 @@ def test_all_combinations_with_the_seeds_of_one_after_each_other(tmp_path: Path)
 @pytest.mark.parametrize(
     ("seeds", "expected"), [("7", [7]), ("[1, 5, 9]", [1, 5, 9]), ("0 - 2", [0, 1, 2])]
 )
-def test_seeds_are_a_number_a_list_or_a_span(
-    tmp_path: Path, seeds: str, expected: list[int]
-) -> None:
+def test_seeds_are_a_number_list_or_span(tmp_path: Path, seeds: str, expected: list[int]) -> None:
     found = load_study(study(tmp_path, f"seeds: {seeds}"))
     assert [scene.environment.waves[0].seed for scene in found.scenes] == expected
     assert found.labels == {}
@@ -128,9 +126,7 @@ INVALID = """
 
 
 @pytest.mark.parametrize("row", rows(INVALID.replace("HEIGHT", HEIGHT)), ids=lambda row: row[0])
-def test_a_study_that_is_not_valid_is_refused_with_its_line(
-    tmp_path: Path, row: tuple[str, ...]
-) -> None:
+def test_a_study_that_is_invalid_is_refused_with_line(tmp_path: Path, row: tuple[str, ...]) -> None:
     text, *words = row
     with pytest.raises(hs.InputError) as caught:
         load_study(study(tmp_path, text.replace("; ", "\n")))

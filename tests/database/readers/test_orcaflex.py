@@ -147,9 +147,7 @@ def test_units_that_are_not_known_and_two_centres_are_refused(model, tmp_path):
 def test_hydrostatics_do_not_depend_on_phases(barge, model, tmp_path):
     db = read(write(tmp_path / "barge.yml", model))
     for name in ("hydrostatic_stiffness", "inertia_matrix"):
-        np.testing.assert_allclose(
-            getattr(db, name), getattr(barge, name), rtol=1e-9, atol=1e-9 * 1e11
-        )
+        np.testing.assert_allclose(getattr(db, name), getattr(barge, name), rtol=1e-9, atol=1e2)
     assert db.volume[0] == pytest.approx(barge.volume[0])
 
 

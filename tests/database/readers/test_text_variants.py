@@ -186,9 +186,7 @@ def header_removed(content: bytes) -> bytes:
     return content.split(b"\n", 1)[1]
 
 
-def test_tables_without_a_heading_in_the_folder_of_hams(
-    barge: HydroDatabase, tmp_path: Path
-) -> None:
+def test_tables_without_a_heading_in_a_folder_of_hams(barge: HydroDatabase, tmp_path: Path) -> None:
     """HAMS writes .1, .3 and .hst without a heading; names may differ in case, as under Windows."""
     given = Given(gravity=9.81, length=1.0)
     expected = read(wamit_set(barge, tmp_path), given)

@@ -51,9 +51,7 @@ def test_fourier_integral_is_exact_for_piecewise_linear_functions():
 @pytest.mark.parametrize(
     ("asked", "found"), [(None, 78.5), (40.0, 40.0), (78.5, 78.5), (100.0, 78.5)]
 )
-def test_no_memory_is_longer_than_even_frequencies_resolve(
-    asked: float | None, found: float
-) -> None:
+def test_no_memory_is_longer_than_frequencies_resolve(asked: float | None, found: float) -> None:
     assert memory_length(band(0.04, 2.48), asked, 0.1) == pytest.approx(found)
 
 
