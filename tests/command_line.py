@@ -1,8 +1,6 @@
 """Runs `hydrosim` in this process, as the installed script does, and programs in processes of their
 own."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Motions that change their mode at events, integrated apart from hydrosim."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Datasets that look like runs, made of sums of waves: nothing is simulated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

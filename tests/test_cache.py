@@ -1,7 +1,5 @@
 """What is kept on disk is what was stored there, or nothing; unsafe folders are not used."""
 
-from __future__ import annotations
-
 import os
 import threading
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Loading conditions against hydrostatics by hand, and plans against all of their corners."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations, product

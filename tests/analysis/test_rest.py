@@ -1,7 +1,5 @@
 """Places at rest: closed forms, and where damped runs of the base case settle."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

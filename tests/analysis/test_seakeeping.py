@@ -1,7 +1,5 @@
 """The linear analysis of scenes that are pressed, that drift, and in regular waves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache

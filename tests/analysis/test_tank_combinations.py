@@ -1,8 +1,6 @@
 """Tanks together with what else a scene may have: families of databases, convolution, rigid
 friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

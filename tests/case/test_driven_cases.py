@@ -1,7 +1,5 @@
 """Drives and rods in case files: what they become, and each mistake with file, key and line."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Mooring lines read from files of MoorDyn and MoorPy, or refused."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Case files: YAML as people expect it, errors that name their place, settings, extending."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Mistakes that engineers make: each is refused with file, line, key and remedy, or asked about."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple

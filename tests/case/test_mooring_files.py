@@ -1,7 +1,5 @@
 """One line in all documented layouts of mooring files; what is not read is told or refused."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mutants of the shipped cases, a few of those that `python -m benchmarks.mutants` tries."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """What a case may hold, element by element, and what it becomes in the scene."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

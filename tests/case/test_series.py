@@ -1,7 +1,5 @@
 """Recorded series: what is read from text and from runs, and what is said of bad ones."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

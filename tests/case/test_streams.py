@@ -1,7 +1,5 @@
 """Damping, current and wind in case files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

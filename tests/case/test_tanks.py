@@ -1,7 +1,5 @@
 """`lightship`, `tanks` and `pumps` in a case file: what is built of them, and what is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from textwrap import indent

@@ -1,7 +1,5 @@
 """The waves of a case: every kind, its keys and files, and what it becomes in the scene."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scenes written in Python with the classes that are the keys of a case file."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`hydrosim ballast` from the command line."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from pathlib import Path

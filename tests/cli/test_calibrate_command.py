@@ -1,7 +1,5 @@
 """`hydrosim calibrate` from the command line, and a case that names the same recording."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

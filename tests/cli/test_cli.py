@@ -1,7 +1,5 @@
 """The command line: exit codes, one clear message, and what is written."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """`hydrosim compare`, `hydrosim export --recording`: exit codes, messages, what is written."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

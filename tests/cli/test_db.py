@@ -1,7 +1,5 @@
 """`hydrosim db`: what it prints, exit codes, one clear message, and what is written."""
 
-from __future__ import annotations
-
 import resource
 import shutil
 import subprocess

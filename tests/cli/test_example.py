@@ -1,7 +1,5 @@
 """Cases that come with the program can be written, and run where they are."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """`hydrosim explain` on the terminal."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import partial

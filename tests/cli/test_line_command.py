@@ -1,7 +1,5 @@
 """`hydrosim line` from the command line."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

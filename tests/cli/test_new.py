@@ -1,7 +1,5 @@
 """`hydrosim new`: cases from main particulars can be checked at once; wrong ones are refused."""
 
-from __future__ import annotations
-
 from math import tanh
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What commands may write over: earlier results of the same, and nothing else unasked."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Callable

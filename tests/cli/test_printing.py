@@ -1,7 +1,5 @@
 """What is printed can be printed, wherever that is, and steers no terminal."""
 
-from __future__ import annotations
-
 import ast
 import os
 import pty

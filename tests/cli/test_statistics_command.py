@@ -1,7 +1,5 @@
 """`hydrosim statistics` on the terminal."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Planted differences are named for what they are; times, units, points; figures by hand."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

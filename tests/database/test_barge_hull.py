@@ -1,7 +1,5 @@
 """The parametric hull of hydro_db: closed forms against its panels and against hand counts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Faults planted in the barge's database, as they come from other programs and from haste."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recipes of several bodies, and of one that is placed and turned."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

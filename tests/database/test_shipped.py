@@ -1,7 +1,5 @@
 """The other databases in hydro_db: the box in deep water, the launch barge in 50 m."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

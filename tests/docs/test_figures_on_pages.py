@@ -14,8 +14,6 @@ Code gives no figures, but it names commands. Sections named `INPUTS` have input
 with its origin: nobody measured those here.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace

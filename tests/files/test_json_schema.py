@@ -1,7 +1,5 @@
 """JSON schemas for editors: they take what hydrosim takes, and find mistakes where they are."""
 
-from __future__ import annotations
-
 import json
 import re
 from copy import deepcopy

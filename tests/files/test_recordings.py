@@ -1,7 +1,5 @@
 """Recordings: what is read of each format, what is said of bad ones, and the round trip."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import damaged

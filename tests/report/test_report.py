@@ -1,7 +1,5 @@
 """The page of a report: its numbers, its texts, its size, and what it is refused for."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from types import ModuleType

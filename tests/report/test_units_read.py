@@ -1,7 +1,5 @@
 """In which unit people read what is in SI: by what a case wrote, composed of the units of parts."""
 
-from __future__ import annotations
-
 import json
 import math
 

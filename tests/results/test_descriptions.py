@@ -1,7 +1,5 @@
 """Every variable of a result says what it is and in which unit, for readers with xarray alone."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import re

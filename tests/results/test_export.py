@@ -1,7 +1,5 @@
 """Files for other programs, read back by other readers than our own; CF by the checker of IOOS."""
 
-from __future__ import annotations
-
 import csv
 import json
 from functools import partial

@@ -1,8 +1,6 @@
 """Impulses and works that ride along: they sum to the changes of momentum and energy; what contacts
 did, mode by mode, is the force of their element, and friction in slip is mu_k N along the slip."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

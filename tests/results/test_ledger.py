@@ -1,7 +1,5 @@
 """The ledger as a guard: what rk4 loses by its own formula, what hides and what does not."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

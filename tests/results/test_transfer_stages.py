@@ -1,7 +1,5 @@
 """A weight that goes from legs to pads and back: stages, points and clearances, by hand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a run says of bodies that were not where their loads are for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import radians
 

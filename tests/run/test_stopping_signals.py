@@ -3,8 +3,6 @@
 A run that is stopped and goes on comes to the result of one that was never stopped, to the bit.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

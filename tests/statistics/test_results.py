@@ -1,7 +1,5 @@
 """Results of stages and of why a body moved, against what the run's own variables say."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Workability and waiting: a hindcast whose windows are known, the table of alpha factors that is
 printed in DNV-OS-H101, tables and netCDF as wavespectra writes them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

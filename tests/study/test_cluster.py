@@ -1,8 +1,6 @@
 """Sweeps by dask.distributed: a scheduler and workers over TCP come to the same file as threads
 here, also where a worker dies; who does not answer, or has another program, is refused."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -189,7 +187,7 @@ class Task:
         self.seeds, self.status = seeds, "pending"
         self.calls: list[Callable[[Task], None]] = []
 
-    def add_done_callback(self, call: Callable[[Task], None]) -> None:
+    def add_done_callback(self, call: Callable[["Task"], None]) -> None:
         self.calls.append(call)
 
     def end(self, status: str) -> None:

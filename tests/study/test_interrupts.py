@@ -1,7 +1,5 @@
 """An interrupt is served within what takes long, and what there is is kept."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -3,8 +3,6 @@
 Nothing here has a tolerance: a run among others is the same run to the bit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Limits of operation: of a linear scene against its response spectrum, integrated here, and
 against many runs; what is refused; the command with a scatter diagram and a hindcast."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Studies: all combinations of parameters and seeds; a run of a study is the run of its case."""
 
-from __future__ import annotations
-
 import re
 import signal
 from pathlib import Path

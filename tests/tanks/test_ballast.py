@@ -1,7 +1,5 @@
 """Mass that varies: against closed forms, DOP853, and the balances of momentum and energy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any

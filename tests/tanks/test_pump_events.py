@@ -1,7 +1,5 @@
 """Pumps that start and stop by events, and levels of tanks that others wait for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

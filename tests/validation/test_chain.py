@@ -4,8 +4,6 @@ Static balance has no period: it is near the measurement where the chain moves s
 short of it where it moves fast. MoorDyn's chain moves. Nothing is fitted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import Any

@@ -1,7 +1,5 @@
 """Waves in bands: against the sum over all of them, and against sums written out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import radians
 

@@ -1,8 +1,6 @@
 """Second-order loads of waves on a body that has turned and moved: against those of a body whose
 rest that place is, and against double sums over all pairs of waves."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 from math import radians

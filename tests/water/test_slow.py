@@ -1,7 +1,5 @@
 """Waves along a slow path: against sums over the waves where the body is, and in runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import radians

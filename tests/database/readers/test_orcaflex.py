@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import copy
 from time import process_time
 from typing import Any

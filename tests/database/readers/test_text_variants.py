@@ -1,7 +1,5 @@
 """Text files as editors, mail and other systems leave them: the same data, or one message."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Pictures of runs: what is drawn, with which labels, and what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Criteria of a case: the register, verdicts, margins; what a run cannot be held against."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -12,8 +12,6 @@ of the database. States and tables miss the database itself by its own error: A(
 panel method do not obey the relation of Kramers and Kronig exactly (`LIMITS`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Fits with fewer states: as exact as free bodies feel, passive, reciprocal, kept."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Retardation functions and A_inf against closed forms, scipy quadrature and other programs."""
 
-from __future__ import annotations
-
 import sys
 from itertools import pairwise
 

@@ -1,8 +1,6 @@
 """Whole runs with memory by states, by convolution and without: against exact solutions, each
 other, and themselves at finer steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
