@@ -137,29 +137,25 @@ def test_a_restart_before_and_while_a_pump_runs_is_the_same_run(
 
 
 @pytest.mark.parametrize(
-    ("pump", "tank", "said"),
+    ("start", "tank", "said"),
     [
         (
-            hs.Pump(
-                "out", 1.0, "left", None, hs.When(channel="tank_level.none of block", below=1.0)
-            ),
-            LEFT,
+            *(hs.When(channel="tank_level.none of block", below=1.0), LEFT),
             r"bodies\.block\.pumps\.out: channel: found tank_level\.none of block; expected"
             r" tank_level\. and left of block",
         ),
         (
-            hs.Pump("out", 1.0, "left", None, hs.When(channel="height.block", below=1.0)),
-            LEFT,
+            *(hs.When(channel="height.block", below=1.0), LEFT),
             r"bodies\.block\.pumps\.out: channel: found height\.block; expected one of position,",
         ),
         (
-            hs.Pump("out", 1.0, "left", None, FAST),
-            replace(LEFT, plan=hs.Plan(np.array([0.0, 1.0]), np.array([2.0, 1.0]))),
+            *(FAST, replace(LEFT, plan=hs.Plan(np.array([0.0, 1.0]), np.array([2.0, 1.0])))),
             r"tanks\.left\.plan: found a plan, and a pump of this tank that begins or ends at",
         ),
     ],
 )
-def test_events_that_cannot_be_are_refused(pump: hs.Pump, tank: hs.Tank, said: str) -> None:
+def test_events_that_cannot_be_are_refused(start: hs.When, tank: hs.Tank, said: str) -> None:
+    pump = hs.Pump("out", 1.0, "left", None, start)
     body = block(MASS, weight=Weight.CARRIED, tanks=(tank,), pumps=(pump,))
     with pytest.raises(InputError, match=said):
         hs.compile_scene(scene(body, PUSH, 5.0, 0.5))
