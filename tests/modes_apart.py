@@ -1,8 +1,6 @@
 """Motions that change their mode at events, integrated apart from hydrosim."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Channels by name: those that follow from what is recorded, against a motion in closed form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
