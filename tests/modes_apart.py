@@ -1,6 +1,6 @@
 """Motions that change their mode at events, integrated apart from hydrosim."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -100,14 +100,14 @@ def _calm(base: hs.Scene) -> object:
 
 def test_what_nothing_carries_is_refused() -> None:
     """Alone, with a damper, and hung on a body that nothing carries; carried by a held one."""
-    from hydrosim.elements import LinearDamping, Spring, TensionCurve
+    from hydrosim.elements import LinearDamping, Spring
 
     loose, other = block(MASS, weight=Weight.CARRIED), block(MASS, name="other")
     damper = {"damper": LinearDamping("block", damping=np.eye(6))}
     curve = (np.array([0.0, 1.0]), np.array([0.0, 1e5]))
     line = {
         "line": Spring(
-            "block", (0, 0, 1.0), (0, 0, 0), 1.0, curve=TensionCurve(*curve), anchor_body="other"
+            "block", (0, 0, 1.0), (0, 0, 0), 1.0, curve=hs.TensionCurve(*curve), anchor_body="other"
         )
     }
     for bodies, forces in (([loose], {}), ([loose], damper), ([loose, other], line)):

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import hydrosim as hs
 from hydrosim.compile.clock import compile_clock
 from hydrosim.compile.compile import compile_scene
-from hydrosim.elements import LinearMooring, Spring, Table, TensionCurve
+from hydrosim.elements import LinearMooring, Spring, Table
 from hydrosim.integrate.state import align_corners, merge_breakpoints
 from hydrosim.scene import Active, Method, Scene, When
 
@@ -49,7 +49,7 @@ def paid_line(corner: float) -> Spring:
         (0.0, 0.0, 0.0),
         (ANCHOR, 0.0, 0.0),
         length,
-        curve=TensionCurve(*curve),
+        curve=hs.TensionCurve(*curve),
         damping=DAMPING,
     )
 

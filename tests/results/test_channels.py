@@ -9,7 +9,7 @@ from scenes import block, moving, on_floor, scene
 
 import hydrosim as hs
 from hydrosim.dofs import DOFS
-from hydrosim.elements import Frictionless, Spring, TensionCurve
+from hydrosim.elements import Frictionless, Spring
 from hydrosim.errors import InputError
 from hydrosim.report.sentences.check import check_document
 from hydrosim.report.sentences.run import run_document
@@ -134,7 +134,7 @@ def test_a_capacity_that_is_exceeded_is_told(capacity: float, told: int) -> None
         (0, 0, 0),
         (5.0, 0, 0),
         4.0,
-        curve=TensionCurve(table, 100000.0 * table),
+        curve=hs.TensionCurve(table, 100000.0 * table),
         capacity=capacity,
     )
     held = scene(block(1e9, ("surge",)), {"line": line}, 0.2, 0.1, step=0.01)
@@ -158,11 +158,11 @@ def test_capacities_of_a_case_are_those_of_its_units() -> None:
             (0, 0, 0),
             (5.0, 0, 0),
             4.0,
-            curve=TensionCurve(line, 100000.0 * line),
+            curve=hs.TensionCurve(line, 100000.0 * line),
             capacity=200000.0,
         ),
         "slack": Spring(
-            "block", (0, 0, 0), (-5.0, 0, 0), 9.0, curve=TensionCurve(line, 100000.0 * line)
+            "block", (0, 0, 0), (-5.0, 0, 0), 9.0, curve=hs.TensionCurve(line, 100000.0 * line)
         ),
     }
     body = block(1e5, ("surge", "heave"), position=moving(heave=-0.1))

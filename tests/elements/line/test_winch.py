@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hydrosim as hs
-from hydrosim.elements import Harmonic, Spring, Table, TensionControl, TensionCurve, Winch
+from hydrosim.elements import Harmonic, Spring, Table, TensionControl, Winch
 from hydrosim.elements.line.drum import (
     DRUM_INACTIVE,
     EMPTY,
@@ -40,7 +40,7 @@ def test_hoist_at_constant_speed_in_closed_form() -> None:
     w = sqrt(k / MASS)
     length = Table(np.array([1.0, 5.0]), np.array([30.0, 30.0 - 4.0 * v]))
     line = Spring(
-        "block", ORIGIN, (0.0, 0.0, 30.0), length, curve=TensionCurve(STRAIGHT, k * STRAIGHT)
+        "block", ORIGIN, (0.0, 0.0, 30.0), length, curve=hs.TensionCurve(STRAIGHT, k * STRAIGHT)
     )
     run = hs.simulate(
         scenes.scene(scenes.block(MASS, ("heave",)), {"line": line}, 4.0, 0.1, step=0.0025)
@@ -263,7 +263,7 @@ def test_a_wire_that_breaks_is_located() -> None:
     active = hs.Active(until=hs.When(0.0, "spring_tension.line", above=end))
     curve = (STRAIGHT, k * STRAIGHT)
     line = Spring(
-        "block", ORIGIN, (0.0, 0.0, 30.0), length, curve=TensionCurve(*curve), active=active
+        "block", ORIGIN, (0.0, 0.0, 30.0), length, curve=hs.TensionCurve(*curve), active=active
     )
     run = hs.simulate(
         scenes.scene(scenes.block(MASS, ("heave",)), {"line": line}, 1.0, 0.1, step=0.001)

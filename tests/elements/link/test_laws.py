@@ -20,7 +20,6 @@ from hydrosim.elements import (
     GasSpring,
     SpringDamper,
     Stop,
-    TorsionCurve,
     TorsionSpring,
 )
 from hydrosim.errors import InputError
@@ -177,7 +176,7 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure) -> N
     straight = np.array([-1.0, 1.0]), np.array([-spring, spring])
     if coordinate is AXIS:
         held: ForceElement = TorsionSpring(
-            "block", curve=TorsionCurve(*straight), axis=(0.0, 0.0, 1.0)
+            "block", curve=hs.TorsionCurve(*straight), axis=(0.0, 0.0, 1.0)
         )
     elif coordinate is LINE:
         held = hs.elements.Strut(

@@ -14,7 +14,7 @@ from modes_apart import Event, integrate
 from scipy.spatial.transform import Rotation
 
 import hydrosim as hs
-from hydrosim.elements import Coulomb, Signal, Spring, StickSlip, Table, TensionCurve
+from hydrosim.elements import Coulomb, Signal, Spring, StickSlip, Table
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.run.step_limits import scene_combinations, scene_step_limits
 from hydrosim.scene import Body, Kinematics, Method, Scene, Start
@@ -61,7 +61,7 @@ def test_force_and_moment_at_a_known_place() -> None:
 def test_tension_is_that_of_the_table(distance: float, tension: float) -> None:
     """Slack before the first point, straight between the points, the last slope beyond."""
     table = np.array([0.5, 1.0, 1.5]), np.array([0.0, 100.0, 400.0])
-    spring = Spring("block", ORIGIN, (0.0, 0.0, distance), 10.0, curve=TensionCurve(*table))
+    spring = Spring("block", ORIGIN, (0.0, 0.0, distance), 10.0, curve=hs.TensionCurve(*table))
     run = first_instant(scenes.block(1e3), spring)
     assert float(run.spring_tension[0]) == pytest.approx(tension, rel=1e-12)
     assert int(run.spring_mode[0]) == (1 if tension else 0)
@@ -105,7 +105,7 @@ class Lines:
 
     def scene(self, step: float, **solver: Any) -> Scene:
         x, v = self.start
-        table = (self.length, None, TensionCurve(self.extension, self.tension), self.damping)
+        table = (self.length, None, hs.TensionCurve(self.extension, self.tension), self.damping)
         places = enumerate(self.anchor)
         springs = {f"line_{i}": Spring("block", ORIGIN, (a, 0.0, 0.0), *table) for i, a in places}
         body = scenes.block(
@@ -268,7 +268,7 @@ def two_bodies(step: float, **changes: Any) -> Scene:
     )
     curve = np.array([0.0, 0.3, 0.8]), np.array([0.0, 2e3, 2e4])
     ends = ("block", (0.5, 0.6, -0.4), (-0.7, -0.5, 0.8))
-    spring = Spring(*ends, 6.0, curve=TensionCurve(*curve), anchor_body="other")
+    spring = Spring(*ends, 6.0, curve=hs.TensionCurve(*curve), anchor_body="other")
     return replace(scenes.scene((left, right), {"line": spring}, 10.0, 0.1, step=step), **changes)
 
 
@@ -317,7 +317,7 @@ def test_a_turned_scene_moves_as_it_did(figure) -> None:
         (0.2, 0.1, 0.3),
         (-5.0, 2.0, 3.0),
         9.5,
-        curve=TensionCurve(STRAIGHT, 3000.0 * STRAIGHT),
+        curve=hs.TensionCurve(STRAIGHT, 3000.0 * STRAIGHT),
         damping=200.0,
     )
     here = replace(here, forces={**here.forces, "earth": earth})
@@ -415,7 +415,7 @@ def test_step_limits_are_those_of_slack_and_of_the_steepest_piece() -> None:
     """2 sqrt(2) over sqrt(k/m) of the last piece; 2.785 over the larger root of a strong damper."""
     corners, tension = np.array([0.0, 1.0, 2.0]), np.array([0.0, 1e3, 1e6])
     steep = replace(
-        line((10.0, 0, 0), 12.0, 1.0), stiffness=None, curve=TensionCurve(corners, tension)
+        line((10.0, 0, 0), 12.0, 1.0), stiffness=None, curve=hs.TensionCurve(corners, tension)
     )
     limited = on_steps(0.01, line=steep)
     (limit,) = scene_step_limits(hs.compile_scene(limited))
