@@ -68,8 +68,16 @@ class Bodies(NamedTuple):
     tree: Tree = NO_TREE
 
 
-LINE_PIECE = np.dtype([(name, float) for name in ("length", "weight", "stiffness", "hung")])
-"""A piece of a line, see `hydrosim.elements.line`."""
+MAX_CORNERS = 30
+"""Corners of the curve of a piece of a line."""
+LINE_PIECE = np.dtype(
+    [
+        *((name, float) for name in ("length", "weight", "stiffness", "hung")),
+        *(("corners", int), ("limit", float)),
+        *((name, float, MAX_CORNERS) for name in ("corner", "tangent", "offset", "energy")),
+    ]
+)
+"""A piece of a line, see `hydrosim.elements.line.hang`."""
 
 
 class Motion(NamedTuple):

@@ -38,7 +38,7 @@ import numpy as np
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
 from hydrosim.elements.line import search, shape
-from hydrosim.elements.line.hang import SuspendedLine
+from hydrosim.elements.line.hang import SuspendedLine, branch_at, branch_law, new_pieces
 from hydrosim.elements.signal import SIGNAL, compile_signals, value
 from hydrosim.elements.signal import rate as signal_rate
 from hydrosim.errors import InputError
@@ -96,7 +96,9 @@ class Catenary(TwoPointElement):
     [N/m], ``stiffness`` EA [N], ``hung`` [N] at the lower end (weight of a clump above 0, lift of a
     buoy below 0), ``drag_width`` [m], drag coefficient times diameter. ``friction`` is the
     coefficient of the seabed, None without a seabed. ``paid`` is the length of segment ``paying``
-    over time [m]. ``left_out`` is what its file says and the line has not.
+    over time [m]. ``curves`` (2, k) are stretches and tensions [N] of segments by their number, in
+    place of EA, which is that without tension. ``left_out`` is what its file says and the line has
+    not.
     """
 
     point: tuple[float, ...]
@@ -110,6 +112,7 @@ class Catenary(TwoPointElement):
     anchor_body: str | None = None
     paid: Signal | None = None
     paying: int = NO_INDEX
+    curves: Mapping[int, np.ndarray] = field(default_factory=dict, kw_only=True)
     left_out: tuple[OmittedEntry, ...] = field(default=(), kw_only=True)
 
     def dragging_streams(self) -> Collection[str]:
@@ -186,7 +189,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Ca
         datum = layout.place_at_rest(e.anchor_body, anchor)[2]
         paid = (e.paying, signal, friction == 0.0, datum)
         rows.append((*ends, first, last, bed, friction, *drag, *paid))
-        pieces.append(_pieces_of_line(e))
+        pieces.append(pieces_of_line(e))
         first = last
     widths = np.concatenate([np.zeros(0), *(e.drag_width for e in catenaries.values())])
     every = np.concatenate(pieces)
@@ -206,12 +209,9 @@ def _current_on(line: Catenary, layout: Layout) -> tuple[float, float]:
     return mean_current(layout.current_profile, low, high)
 
 
-def _pieces_of_line(line: Catenary) -> np.ndarray:
+def pieces_of_line(line: Catenary) -> np.ndarray:
     """The segments, of `LINE_PIECE`."""
-    pieces = np.zeros(line.length.size, dtype=LINE_PIECE)
-    for name in ("length", "weight", "stiffness", "hung"):
-        pieces[name] = getattr(line, name)
-    return pieces
+    return new_pieces(line.length, line.weight, line.stiffness, line.hung, line.curves)
 
 
 def _anchor_and_bed(name: str, line: Catenary, layout: Layout) -> tuple[tuple[float, ...], float]:
@@ -360,11 +360,13 @@ def add_ends(line, s, pull, drag, wrench, rate):
 
 @kernel
 def paid_energy(line, s, pull, pieces):
-    """Energy stored per length [N] that is added at the fairlead: w z - T - T^2/(2 EA)."""
+    """Energy stored per length [N] that is added at the fairlead: w z - T - integral of eps dT."""
     piece = pieces[line.first]
     T2 = pull.H * pull.H + pull.V * pull.V
+    T = sqrt(T2)
+    EA, o, c = branch_law(piece, branch_at(piece, T))
     height = s.z + s.anchor - line.datum
-    return piece.weight * height - sqrt(T2) - 0.5 * T2 / piece.stiffness
+    return piece.weight * height - T - 0.5 * T2 / EA - o * T - c
 
 
 @kernel
