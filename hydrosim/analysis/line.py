@@ -15,9 +15,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.case.lines.chains import mooring_lines, water_of_system
+from hydrosim.case.lines.system import stiffness_and_curves
 from hydrosim.compile.validate_scene import STRAINED
 from hydrosim.elements.line.hang import SuspendedLine, find_touchdown, new_pieces
-from hydrosim.elements.line.points import largest_strain, line_points, line_shapes
+from hydrosim.elements.line.points import (
+    largest_strain,
+    largest_tension,
+    line_points,
+    line_shapes,
+)
 from hydrosim.elements.line.search import stiffness
 from hydrosim.elements.line.shape import REASONS, LinePull, solve
 from hydrosim.files.text import Source
@@ -33,7 +39,6 @@ OFFSET_SHARE = 0.1
 """Largest usual offset, of the height of the fairlead above the anchor."""
 MIN_OFFSET_M = 1.0  # m: largest usual offset of lines between ends of the same height
 PROFILE_POINTS = 161  # of a profile
-PIECE_COLUMNS = ("length", "weight", "stiffness", "hung")
 DEFAULT_WATER = (1025.0, 9.81)  # of files that do not say
 
 
@@ -168,14 +173,14 @@ def lines_of_system(system: System) -> list[StillLine]:
     source = Source(system.file)
     still_lines = []
     for name, line in mooring_lines(system, water_of_system(system, DEFAULT_WATER), source).items():
-        columns = ([getattr(s, name) for s in line.segments] for name in PIECE_COLUMNS)
-        pieces = new_pieces(*map(np.array, columns))
+        length, weight, hung = np.array([(s.length, s.weight, s.hung) for s in line.segments]).T
+        stiffness, curves = stiffness_and_curves([s.stiffness for s in line.segments])
         across = np.subtract(line.anchor, line.fairlead)
         bed = -inf if system.depth is None else min(-system.depth - line.anchor[2], 0.0)
         still_lines.append(
             StillLine(
                 name,
-                pieces,
+                new_pieces(length, weight, stiffness, hung, curves),
                 float(np.hypot(across[0], across[1])),
                 -float(across[2]),
                 bed,
@@ -190,7 +195,7 @@ def lines_of_system(system: System) -> list[StillLine]:
 def _check_strain(line: StillLine, source: Source) -> None:
     """Refuse a line that no line is, because it would be stretched by a fifth and more."""
     pull = line.end_forces()
-    strain = largest_strain(line.pieces, pull)
+    strain = largest_strain(line.pieces, largest_tension(pull))
     if pull.converged and strain > STRAINED:
         source.wrong(
             f"found line {line.name} of {line.length:g} m, while its ends are"

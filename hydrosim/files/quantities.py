@@ -402,6 +402,8 @@ Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(require_star
 Extensions = Annotated[tuple[Length, ...], RISING]
 Angles = Annotated[tuple[Angle, ...], RISING]
 NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(require_start_at_zero)]
+Stretches = Annotated[tuple[Factor, ...], RISING, AfterValidator(require_start_at_zero)]
+RisingForces = Annotated[tuple[Force, ...], RISING, AfterValidator(require_start_at_zero)]
 
 
 # Keys of a mesh file: transformation of its coordinates to the database's frame.

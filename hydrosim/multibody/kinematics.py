@@ -40,6 +40,7 @@ from hydrosim.multibody.tree import (
     new_tree_scratch,
 )
 from hydrosim.multibody.vectors import add, cross, matvec, vector
+from hydrosim.scene.force import MAX_CURVE_POINTS
 
 LARGEST_TILT = 1.48  # rad (85 deg): beyond it the rates of angles lose their meaning
 
@@ -68,8 +69,7 @@ class Bodies(NamedTuple):
     tree: Tree = NO_TREE
 
 
-MAX_CORNERS = 30
-"""Corners of the curve of a piece of a line."""
+MAX_CORNERS = MAX_CURVE_POINTS - 2
 LINE_PIECE = np.dtype(
     [
         *((name, float) for name in ("length", "weight", "stiffness", "hung")),

@@ -495,6 +495,7 @@ def update_at_step_end(t, y, modes, motion, bodies, p, watched, out):
         sharp = number != modes[row, SEGMENT] and (
             slack_before
             or line.paying != NO_INDEX
+            or number // shape.CORNER_CODE != modes[row, SEGMENT] // shape.CORNER_CODE
             or is_sharp(y[k : k + CATENARY_STATES], s, pull, stiffness)
         )
         write_guess(y[k : k + CATENARY_STATES], s, pull, stiffness)

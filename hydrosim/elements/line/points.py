@@ -148,9 +148,20 @@ class LineShape:
 
     @property
     def strain(self) -> float:
-        """Largest stretch that a piece has under the largest tension, but by a curve up to its
-        end."""
-        return largest_strain(self.line_pieces, self.pull)
+        """`largest_strain` under the largest tension."""
+        return largest_strain(self.line_pieces, largest_tension(self.pull))
+
+    @property
+    def stiffness(self) -> float:
+        """Least slope EA [N] of its pieces under the largest tension."""
+        tension = np.full(self.line_pieces.size, largest_tension(self.pull))
+        return float(branches_at(self.line_pieces, tension)[0].min())
+
+    @property
+    def curve_end(self) -> float:
+        """Least tension [N] beyond which a curve goes on by its last slope."""
+        limits = self.line_pieces["limit"]
+        return float(np.min(limits[limits > 0.0], initial=np.inf))
 
     def places(self, count: int = LINE_POINTS) -> tuple[np.ndarray, np.ndarray]:
         """Places (count, 3) [m] from the fairlead to the anchor in the earth frame, relative to a
@@ -166,12 +177,15 @@ class LineShape:
         return self.suspended.pieces[self.suspended.first : self.suspended.last]
 
 
-def largest_strain(line_pieces: np.ndarray, pull: LinePull) -> float:
-    """Largest stretch that pieces have under the larger tension of both ends. A piece within the
-    end of its curve counts with 0."""
-    T = max(np.hypot(pull.H, pull.V), np.hypot(pull.anchor_H, pull.anchor_V))
-    EA, o = branches_at(line_pieces, np.full(line_pieces.size, T))
-    return float(np.max((o + T / EA) * (line_pieces["limit"] <= T)))
+def largest_tension(pull: LinePull) -> float:
+    """The larger tension of both ends [N]."""
+    return float(max(np.hypot(pull.H, pull.V), np.hypot(pull.anchor_H, pull.anchor_V)))
+
+
+def largest_strain(line_pieces: np.ndarray, tension: float) -> float:
+    """Largest stretch of pieces under a ``tension`` [N], but of those that their curves hold."""
+    EA, o = branches_at(line_pieces, np.full(line_pieces.size, tension))
+    return float(np.max((o + tension / EA) * (line_pieces["limit"] <= tension)))
 
 
 def line_shapes(
