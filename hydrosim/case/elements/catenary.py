@@ -156,7 +156,10 @@ class CatenaryEntry(Breaking):
             {
                 "length": "2.5 m",
                 "weight": "0.3 kN/m",
-                "stiffness": {"stretch": ["0 %", "10 %", "20 %"], "tension": [0, "9 kN", "99 kN"]},
+                "stiffness": {
+                    "stretch": ["0 %", "10 %", "20 %"],
+                    "tension": ["0 N", "9 kN", "99 kN"],
+                },
             },
         ],
         "capacity": "200 kN",

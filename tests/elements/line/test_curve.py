@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from math import inf, nan, pi
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import yaml
+from moored_block import AFLOAT, DEPTH
+from moored_block import line as chain
+from scenes import block, moving, scene
 from scipy.integrate import quad, quad_vec
 from scipy.optimize import brentq
 
+import hydrosim as hs
+from hydrosim.analysis.line import lines_of_system
+from hydrosim.case.lines.chains import case_keys, read_mooring_system
 from hydrosim.elements.line.hang import SuspendedLine, new_pieces
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.search import length_rates, stiffness, stored_energy
@@ -25,7 +34,12 @@ from hydrosim.elements.line.shape import (
     kink_room,
     solve,
 )
+from hydrosim.errors import InputError
+from hydrosim.files.text import Source
+from hydrosim.linear.linearise import linearise
+from hydrosim.linear.modes import natural_modes
 from hydrosim.report.evidence import Feature, Kind
+from hydrosim.scene import Environment, Method, Scene, Start
 
 WAYS = ("hangs", "lies", "rests")
 
@@ -317,3 +331,150 @@ def test_kinks_at_corners(weight: float, friction: float, bed: float) -> None:
         for profile, inner, outer in ((before, low, high), (after, high, low)):
             assert 0.0 <= line._replace(x=inner).of(kink_room, profile) < 1e-6
             assert -1e-6 < line._replace(x=outer).of(kink_room, profile) <= 0.0
+
+
+def roped(step: float, duration: float = 12.0, **changes: Any) -> Scene:
+    """A block on three lines with tails of light rope, thrown so that tensions pass corners."""
+    tail = np.array([[0.0, 0.05, 0.1, 0.2], [0.0, 2e5, 6e5, 2.5e6]])
+    ends = {"ahead": (1.0, 0.0), "astern": (-1.0, 0.1), "abeam": (0.0, 1.0)}
+    forces = {
+        name: chain(
+            (10.0 * x, 5.0 * y, -2.0),
+            (110.0 * x, 104.0 * y, -DEPTH),
+            (60.0, 54.0),
+            (2.0, 300.0),
+            (4e6, 4e8),
+            (2e2, 0.0),
+            curves={0: tail},
+        )
+        for name, (x, y) in ends.items()
+    }
+    thrown = block(4e5, velocity=moving(surge=4.0, sway=1.0, yaw=0.02))
+    solver = {"method": Method.RK4, "step": step, **changes}
+    case = scene(thrown, {"afloat": AFLOAT, **forces}, duration, 0.2, **solver)
+    return replace(case, environment=Environment(water_depth=DEPTH))
+
+
+def test_ledger_through_corners() -> None:
+    """Corners are events, so the energy of the curves is what the body has given. The tension
+    converges at the order of the method."""
+    exact = hs.simulate(roped(0.00125))
+    assert exact.attrs["solver_events"] > 6
+    assert np.abs(exact.energy_residual).max() < 1e-9 * float(exact.energy_kinetic.max())
+    steps = [0.04, 0.02, 0.01]
+    tensions = [hs.simulate(roped(step)).line_tension.values for step in steps]
+    errors = [np.abs(tension - exact.line_tension.values).max() for tension in tensions]
+    assert errors[-1] < 1e-6 * float(exact.line_tension.max())
+    assert errors[0] > 8.0 * errors[1] > 64.0 * errors[2]
+
+
+def test_a_restart_passes_corners_to_the_bit() -> None:
+    whole = hs.simulate(roped(0.02))
+    half = hs.simulate(roped(0.02, 6.0))
+    rest = hs.simulate(replace(roped(0.02, 6.0), initial=Start(half)))
+    later = whole.sel(time=rest.time.values)
+    for name in ("position", "line_tension", "energy_stored_ahead"):
+        assert np.array_equal(rest[name].values, later[name].values), name
+
+
+def test_linear_stiffness_is_the_tangent() -> None:
+    """The modes at a place have the stiffness of differences of the pull."""
+    line, _ = random_lines("hangs")[3]
+    at, mass = line.of(stiffness), 1e4
+    columns = [line.pieces[name] for name in ("length", "weight", "stiffness", "hung")]
+    anchor = (line.x, 0.0, -line.z)
+    rope = chain((0.0, 0.0, 0.0), anchor, *columns, friction=None, curves=line.curves)
+    case = scene(block(mass, ("surge",)), {"rope": rope}, 1.0, 0.1)
+    modes = natural_modes(linearise(*hs.compile_scene(case)))
+    assert modes[0].natural_period == pytest.approx(2.0 * pi * np.sqrt(mass / at[0]), rel=1e-9)
+
+
+CASE = """
+title: Block on a rope
+duration: 1 s
+bodies:
+  block: {mass: 1 t, radii_of_gyration: [1 m, 1 m, 1 m]}
+forces:
+  rope:
+    type: catenary
+    body: block
+    point: [0 m, 0 m, 0 m]
+    anchor: [10.4 m, 0 m, 1 m]
+    segments: [{length: 10 m, weight: 10 N/m, stiffness: STIFFNESS}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("curve", "said"),
+    [
+        ("{stretch: [0, 1], tension: [0 N, 1 N, 2 N]}", "2 values in stretch and 3 in tension"),
+        ("{stretch: [0, 5 %, 5 %], tension: [0 N, 1 N, 2 N]}", "0.05 after 0.05; expected values"),
+        ("{stretch: [0, 5 %, 9 %], tension: [0 N, 2 N, 1 N]}", "1 after 2; expected values that"),
+        ("{stretch: [0, 5 %], tension: [1 N, 2 N]}", "the first at 0"),
+        ("{stretch: [0], tension: [0 N]}", "at least two points"),
+        ("{stretch: [0, 5 %]}", "tension"),
+        (f"{{stretch: {[*range(40)]}, tension: {[*range(40)]}}}", "40 points; expected at most 32"),
+        ("0 N", "above 0"),
+    ],
+)
+def test_curves_that_are_refused(tmp_path: Path, curve: str, said: str) -> None:
+    path = tmp_path / "rope.yaml"
+    path.write_text(CASE.replace("STIFFNESS", curve))
+    with pytest.raises(InputError, match=said):
+        hs.load_case(path)
+
+
+def test_a_stretch_beyond_the_curve_is_told(tmp_path: Path) -> None:
+    """At the start and by the run; a large stretch within the curve is not."""
+    path = tmp_path / "rope.yaml"
+    told = {}
+    for end in (4, 30):
+        curve = f"{{stretch: [0, 2 %, {end} %], tension: [0 N, 30 kN, 60 kN]}}"
+        path.write_text(CASE.replace("STIFFNESS", curve))
+        told[end] = str(hs.simulate(path).attrs.get("warnings", ""))
+    assert "at the start" in told[4]
+    assert "the curve of stiffness ends at 6e+04 N" in told[4]
+    assert "the curve of its stiffness ends at 6e+04 N" in told[4]
+    assert "stiffness" not in told[30]
+    assert "stretched" not in told[30]
+
+
+MOORDYN = """\
+--- LINE TYPES ---
+Name Diam MassDen EA BA/-zeta EI Cd Ca CdAx CaAx
+(-) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)
+rope 0.1 12 rope.dat -1 0 1.0 1 0.2 0
+--- POINTS ---
+Node Type X Y Z M V FX FY FZ CdA CA
+(-) (-) (m) (m) (m) (kg) (m^3) (kN) (kN) (kN) (m^2) (-)
+1 Fixed 600 0 -100 0 0 0 0 0 0 0
+2 Vessel 20 0 -5 0 0 0 0 0 0 0
+--- LINES ---
+Line LineType AttachA AttachB UnstrLen NumSegs Outputs
+(-) (-) (-) (-) (m) (-) (-)
+1 rope 1 2 600 20 -
+--- SOLVER OPTIONS ---
+100 WtrDpth
+"""
+TABLE = """\
+stretch  tension
+(-)      (N)
+0.0      0.0
+0.05     2e5
+0.10     6e5
+"""
+
+
+def test_moordyn_table(tmp_path: Path) -> None:
+    """EA of a line type may be the name of a table; its curve is that of keys in a case."""
+    (tmp_path / "rope.dat").write_text(TABLE)
+    file = tmp_path / "lines.txt"
+    file.write_text(MOORDYN)
+    keys = yaml.safe_load(case_keys(file))["forces"]["line_1"]["segments"]
+    assert keys[0]["stiffness"]["stretch"] == [0.0, 0.05, 0.1]
+    (line,) = lines_of_system(read_mooring_system(Source(file)))
+    assert line.pieces["corners"].tolist() == [1]
+    assert line.pieces["limit"].tolist() == [6e5]
+    (tmp_path / "rope.dat").write_text(TABLE.replace("6e5", "1e5"))
+    with pytest.raises(InputError, match=r"rope.dat: found 100000 after 200000"):
+        read_mooring_system(Source(file))
