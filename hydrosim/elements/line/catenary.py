@@ -15,8 +15,8 @@ which does not depend on it. Modes are profiles: which segment touches down, whe
 the bed ends, whether the line is slack. The slope of the stiffness jumps from one profile to the
 next, and the tension has a kink in its second derivative. A kink is an event where it is
 `SHARP_KINK` over a step, the line is nearly slack, or its tension passes a corner of a curve of
-tension over stretch: there the stiffness of a light line jumps. Other kinks are passed: they change the
-impulse of the line in that step by less than 3e-5 of its tension times the step.
+tension over stretch: there the stiffness of a light line jumps. Other kinks are passed: they change
+the impulse of the line in that step by less than 3e-5 of its tension times the step.
 
 Without friction of the bed, the line has a potential: strain energy plus weight in water times
 height. The drag is its loss, and so is the work of a length that changes, with the opposite sign.

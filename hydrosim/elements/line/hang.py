@@ -229,7 +229,7 @@ def curved_span(pieces, i, H, V, length, ex, ez):
     while start < length:
         end = length
         if j > -piece.corners:
-            end = (sense * V - pull_below_branch(piece, j, H)) / (sense * piece.weight)
+            end = (sense * V - pull_below_branch(piece, j, H)) / abs(piece.weight)
         if end > start:  # not so where it is not a number: a weightless piece at a corner
             EA, o, c = branch_law(piece, abs(j))
             part = min(end, length) - start

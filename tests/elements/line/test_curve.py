@@ -309,7 +309,7 @@ def test_random_lines_are_solved() -> None:
 
 @pytest.mark.parametrize(
     ("weight", "friction", "bed"),
-    [(800.0, 0.0, 0.0), (800.0, 0.6, 0.0), (0.0, 0.0, -inf), (20.0, 0.0, -60.0)],
+    [(800.0, 0.0, 0.0), (800.0, 0.6, 0.0), (0.0, 0.0, -inf), (-0.0, 0.0, -inf), (20.0, 0.0, -60.0)],
 )
 def test_kinks_at_corners(weight: float, friction: float, bed: float) -> None:
     """The room of a profile is positive inside and falls through zero where it ends."""
