@@ -424,6 +424,7 @@ CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
 """Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter
 [N/m^2]."""
 STRONGEST = 0.0320  # C of grade R5
+MAX_CURVE_POINTS = 32  # of a curve of tension over stretch
 
 
 def strongest_breaking_load(diameter: float) -> float:

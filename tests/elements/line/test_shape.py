@@ -11,10 +11,9 @@ import pytest
 from validation_data import unpacked
 
 from hydrosim.elements.line import shape
-from hydrosim.elements.line.hang import SuspendedLine
+from hydrosim.elements.line.hang import SuspendedLine, new_pieces
 from hydrosim.elements.line.points import line_points
 from hydrosim.elements.line.search import length_rates, stiffness, stored_energy
-from hydrosim.multibody.kinematics import LINE_PIECE
 from hydrosim.report.evidence import Feature, Kind
 
 Line = tuple[np.ndarray, float, float, float, float]
@@ -25,7 +24,7 @@ MIXED = ((100.0, 500.0, 1e8, 0.0), (200.0, 100.0, 2e7, 5e4), (400.0, 800.0, 1e8,
 
 def line(*rows: tuple[float, ...], x: float, z: float, bed: float = 0.0, CB: float = 0.0) -> Line:
     """A line of rows of length, weight, EA and hung."""
-    return np.array(list(rows), dtype=LINE_PIECE), float(x), float(z), float(bed), float(CB)
+    return new_pieces(*np.array(rows).T), float(x), float(z), float(bed), float(CB)
 
 
 def suspended(case: Line) -> SuspendedLine:
@@ -293,11 +292,12 @@ def test_floating_pieces() -> None:
     for seed in range(300):
         rng = np.random.default_rng([7, seed])
         n = int(rng.integers(2, 6))
-        pieces = np.zeros(n, dtype=LINE_PIECE)
-        pieces["length"] = 10 ** rng.uniform(1.3, 3, n)
-        pieces["weight"] = 10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n)
-        pieces["stiffness"] = 10 ** rng.uniform(5, 9.5, n)
-        pieces["hung"] = rng.choice([-1, 0, 1], n) * 10 ** rng.uniform(3, 5.5, n)
+        pieces = new_pieces(
+            10 ** rng.uniform(1.3, 3, n),
+            10 ** rng.uniform(1, 3.5, n) * rng.choice([-1, 1, 1, 1], n),
+            10 ** rng.uniform(5, 9.5, n),
+            rng.choice([-1, 0, 1], n) * 10 ** rng.uniform(3, 5.5, n),
+        )
         length = pieces["length"].sum()
         chord = length * rng.uniform(0.5, 1.05)
         angle = rng.uniform(0, pi / 2)
