@@ -167,7 +167,7 @@ class Spring(TwoPointElement, BreakingElement, Link):
         """The same with its length as a signal, if that is given over time."""
         if isinstance(self.length, float | Signal):
             return self
-        length, _ = length_signal(self.length, f"{where.key}.length", where.path)
+        length = length_signal(self.length, f"{where.key}.length", where.path)
         return replace(self, length=length)
 
     def can_add_energy(self) -> bool:

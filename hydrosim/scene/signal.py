@@ -299,11 +299,9 @@ LengthOverTime = Annotated[
 
 def length_signal(
     form: LengthTable | RecordedColumns | HarmonicEntry[float], key: str, path: Path
-) -> tuple[Signal, float]:
-    """The signal of a length [m], and its value at time 0. Raises as `signals.signal_of` does, and
+) -> Signal:
+    """The signal of a length [m]. Raises as `signals.signal_of` does, and
     a problem for a length that is not always above 0."""
-    from hydrosim.elements.signal import first_value  # loads numba
-
     same: TableOverTime[float] | RecordedColumns | HarmonicEntry[float]
     if isinstance(form, LengthTable):
         same = TableOverTime[float].model_construct(time=form.time, force=form.length)
@@ -316,4 +314,4 @@ def length_signal(
             f"{path}: {key}: found a length that falls to {shortest:g} m; expected one that is"
             " always above 0."
         )
-    return signal, first_value(signal)
+    return signal

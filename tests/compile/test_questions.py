@@ -546,8 +546,8 @@ def test_struts_of_another_length_are_asked_about() -> None:
         (strut, "5 m longer"),
         (replace(strut, length=13.0), "3 m shorter"),
         (replace(strut, length=9.0), None),
-        (replace(strut, offset=7.0 * points, force=1e3 * points), None),
-        (replace(strut, offset=np.zeros(0), force=np.zeros(0), damping=1.0), None),
+        (replace(strut, curve=hs.StrutCurve(7.0 * points, 1e3 * points)), None),
+        (replace(strut, curve=None, damping=1.0), None),
     ):
         texts = asked_of(dry({"s": other}), Question.LINES)
         assert said in str(texts) if said else not texts

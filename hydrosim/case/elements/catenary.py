@@ -204,11 +204,13 @@ class CatenaryEntry(Breaking):
 
     def build(self, where: BuildContext) -> BuiltCatenary:
         from hydrosim.elements.line.catenary import Catenary as BuiltCatenary  # loads numba
+        from hydrosim.elements.signal import first_value
 
         paid = None
         first = self.segments[0].length
         if not isinstance(first, float):
-            paid, first = length_signal(first, f"{where.key}.segments[0].length", where.path)
+            paid = length_signal(first, f"{where.key}.segments[0].length", where.path)
+            first = first_value(paid)
         length = [first, *(s.length for s in self.segments[1:])]
         density, gravity = where.water
         weight = [s.chain.weight(density, gravity) if s.chain else s.weight for s in self.segments]

@@ -258,7 +258,7 @@ class WinchEntry(Breaking):
 
         length: Any = self.length
         if length is not None and not isinstance(length, float):
-            length, _ = length_signal(length, f"{where.key}.length", where.path)
+            length = length_signal(length, f"{where.key}.length", where.path)
         return Built(
             self.body,
             point=self.point,

@@ -100,9 +100,9 @@ def test_small_angles_are_linear_and_propagated(figure) -> None:
     """Bushings and a torsion spring on two damped bodies, propagated and stepped."""
     earth = hs.Bushing("other", (0.3, 0.2, -0.5), 0.5 * STIFFNESS, 0.02 * STIFFNESS)
     joined = replace(JOINED, damping=0.01 * STIFFNESS)
-    curve = (np.array([0.0, 1.0]), np.array([50.0, 4e3]), 3e2)
+    curve = (0.0, 1.0), (50.0, 4e3)
     twist = hs.TorsionSpring(
-        "block", curve=hs.TorsionCurve(*curve), axis=(0.3, 0.5, 0.9), to="other"
+        "block", (0.3, 0.5, 0.9), curve=hs.TorsionCurve(*curve), damping=3e2, to="other"
     )
     spinning = block(2e3, location=(1.0, 0.0), velocity=moving(surge=0.3, yaw=0.2))
     bodies = (spinning, block(5e3, name="other"))

@@ -180,7 +180,7 @@ def test_dry_friction_on_any_coordinate(coordinate: dict[str, Any], figure) -> N
         )
     elif coordinate is LINE:
         held = hs.elements.Strut(
-            "block", curve=hs.elements.StrutCurve(*straight), point=ORIGIN, anchor=ANCHOR
+            "block", curve=hs.StrutCurve(*straight), point=ORIGIN, anchor=ANCHOR
         )
     else:
         held = SpringDamper("block", stiffness=spring, joint="it")

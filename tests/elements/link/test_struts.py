@@ -95,7 +95,7 @@ def bilinear(t: np.ndarray, x0: float, pull: float, push: float) -> np.ndarray:
     return np.where(s < pi / fast, x0 * np.sin(fast * s), out)
 
 
-BENT = {"offset": np.array([-1.0, 0.0, 1.0]), "force": np.array([-9e4, 0.0, 1e4])}
+BENT = {"stiffness": None, "curve": hs.StrutCurve((-1.0, 0.0, 1.0), (-9e4, 0.0, 1e4))}
 
 
 def test_order_four_through_the_corner_of_a_curve(figure, validated):
@@ -321,7 +321,7 @@ def test_a_power_take_off_without_stiffness_in_the_linear_analysis() -> None:
 def test_step_limits_are_those_of_the_steepest_piece() -> None:
     """RK4's 2 sqrt(2) over sqrt(k/m) of the stiff end, though the strut starts on the soft one."""
     curve = np.array([-1.0, -0.5, 0.0]), np.array([-1e5, -1e3, 0.0])
-    link = replace(strut(), offset=curve[0], force=curve[1])
+    link = replace(strut(), stiffness=None, curve=hs.StrutCurve(*curve))
     compiled = hs.compile_scene(along(-0.5, 0.0, link))
     (limit, *_) = scene_step_limits(compiled)
     assert limit.step == pytest.approx(2 * sqrt(2) / sqrt((1e5 - 1e3) / 0.5 / M), rel=2e-3)
@@ -341,7 +341,8 @@ def test_links_that_act_for_a_time() -> None:
     """Begun and let go stretched: energies booked, no event and no load while absent."""
     brief = hs.Active(hs.When(0.4), hs.When(1.5))
     offset, force = np.array([-1.0, 0.2, 1.0]), np.array([-8e3, 0.0, 9e3])
-    corner = replace(strut(), offset=offset, force=force, active=brief)
+    curve = hs.StrutCurve(offset, force)
+    corner = replace(strut(), stiffness=None, curve=curve, active=brief)
     body = block(M, ("surge", "yaw"), velocity=moving(surge=-1.0, yaw=0.5))
     forces = {"strut": corner, "spring": torsion(8e3, active=brief)}
     run = hs.simulate(scene(body, forces, 3.0, 0.05, step=0.01))
@@ -425,7 +426,7 @@ def test_links_on_a_hinged_body(figure, validated) -> None:
     claim = "flap on a hinge with a torsion spring, of its range"
     validated(Kind.CLOSED_FORM, claim, "sine", error, 1e-8, Feature.STRUTS)
     held = strut(anchor=(3.0, 0.5, -1.0), damping=3e2)
-    both = {"spring": replace(spring, damping=2e3, type="power_take_off"), "held": held}
+    both = {"spring": replace(spring, damping=2e3, type="rotary_power_take_off"), "held": held}
     run = hs.simulate(replace(whole, forces=both))
     figure("residual", run.energy_residual_relative)
     assert run.energy_residual_relative < 1e-7
