@@ -297,10 +297,9 @@ def rhs(t, y, modes, history, model, work, dy):
         accelerate_freely(
             model.inertia, model.bodies, motion, work.total, work.turning, acceleration
         )
-    events.add_drive_power(y, model.bodies, model.elements, work.holds, dy[model.energy :])
-    events.add_friction_power(
-        y, modes, model.bodies, model.elements, work.holds, dy[model.energy :]
-    )
+    energies = dy[model.energy :]
+    events.add_drive_power(y, model.bodies, model.elements, work.holds, energies)
+    events.add_friction_power(y, modes, model.bodies, model.elements, work.holds, energies)
     if model.impulse < model.size:
         add_impulses(t, y, modes, model, work, dy[model.impulse :])
 

@@ -47,7 +47,7 @@ from hydrosim.water.wind import gust_at, has_gusts
 
 @root
 def find_joint_loads(x, model, work, out):
-    """Write force and moment (6,) about the joint of each branch k to ``out`` from 6 k on: on the
+    """Write force and moment (6,) about each joint k of trees to ``out`` from 6 k on: on the
     joint's body, in the earth frame. ``x`` (n,) are the accelerations that `rhs` has just found in
     ``work``."""
     _find_missing(x, model, work, work.total)

@@ -599,8 +599,8 @@ def _power(column, F, k):
 
 @root
 def add_inertia(bodies, motion, M, H):
-    """H = S^T M S (n, n) for M (6 nb, 6 nb), whose first n columns become M S. Most entries of M are
-    zero, and so are those of S where trees are wide."""
+    """H = S^T M S (n, n) for M (6 nb, 6 nb), whose first n columns become M S. Most entries of M
+    are zero, and so are those of S where trees are wide."""
     S = motion.growth.S
     if bodies.exact:
         _fill_slopes(bodies, motion)
@@ -730,7 +730,7 @@ def arm_to_joint(k, side, bodies, motion):
 
 @root
 def sum_joint_loads(missing, bodies, motion, out):
-    """Write force and moment (6,) about the joint of each branch k to ``out`` from 6 k on: on the
+    """Write force and moment (6,) about each joint k of trees to ``out`` from 6 k on: on the
     joint's body, in the earth frame. They are the sums of the wrenches ``missing`` (6 nb,) of all
     bodies that the joint carries; ``missing`` is overwritten."""
     tree = bodies.tree

@@ -69,7 +69,6 @@ def new_load_friction(
     m = motions
     solutions = 1 + m if m else 0
     wide = 6 * bodies if m else 0
-    each = np.zeros((6, m))
     return LoadFrictionScratch(
         np.zeros(wide),
         np.zeros((forces, wide)),
@@ -78,9 +77,13 @@ def new_load_friction(
         np.zeros((solutions, coordinates)),
         np.zeros((solutions, rows)),
         np.zeros((2 + m if m else 0, m, BEARING_LOADS)),
-        *each[:4],
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(m),
         np.zeros((m, m)),
-        *each[4:],
+        np.zeros(m),
+        np.zeros(m),
     )
 
 

@@ -95,9 +95,8 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Jo
             acting = joint.resistances[i] if joint.resistances else JointResistance()
             row = layout.row[name] if acting.acts else NO_INDEX
             move, axis = places[coordinate]
-            shifts = (
-                layout.tree.moves[move]["kind"] == SLIDE and layout.tree.moves[move]["sign"] < 0
-            )
+            kind, sign = layout.tree.moves[["kind", "sign"]][move]
+            shifts = kind == SLIDE and sign < 0.0
             constants = (coordinate, move, axis, row, *_resistance_constants(acting))
             rows.append((*constants, number, shifts))
             coordinate += 1
@@ -475,7 +474,7 @@ class JointMotionKind(KindWithModeSets):
 
     def record(self, p: JointMotionConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
         dims = ("time", self.unit)
-        columns = {
+        columns: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
             "joint_position": (dims, unit_record.observed[:, :, MOTION_POSITION]),
             "joint_velocity": (dims, unit_record.observed[:, :, MOTION_RATE]),
             "joint_motion_force": (dims, unit_record.observed[:, :, MOTION_FORCE]),
