@@ -493,9 +493,9 @@ class JointMotionKind(KindWithModeSets):
             yield (
                 i,
                 f"with a kinetic_coefficient of {p.each[i]['kinetic_coefficient']:g} its friction"
-                " adds as much to its own load as made it, so that there is none or several that"
-                " balance (Painleve). A longer guide_length or bearing_distance, a smaller"
-                " coefficient, or a centre of gravity nearer to the joint prevents that",
+                " loads the bearings that cause it so much that no friction balances, or several"
+                " do (Painleve). A longer guide_length or bearing_distance, a smaller coefficient,"
+                " or forces and a centre of gravity nearer to the joint prevent that",
             )
 
 

@@ -1,0 +1,352 @@
+"""Dry friction that grows with the load of a joint against closed forms and equations of its own:
+rails on slopes, guides that jam, pins of pendulums, a chain in maximal coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import cos, inf, pi, sin, tan
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from jointed import G, apart, by_rk4, carried, completed, joint, moved, observed_order, places, scene
+from scipy.integrate import solve_ivp
+from turning import points, swapped, turned, turned_back
+
+import hydrosim as hs
+from hydrosim.elements import AppliedForce, Table
+from hydrosim.errors import InputError, SimulationError
+from hydrosim.scene import JointFriction, JointResistance, Method, Scene, Start
+from tests.generators.articulated_cases import articulated_case
+from tests.generators.random_cases import Case
+from tests.generators.scene_trials import offences, tried
+
+STUCK, UP, DOWN, UNDEFINED = 1, 2, 3, 4
+MASS = 1000.0
+INERTIA = (300.0, 400.0, 500.0)
+
+
+def grips(kinetic: float, static: float | None = None, **bearing: float) -> JointFriction:
+    """Friction by load alone."""
+    return JointFriction(0.0, 0.0, static or kinetic, kinetic, **bearing)
+
+
+def pushed(surge: float, pitch: float) -> AppliedForce:
+    """A steady force at the centre of gravity, and a moment."""
+    time = np.array([0.0, 100.0])
+    sides = {"surge": surge, "pitch": pitch}
+    return AppliedForce(
+        "body", (0.0, 0.0, 0.0), {k: Table(time, np.full(2, v)) for k, v in sides.items()}
+    )
+
+
+def on_rail(slope: float, friction: JointFriction, speed: float = 0.0, lever: float = 0.0) -> Scene:
+    """A body on a rail down a ``slope`` [rad], its centre of gravity a ``lever`` above the rail."""
+    down = np.array([cos(slope), 0.0, -sin(slope)])
+    across = np.array([sin(slope), 0.0, cos(slope)])
+    body = carried("body", MASS, INERTIA, (0.0, 0.0, 0.0))
+    place = {"point": tuple(-lever * across), "axis": tuple(down)}
+    rail = joint("slider", "body", None, moved(0.0, speed, friction=friction), **place)
+    return by_rk4(scene([body], {"rail": rail}, 2.0), 0.05)
+
+
+def mode(run: xr.Dataset) -> np.ndarray:
+    return np.asarray(run.joint_motion_mode.values[:, 0])
+
+
+def position(run: xr.Dataset) -> np.ndarray:
+    return np.asarray(run.joint_position.values[:, 0])
+
+
+def loss(run: xr.Dataset) -> float:
+    return float(sum(run[v][-1] for v in run.data_vars if str(v).startswith("energy_dissipated_")))
+
+
+def test_a_body_slides_down_a_rail() -> None:
+    slope, mu = 0.5, 0.3
+    run = completed(on_rail(slope, grips(mu)))
+    rate = G * (sin(slope) - mu * cos(slope))
+    np.testing.assert_allclose(position(run), 0.5 * rate * run.time.values**2, atol=1e-12)
+    load = MASS * G * cos(slope)
+    np.testing.assert_allclose(run.joint_friction_load.values[:, 0], load, rtol=1e-12)
+    np.testing.assert_allclose(run.joint_friction.values[:, 0], -mu * load, rtol=1e-12)
+    np.testing.assert_allclose(run.joint_motion_force.values[:, 0], -mu * load, rtol=1e-12)
+    assert loss(run) == pytest.approx(mu * load * position(run)[-1], rel=1e-9)
+    assert np.abs(run.energy_residual).max() < 1e-9 * loss(run)
+
+
+@pytest.mark.parametrize("beside", [1e-9, -1e-9])
+def test_a_body_holds_on_a_rail_up_to_the_angle_of_friction(beside: float) -> None:
+    slope = 0.5
+    run = completed(on_rail(slope, grips(0.1, tan(slope) * (1.0 + beside))))
+    assert (mode(run) == (STUCK if beside > 0.0 else UP)).all()
+    load = MASS * G * cos(slope)
+    if beside > 0.0:
+        assert (position(run) == 0.0).all()
+        np.testing.assert_allclose(run.joint_friction_load.values[:, 0], load, rtol=1e-12)
+        np.testing.assert_allclose(run.joint_friction.values[:, 0], -tan(slope) * load, rtol=1e-12)
+
+
+def test_a_body_that_goes_up_a_rail_comes_to_rest_and_slides_back() -> None:
+    """The given force and that of the load add up."""
+    slope, mu, speed = 0.6, 0.2, -2.0
+    given = JointFriction(400.0, 300.0, mu, mu)
+    run = completed(on_rail(slope, given, speed))
+    held = 300.0 / MASS + mu * G * cos(slope)
+    up, back = G * sin(slope) + held, G * sin(slope) - held
+    rest = -speed / up
+    t = run.time.values
+    highest = 0.5 * speed * rest
+    expected = np.where(
+        t < rest, speed * t + 0.5 * up * t**2, highest + 0.5 * back * (t - rest) ** 2
+    )
+    np.testing.assert_allclose(position(run), expected, atol=1e-9)
+    assert {DOWN, UP} == set(mode(run).tolist())
+
+
+@pytest.mark.parametrize("lever", [0.0, 0.3, -0.3])
+def test_shoes_share_the_load(lever: float) -> None:
+    """The centre of gravity beside the rail loads the shoes when the body speeds up: W = |N/2 + M /
+    L| + |N/2 - M / L| with M = lever (m a - m g sin)."""
+    slope, mu, length = 0.5, 0.2, 1.2
+    run = completed(on_rail(slope, grips(mu, bearing_distance=length), 0.0, lever))
+    across, along = MASS * G * cos(slope), MASS * G * sin(slope)
+    friction = 0.0
+    for _ in range(200):
+        moment = lever * friction
+        both = abs(across / 2 + moment / length) + abs(across / 2 - moment / length)
+        friction = mu * both
+    rate = (along - friction) / MASS
+    np.testing.assert_allclose(position(run), 0.5 * rate * run.time.values**2, atol=1e-12)
+
+
+@pytest.mark.parametrize("push", [10.0, 1e5])
+@pytest.mark.parametrize("beside", [1e-9, -1e-9])
+def test_an_eccentric_push_jams_a_guide(push: float, beside: float) -> None:
+    """W = 2 P e / L, whatever the push is (Beer & Johnston, the movable bracket)."""
+    mu, length = 0.25, 1.5
+    lever = length / (2.0 * mu) * (1.0 + beside)
+    calm = on_rail(0.0, grips(mu, bearing_distance=length))
+    pushes = {"push": pushed(push, push * lever)}
+    water = replace(calm.environment, gravity=1e-300)
+    run = completed(replace(calm, forces=pushes, environment=water))
+    assert (mode(run) == (STUCK if beside > 0.0 else UP)).all()
+    load = run.joint_friction_load.values[-1, 0]
+    assert load == pytest.approx(2.0 * push * lever / length, rel=1e-12)
+
+
+def test_friction_that_makes_its_own_load_has_no_solution() -> None:
+    """The centre of gravity is far beside the rail: 2 mu e / L is 1.25."""
+    heavy = on_rail(0.0, grips(0.25, bearing_distance=1.0), 1.0, 2.5)
+    with pytest.raises(SimulationError) as caught:
+        hs.simulate(heavy)
+    said = str(caught.value)
+    assert "rail offset" in said
+    assert "Painleve" in said
+    assert "kinetic_coefficient of 0.25" in said
+    assert "guide_length" in said
+
+
+def test_a_body_may_stay_stuck_where_it_could_not_slide() -> None:
+    run = completed(on_rail(0.3, grips(0.5, bearing_distance=1.0), 0.0, 2.5))
+    assert (mode(run) == STUCK).all()
+
+
+# A pendulum on a pin.
+
+LEVER, RADIUS, ABOUT_CENTRE = 2.0, 0.25, 900.0
+MU, ANGLE = 0.5, 1.2
+
+
+def pendulum(static: float, step: float, duration: float) -> Scene:
+    """A pendulum on a pin with the axis y."""
+    body = carried("body", MASS, (700.0, ABOUT_CENTRE, 500.0), (0.0, 0.0, -LEVER))
+    friction = grips(MU, static, radius=RADIUS)
+    pin = joint(
+        "hinge",
+        "body",
+        None,
+        moved(ANGLE, 0.0, friction=friction),
+        point=(0.0, 0.0, LEVER),
+        axis=(0.0, 1.0, 0.0),
+    )
+    return by_rk4(scene([body], {"pin": pin}, duration), step)
+
+
+def pin_acceleration(angle: float, rate: float, sense: float) -> float:
+    """The root of a quadratic: the reaction of the pin holds the acceleration."""
+    about_pin = ABOUT_CENTRE + MASS * LEVER**2
+    radial = LEVER * rate**2 + G * cos(angle)
+    c = sense * MU * RADIUS * MASS
+    # (I a + m g l sin)^2 = c^2 (radial^2 + (l a + g sin)^2)
+    free = MASS * G * LEVER * sin(angle)
+    across = G * sin(angle)
+    A = about_pin**2 - c**2 * LEVER**2
+    B = 2.0 * (about_pin * free - c**2 * LEVER * across)
+    C = free**2 - c**2 * (radial**2 + across**2)
+    roots = (-B + np.array([1.0, -1.0]) * np.sqrt(B**2 - 4.0 * A * C)) / (2.0 * A)
+    return float(roots[0] if sense < 0.0 else roots[1])
+
+
+def swings(static: float, t: np.ndarray) -> np.ndarray:
+    """Angles of the pendulum by DOP853, swing by swing, until the pin holds it."""
+    angles = np.full(t.size, np.nan)
+    begin, here = 0.0, ANGLE
+    while True:
+        if LEVER * abs(sin(here)) <= static * RADIUS:
+            angles[t >= begin] = here
+            return angles
+        sense = -np.sign(here)
+
+        def slope(_: float, y: np.ndarray, sense: float = sense) -> list[float]:
+            return [y[1], pin_acceleration(y[0], y[1], sense)]
+
+        def rests(_: float, y: np.ndarray, sense: float = sense) -> float:
+            return float(sense * y[1] + (1e-9 if y[0] * sense < 0.0 else 0.0))
+
+        rests.terminal, rests.direction = True, -1.0  # type: ignore[attr-defined]
+        swing = solve_ivp(
+            slope,
+            (begin, t[-1] + 20.0),
+            [here, 0.0],
+            method="DOP853",
+            rtol=1e-13,
+            atol=1e-13,
+            events=rests,
+            dense_output=True,
+        )
+        end = float(swing.t_events[0][0])
+        inside = (t >= begin) & (t <= end)
+        angles[inside] = swing.sol(t[inside])[0]
+        begin, here = end, float(swing.y_events[0][0][0])
+        if begin > t[-1]:
+            return angles
+
+
+@pytest.mark.parametrize("static", [0.5, 1.5])
+def test_a_pendulum_on_a_pin(static: float) -> None:
+    """It swings out, and rests where its weight cannot turn the pin."""
+    base = pendulum(static, 0.01, 25.0)
+    run = completed(replace(base, solver=replace(base.solver, method=Method.DOPRI5)))
+    expected = swings(static, run.time.values)
+    assert np.abs(position(run) - expected).max() < 1e-9 * ANGLE
+    assert np.abs(run.energy_residual).max() < 1e-9 * loss(run)
+    assert mode(run)[-1] == STUCK
+
+
+def test_the_order_of_rk4_holds_with_a_pin() -> None:
+    base = pendulum(1.5, 0.05, 8.0)
+    angle = swings(1.5, completed(base).time.values)
+    errors = [
+        np.abs(position(completed(by_rk4(base, step))) - angle).max()
+        for step in (0.05, 0.025, 0.0125)
+    ]
+    assert errors[-1] < 1e-6
+    assert np.log2(errors[0] / errors[1]) > 3.8
+    assert np.log2(errors[1] / errors[2]) > 3.8
+
+
+def test_a_collar_carries_the_force_along_a_pin() -> None:
+    """A vertical pin: the weight lies on its collar, the centrifugal force on its bush."""
+    collar, radius, mu, rate, lever = 0.4, 0.1, 0.2, 1.5, 0.7
+    body = carried("body", MASS, INERTIA, (lever, 0.0, 0.0))
+    friction = grips(mu, radius=radius, collar_radius=collar)
+    place = {"point": (-lever, 0.0, 0.0), "axis": (0.0, 0.0, 1.0)}
+    pin = joint("hinge", "body", None, moved(0.0, rate, friction=friction), **place)
+    run = completed(by_rk4(scene([body], {"pin": pin}, 0.5), 0.01))
+    u = run.joint_velocity.values[:, 0]
+    about_pin = INERTIA[2] + MASS * lever**2
+    found = -run.joint_friction.values[:, 0]
+    across = MASS * lever * np.hypot(u**2, found / about_pin)
+    np.testing.assert_allclose(found, mu * (radius * across + collar * MASS * G), rtol=1e-12)
+
+
+# Two such joints in a chain, against maximal coordinates.
+
+CART, BOB, ROD = 800.0, 300.0, 1.7
+MU_RAIL, MU_PIN, PIN_RADIUS, GUIDE, SLOPE, ABOVE = 0.12, 0.35, 0.2, 0.9, 0.35, 0.25
+
+
+def chain(duration: float) -> Scene:
+    """A cart on a sloping rail, with a pendulum on a pin above the rail."""
+    down = (cos(SLOPE), 0.0, -sin(SLOPE))
+    across = np.array([sin(SLOPE), 0.0, cos(SLOPE)])
+    cart = carried("cart", CART, INERTIA, (0.0, 0.0, 0.0))
+    at = ABOVE * across
+    bob = carried("bob", BOB, (80.0, 90.0, 70.0), (at[0], 0.0, at[2] - ROD))
+    rail = moved(0.0, 1.0, friction=grips(MU_RAIL, bearing_distance=GUIDE))
+    pin = moved(1.1, -2.0, friction=grips(MU_PIN, radius=PIN_RADIUS))
+    joints = {
+        "rail": joint("slider", "cart", None, rail, axis=down),
+        "pin": joint("hinge", "bob", "cart", pin, point=(0.0, 0.0, ROD), axis=(0.0, 1.0, 0.0)),
+    }
+    return scene([cart, bob], joints, duration, output_step=0.02)
+
+
+def chain_rates(_: float, state: np.ndarray) -> np.ndarray:
+    """Rates of (x, z, x', z' of the cart, then x, z, angle of the bob and their rates). The forces
+    of rail and pin are unknowns, and friction is found by repetition."""
+    x, z, u, w, xb, zb, angle, ub, wb, rate = state
+    d = np.array([cos(SLOPE), -sin(SLOPE)])
+    n = np.array([sin(SLOPE), cos(SLOPE)])
+    arm = np.array([ROD * sin(angle), ROD * cos(angle)])  # from the bob to the pin
+    turn = np.array([arm[1], -arm[0]])  # velocity of the pin on the bob, over its rate about y
+    # unknowns: a (2), b (2), alpha, normal N, moment M of the rail, force P (2) on the bob
+    A = np.zeros((9, 9))
+    c = np.zeros(9)
+    A[0:2, 0:2] = CART * np.eye(2)
+    A[0:2, 5] = -n
+    A[0:2, 7:9] = np.eye(2)
+    c[1] = -CART * G
+    A[2:4, 2:4] = BOB * np.eye(2)
+    A[2:4, 7:9] = -np.eye(2)
+    c[3] = -BOB * G
+    A[4, 4] = 90.0
+    A[4, 7], A[4, 8] = -arm[1], arm[0]
+    A[5, 0:2] = n
+    A[6, 6] = 1.0  # moments on the cart about y: M + (pin x -P) + friction of the pin = 0
+    at = ABOVE * n
+    A[6, 7], A[6, 8] = -at[1], at[0]
+    A[7:9, 0:2] = np.eye(2)
+    A[7:9, 2:4] = -np.eye(2)
+    A[7:9, 4] = -turn
+    c[7:9] = -(rate**2) * arm  # the centripetal part of the pin on the bob
+    friction = np.zeros(2)
+    along = np.sign(u * d[0] + w * d[1])
+    sense = np.sign(rate)
+    for _ in range(400):
+        right = c.copy()
+        right[0:2] -= along * friction[0] * d
+        right[4] -= sense * friction[1]
+        right[6] -= sense * friction[1]
+        solution = np.linalg.solve(A, right)
+        N, M, P = solution[5], solution[6], solution[7:9]
+        shoes = abs(N / 2 + M / GUIDE) + abs(N / 2 - M / GUIDE)
+        new = np.array([MU_RAIL * shoes, MU_PIN * PIN_RADIUS * np.hypot(*P)])
+        if np.array_equal(new, friction):
+            break
+        friction = new
+    a, b, alpha = solution[0:2], solution[2:4], solution[4]
+    return np.array([u, w, *a, ub, wb, rate, *b, alpha])
+
+
+def test_two_joints_of_a_chain_feel_the_friction_of_each_other() -> None:
+    run = completed(chain(0.6))
+    moving = run.joint_motion_mode.values
+    assert set(moving[:, 0]) == {UP}
+    assert set(moving[:, 1]) == {DOWN}
+    d = np.array([cos(SLOPE), -sin(SLOPE)])
+    pin = ABOVE * np.array([sin(SLOPE), cos(SLOPE)])
+    arm = ROD * np.array([sin(1.1), cos(1.1)])
+    bob = pin - arm
+    turn = np.array([-arm[1], arm[0]]) * -2.0
+    start = [0.0, 0.0, *d, *bob, 1.1, *(d + turn), -2.0]
+    t = run.time.values
+    found = solve_ivp(
+        chain_rates, (0.0, t[-1]), start, method="DOP853", rtol=1e-12, atol=1e-12, t_eval=t
+    )
+    ours = np.column_stack([places(run, "cart")[:, [0, 2]], places(run, "bob")[:, [0, 2]]])
+    assert np.abs(ours - found.y[[0, 1, 4, 5]].T).max() < 1e-9
+    assert np.abs(run.energy_residual).max() < 1e-9 * loss(run)
