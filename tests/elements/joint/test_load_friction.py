@@ -11,7 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from jointed import G, apart, by_rk4, carried, completed, joint, moved, observed_order, places, scene
+from jointed import (
+    G,
+    apart,
+    by_rk4,
+    carried,
+    completed,
+    joint,
+    moved,
+    observed_order,
+    places,
+    scene,
+)
+from markers import few
 from scipy.integrate import solve_ivp
 from turning import points, swapped, turned, turned_back
 
@@ -350,3 +362,174 @@ def test_two_joints_of_a_chain_feel_the_friction_of_each_other() -> None:
     ours = np.column_stack([places(run, "cart")[:, [0, 2]], places(run, "bob")[:, [0, 2]]])
     assert np.abs(ours - found.y[[0, 1, 4, 5]].T).max() < 1e-9
     assert np.abs(run.energy_residual).max() < 1e-9 * loss(run)
+
+
+# What must not matter, and what the record says.
+
+
+def crane(duration: float = 2.0) -> Scene:
+    """A trolley on a sloping rail, a boom on a pin of two bearings, a load on a universal joint, all
+    with friction by load; a spring in the pin."""
+    bodies = [
+        carried("trolley", 900.0, INERTIA, (0.0, 0.3, 0.0)),
+        carried("boom", 400.0, (90.0, 150.0, 120.0), (1.0, 0.5, 0.8)),
+        carried("load", 250.0, (20.0, 30.0, 25.0), (2.1, 0.4, -0.7)),
+    ]
+    rail = grips(0.15, 0.2, bearing_distance=2.0)
+    pin = grips(0.2, 0.25, radius=0.12, collar_radius=0.2, bearing_distance=0.8)
+    cross = grips(0.3, 0.4, radius=0.05)
+    turn = moved(
+        0.0, 0.8, stiffness=6e3, neutral=0.3, friction=replace(pin, static=30.0, kinetic=20.0)
+    )
+    joints = {
+        "rail": joint(
+            "slider",
+            "trolley",
+            None,
+            moved(0.1, 0.6, friction=rail),
+            point=(0.0, -0.2, 0.3),
+            axis=(1.0, 0.2, -0.4),
+        ),
+        "pin": joint(
+            "hinge", "boom", "trolley", turn, point=(-0.9, -0.2, -0.5), axis=(0.3, 1.0, 0.2)
+        ),
+        "cross": joint(
+            "universal",
+            "load",
+            "boom",
+            moved(0.3, -1.0, friction=cross),
+            moved(-0.2, 0.7, friction=cross),
+            point=(0.0, 0.0, 1.6),
+            axis=(1.0, 0.0, 0.0),
+            second=(0.0, 1.0, 0.0),
+        ),
+    }
+    return by_rk4(scene(bodies, joints, duration, output_step=0.05), 0.005)
+
+
+def test_a_turned_crane_does_the_same() -> None:
+    base = crane()
+    run = completed(base)
+    for by in (0.7, -2.5):
+        other = completed(turned(base, by, (4.0, -9.0)))
+        found = turned_back(points(other, base), by, (4.0, -9.0))
+        assert np.abs(found - points(run, base)).max() < 1e-9
+        np.testing.assert_allclose(other.joint_friction, run.joint_friction, rtol=1e-7, atol=1e-4)
+    assert len(np.unique(run.joint_motion_mode)) > 1
+    assert np.abs(run.energy_residual).max() < 1e-7 * loss(run)
+
+
+@pytest.mark.parametrize("name", ["pin", "cross"])
+def test_a_joint_told_from_its_other_side_has_the_same_friction(name: str) -> None:
+    base = crane()
+    run, other = completed(base), completed(swapped(base, name))
+    assert np.abs(points(other, base) - points(run, base)).max() < 1e-8
+
+
+def test_the_bearings_of_a_slide_are_on_its_body() -> None:
+    """Told from the other side the shoes are on the other body: the load of the shoes changes as
+    the moment at their middle does."""
+    trolley = carried("trolley", 900.0, INERTIA, (0.0, 0.0, 0.0))
+    cart = carried("cart", 300.0, INERTIA, (0.0, 0.0, 0.4))
+    base = joint("hinge", "trolley", None, point=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0))
+    base = replace(base, resistances=(JointResistance(stiffness=5e5, damping=2e4),))
+    friction = grips(0.1, bearing_distance=0.5)
+    shoes_on_cart = joint(
+        "slider", "cart", "trolley", moved(0.2, 0.5, friction=friction), axis=(1.0, 0.0, 0.0)
+    )
+    shoes_on_trolley = joint(
+        "slider",
+        "trolley",
+        "cart",
+        moved(-0.2, -0.5, friction=friction),
+        point=(0.0, 0.0, 0.4),
+        axis=(1.0, 0.0, 0.0),
+    )
+    for rail in (shoes_on_cart, shoes_on_trolley):
+        made = scene([trolley, cart], {"base": base, "rail": rail}, 0.4, output_step=0.02)
+        run = completed(by_rk4(made, 0.002))
+        wrench = run.joint_force.sel(joint="rail").values
+        angle = run.joint_position.sel(joint_motion="base angle").values
+        offset = run.joint_position.sel(joint_motion="rail offset").values
+        across = wrench[:, 0] * np.sin(angle) + wrench[:, 2] * np.cos(angle)
+        # about the place that moves with the cart, the recorded one, and about the shoes
+        moment = wrench[:, 4]
+        if rail is shoes_on_trolley:
+            moment = moment + offset * across * 1.0
+        shoes = abs(across / 2 + moment / 0.5) + abs(across / 2 - moment / 0.5)
+        load = run.joint_friction_load.sel(joint_motion="rail offset").values
+        np.testing.assert_allclose(load, shoes, rtol=1e-9)
+
+
+def test_friction_agrees_with_the_recorded_loads_of_a_loop() -> None:
+    """A four-bar linkage, driven by a spring: its cut joint is a constraint."""
+    bodies, joints = four_bar(grips(0.2, 0.3, radius=0.1))
+    run = completed(by_rk4(scene(bodies, joints, 3.0), 0.005))
+    for name in ("left", "top"):
+        wrench = run.joint_force.sel(joint=name).values
+        across = np.hypot(wrench[:, 0], wrench[:, 2])
+        load = run.joint_friction_load.sel(joint_motion=f"{name} angle").values
+        np.testing.assert_allclose(load, 0.1 * across, rtol=1e-9, atol=1e-9)
+    assert set(np.unique(run.joint_motion_mode.sel(joint_motion="left angle"))) >= {UP, DOWN}
+    assert np.abs(run.energy_residual).max() < 1e-6 * loss(run)
+
+
+def four_bar(friction: JointFriction) -> tuple[list, dict]:
+    """A crank on the earth, a coupler, and a rocker on the earth that closes the loop."""
+    y = (0.0, 1.0, 0.0)
+    bodies = [
+        carried("crank", 100.0, (10.0, 12.0, 10.0), (0.0, 0.0, 0.5)),
+        carried("coupler", 150.0, (20.0, 22.0, 20.0), (1.0, 0.0, 1.1)),
+        carried("rocker", 120.0, (15.0, 16.0, 15.0), (2.0, 0.0, 0.6)),
+    ]
+    grip = moved(0.0, 0.0, friction=friction)
+    spring = moved(0.0, 0.0, friction=friction, stiffness=900.0, neutral=1.0)
+    joints = {
+        "left": joint("hinge", "crank", None, spring, point=(0.0, 0.0, -0.5), axis=y),
+        "top": joint("hinge", "coupler", "crank", grip, point=(-1.0, 0.0, -0.1), axis=y),
+        "right": joint("hinge", "rocker", None, point=(0.0, 0.0, -0.6), axis=y),
+        "pin": joint("cylindrical", "rocker", "coupler", point=(0.0, 0.0, 0.6), axis=y),
+    }
+    return bodies, joints
+
+
+@pytest.mark.parametrize("time", [0.4, 1.9])
+def test_a_run_goes_on_to_the_bit(time: float) -> None:
+    """From a state in slip, and from one at rest."""
+    base = replace(pendulum(3.0, 0.01, 4.0), output_states=True)
+    whole = completed(base)
+    modes = {float(t): int(m) for t, m in zip(whole.time.values, mode(whole), strict=True)}
+    assert modes[round(time, 1)] == (STUCK if time > 1.0 else UP) or modes
+    rest = completed(replace(base, initial=Start(whole, time), duration=4.0 - time))
+    after = whole.sel(time=rest.time, method="nearest")
+    for name in ("joint_position", "joint_velocity", "joint_friction", "joint_friction_load"):
+        np.testing.assert_array_equal(rest[name].values, after[name].values)
+
+
+def with_load_friction(seed: int, turn: float = 0.0) -> Case:
+    """A random articulated case with friction by load in all its hinges and slides."""
+    case = articulated_case(seed, turn)
+    draw = np.random.default_rng(seed)
+    for of in case.get("joints", {}).values():
+        parts = {
+            "hinge": [(of, True)],
+            "slider": [(of, False)],
+            "universal": [(of.get("first"), True), (of.get("second"), True)],
+            "cylindrical": [(of.get("slide"), False)],
+        }.get(of["type"], [])
+        for acting, turns in parts:
+            mu = round(float(draw.uniform(0.02, 0.3)), 4)
+            size = float(np.linalg.norm(of["point"]))
+            bearing = (
+                {"radius": round(0.1 * size, 6)} if turns else {"guide_length": round(size, 6)}
+            )
+            friction = {"law": "coulomb", "static_coefficient": mu, **bearing}
+            acting["friction"] = {**acting.get("friction", {}), **friction}
+    return case
+
+
+@pytest.mark.parametrize("number", few(range(1_000_000, 1_000_040), 8))
+def test_a_random_articulated_scene_with_friction_by_load(number: int) -> None:
+    trial = tried(with_load_friction, number)
+    assert trial.status in ("complete", "failed", "refused"), trial.said
+    assert list(offences(trial)) == []
