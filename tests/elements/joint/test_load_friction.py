@@ -3,9 +3,8 @@ rails on slopes, guides that jam, pins of pendulums, a chain in maximal coordina
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from math import cos, inf, pi, sin, tan
+from math import cos, sin, tan
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,11 @@ import pytest
 import xarray as xr
 from jointed import (
     G,
-    apart,
     by_rk4,
     carried,
     completed,
     joint,
     moved,
-    observed_order,
     places,
     scene,
 )
@@ -28,6 +25,7 @@ from scipy.integrate import solve_ivp
 from turning import points, swapped, turned, turned_back
 
 import hydrosim as hs
+from hydrosim.compile.compile import compile_scene
 from hydrosim.elements import AppliedForce, Table
 from hydrosim.errors import InputError, SimulationError
 from hydrosim.scene import JointFriction, JointResistance, Method, Scene, Start
@@ -172,7 +170,7 @@ LEVER, RADIUS, ABOUT_CENTRE = 2.0, 0.25, 900.0
 MU, ANGLE = 0.5, 1.2
 
 
-def pendulum(static: float, step: float, duration: float) -> Scene:
+def pendulum(static: float, step: float, duration: float, rate: float = 0.0) -> Scene:
     """A pendulum on a pin with the axis y."""
     body = carried("body", MASS, (700.0, ABOUT_CENTRE, 500.0), (0.0, 0.0, -LEVER))
     friction = grips(MU, static, radius=RADIUS)
@@ -180,7 +178,7 @@ def pendulum(static: float, step: float, duration: float) -> Scene:
         "hinge",
         "body",
         None,
-        moved(ANGLE, 0.0, friction=friction),
+        moved(ANGLE, rate, friction=friction),
         point=(0.0, 0.0, LEVER),
         axis=(0.0, 1.0, 0.0),
     )
@@ -300,7 +298,8 @@ def chain(duration: float) -> Scene:
 def chain_rates(_: float, state: np.ndarray) -> np.ndarray:
     """Rates of (x, z, x', z' of the cart, then x, z, angle of the bob and their rates). The forces
     of rail and pin are unknowns, and friction is found by repetition."""
-    x, z, u, w, xb, zb, angle, ub, wb, rate = state
+    u, w = state[2:4]
+    angle, ub, wb, rate = state[6:]
     d = np.array([cos(SLOPE), -sin(SLOPE)])
     n = np.array([sin(SLOPE), cos(SLOPE)])
     arm = np.array([ROD * sin(angle), ROD * cos(angle)])  # from the bob to the pin
@@ -368,8 +367,8 @@ def test_two_joints_of_a_chain_feel_the_friction_of_each_other() -> None:
 
 
 def crane(duration: float = 2.0) -> Scene:
-    """A trolley on a sloping rail, a boom on a pin of two bearings, a load on a universal joint, all
-    with friction by load; a spring in the pin."""
+    """A trolley on a sloping rail, a boom on a pin of two bearings, a load on a universal joint,
+    all with friction by load; a spring in the pin."""
     bodies = [
         carried("trolley", 900.0, INERTIA, (0.0, 0.3, 0.0)),
         carried("boom", 400.0, (90.0, 150.0, 120.0), (1.0, 0.5, 0.8)),
@@ -463,18 +462,27 @@ def test_the_bearings_of_a_slide_are_on_its_body() -> None:
 
 def test_friction_agrees_with_the_recorded_loads_of_a_loop() -> None:
     """A four-bar linkage, driven by a spring: its cut joint is a constraint."""
-    bodies, joints = four_bar(grips(0.2, 0.3, radius=0.1))
-    run = completed(by_rk4(scene(bodies, joints, 3.0), 0.005))
-    for name in ("left", "top"):
-        wrench = run.joint_force.sel(joint=name).values
-        across = np.hypot(wrench[:, 0], wrench[:, 2])
-        load = run.joint_friction_load.sel(joint_motion=f"{name} angle").values
-        np.testing.assert_allclose(load, 0.1 * across, rtol=1e-9, atol=1e-9)
+    run = completed(four_bar("left"))
+    wrench = run.joint_force.sel(joint="left").values
+    across = np.hypot(wrench[:, 0], wrench[:, 2])
+    load = run.joint_friction_load.sel(joint_motion="left angle").values
+    np.testing.assert_allclose(load, 0.1 * across, rtol=1e-9, atol=1e-9)
     assert set(np.unique(run.joint_motion_mode.sel(joint_motion="left angle"))) >= {UP, DOWN}
-    assert np.abs(run.energy_residual).max() < 1e-6 * loss(run)
+    assert np.abs(run.energy_residual).max() < 1e-5 * loss(run)
 
 
-def four_bar(friction: JointFriction) -> tuple[list, dict]:
+def test_friction_by_load_must_be_determined_in_a_loop() -> None:
+    """Two hinges of a linkage with one motion would share the friction at rest; a hinge that closes
+    the loop holds what others hold already."""
+    with pytest.raises(InputError, match="holds more motions \\(left angle, top angle\\)"):
+        hs.simulate(four_bar("left", "top"))
+    loop = four_bar("left")
+    pin = joint("hinge", "rocker", "coupler", point=(0.0, 0.0, 0.6), axis=(0.0, 1.0, 0.0))
+    with pytest.raises(InputError, match="left angle, while other joints or drives hold a part"):
+        hs.simulate(replace(loop, joints={**loop.joints, "pin": pin}))
+
+
+def four_bar(*rubbing: str) -> Scene:
     """A crank on the earth, a coupler, and a rocker on the earth that closes the loop."""
     y = (0.0, 1.0, 0.0)
     bodies = [
@@ -482,28 +490,100 @@ def four_bar(friction: JointFriction) -> tuple[list, dict]:
         carried("coupler", 150.0, (20.0, 22.0, 20.0), (1.0, 0.0, 1.1)),
         carried("rocker", 120.0, (15.0, 16.0, 15.0), (2.0, 0.0, 0.6)),
     ]
-    grip = moved(0.0, 0.0, friction=friction)
-    spring = moved(0.0, 0.0, friction=friction, stiffness=900.0, neutral=1.0)
+    grip = grips(0.2, 0.3, radius=0.1)
+    spring = {"stiffness": 900.0, "neutral": 1.0}
+    left, top = (moved(friction=grip if name in rubbing else None) for name in ("left", "top"))
     joints = {
-        "left": joint("hinge", "crank", None, spring, point=(0.0, 0.0, -0.5), axis=y),
-        "top": joint("hinge", "coupler", "crank", grip, point=(-1.0, 0.0, -0.1), axis=y),
+        "left": joint("hinge", "crank", None, replace(left, **spring), point=(0, 0, -0.5), axis=y),
+        "top": joint("hinge", "coupler", "crank", top, point=(-1.0, 0.0, -0.1), axis=y),
         "right": joint("hinge", "rocker", None, point=(0.0, 0.0, -0.6), axis=y),
-        "pin": joint("cylindrical", "rocker", "coupler", point=(0.0, 0.0, 0.6), axis=y),
+        "pin": joint("guide", "rocker", "coupler", point=(0.0, 0.0, 0.6), axis=y),
     }
-    return bodies, joints
+    return by_rk4(scene(bodies, joints, 3.0), 0.004)
 
 
-@pytest.mark.parametrize("time", [0.4, 1.9])
-def test_a_run_goes_on_to_the_bit(time: float) -> None:
-    """From a state in slip, and from one at rest."""
-    base = replace(pendulum(3.0, 0.01, 4.0), output_states=True)
+def restarted(time: float, state: int) -> None:
+    base = replace(pendulum(10.0, 0.01, 4.0, -2.0), output_states=True)
     whole = completed(base)
-    modes = {float(t): int(m) for t, m in zip(whole.time.values, mode(whole), strict=True)}
-    assert modes[round(time, 1)] == (STUCK if time > 1.0 else UP) or modes
+    first = int(np.argmin(np.abs(whole.time.values - time)))
+    assert mode(whole)[first] == state
     rest = completed(replace(base, initial=Start(whole, time), duration=4.0 - time))
-    after = whole.sel(time=rest.time, method="nearest")
     for name in ("joint_position", "joint_velocity", "joint_friction", "joint_friction_load"):
-        np.testing.assert_array_equal(rest[name].values, after[name].values)
+        np.testing.assert_array_equal(rest[name].values, whole[name].values[first:])
+
+
+def test_a_run_goes_on_to_the_bit_in_slip() -> None:
+    restarted(0.4, DOWN)
+
+
+def test_a_run_goes_on_to_the_bit_at_rest() -> None:
+    restarted(2.5, STUCK)
+
+
+@pytest.mark.parametrize("kind", ["planar", "cylindrical"])
+def test_friction_by_load_is_refused_where_motions_share_it(kind: str) -> None:
+    grip = moved(friction=grips(0.1))
+    motions = [grip, moved(), moved()] if kind == "planar" else [moved(), grip]
+    body = carried("body", MASS, INERTIA, (0.0, 0.0, 0.0))
+    made = scene([body], {"held": joint(kind, "body", None, *motions)}, 1.0)
+    with pytest.raises(
+        InputError, match=r"joints.held: found static_coefficient.*slide of a slider"
+    ):
+        hs.simulate(made)
+
+
+def test_the_linear_analysis_takes_it_as_given_friction() -> None:
+    base = pendulum(0.5, 0.01, 1.0)
+    given = moved(friction=JointFriction(20.0, 10.0))
+    pin = replace(base.joints["pin"], resistances=(given,))
+    linear = [hs.linearise(*compile_scene(s)) for s in (base, replace(base, joints={"pin": pin}))]
+    np.testing.assert_array_equal(linear[0].constraints, linear[1].constraints)
+    np.testing.assert_array_equal(linear[0].eigenvalues(), linear[1].eigenvalues())
+
+
+CASE = """
+title: trolley
+duration: 2 s
+bodies:
+  trolley:
+    mass: 2 tonne
+    radii_of_gyration: [1 m, 1 m, 1 m]
+    centre_of_gravity: [0, 0, 1 m]
+    weight: carried
+joints:
+  rail:
+    type: slider
+    body: trolley
+    axis: [1, 0, -0.5]
+    friction: {law: coulomb, %s}
+"""
+
+
+def test_a_case_file_tells_the_friction(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE % "static_coefficient: 0.2, guide_length: 0.8 m, static_force: 100 N")
+    held = hs.load_case(path).scene().joints["rail"].resistances[0].friction
+    assert held == JointFriction(100.0, 100.0, 0.2, 0.2, bearing_distance=0.8)
+    said = str(hs.check(path))
+    assert "0.2 of the load of its bearings at rest" in said
+    assert "more than 2 m beside the joint it jams" in said
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("kinetic_force: 2 N", "found no friction; expected static_force, static_coefficient"),
+        ("static_coefficient: 0.1, kinetic_coefficient: 0.2", "kinetic_coefficient 0.2 above"),
+        ("static_coefficient: 0", "found a coefficient of 0"),
+        ("static_force: 1 N, guide_length: 1 m", "found guide_length without static_coefficient"),
+        ("static_coefficient: 0.1, radius: 1 m", "radius"),
+    ],
+)
+def test_keys_that_do_not_fit_are_refused(tmp_path: Path, keys: str, said: str) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE % keys)
+    with pytest.raises(InputError, match=said):
+        hs.load_case(path)
 
 
 def with_load_friction(seed: int, turn: float = 0.0) -> Case:
