@@ -29,18 +29,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads are slower on
 import typer
 from rich.console import Console
 
-from hydrosim.cli import analysis, db
+from hydrosim.cli import analysis, db, terminal
 from hydrosim.cli.case import case, check, example, new, schema
 from hydrosim.cli.compare import compare, export
 from hydrosim.cli.results import explain, plot, replay, report, statistics
 from hydrosim.cli.run import run
 from hydrosim.cli.sweep import operability, sweep
-from hydrosim.cli.terminal import (
-    make_streams_last,
-    print_lines,
-    print_status,
-    tells_absent_variables,
-)
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import install_signal_handlers
 
@@ -64,7 +58,7 @@ app = typer.Typer(
     help="Time-domain simulation of floating bodies, with exact stick-slip contact.",
 )
 for command in COMMANDS:
-    app.command()(tells_absent_variables(command))
+    app.command()(terminal.tells_absent_variables(command))
 app.add_typer(db.app, name="db")
 err = Console(stderr=True)
 
@@ -73,7 +67,7 @@ def _print_version(asked: bool) -> None:
     if asked:
         from hydrosim.files.cache import program_version
 
-        print_lines(f"hydrosim {program_version()}", *_shipped_kernels(), *_shipped_fits())
+        terminal.print_lines(f"hydrosim {program_version()}", *_shipped_kernels(), *_shipped_fits())
         raise typer.Exit
 
 
@@ -133,8 +127,8 @@ def main() -> None:
 
 def _run_command() -> None:
     install_signal_handlers()
-    make_streams_last()
-    warnings.showwarning = lambda message, *_, **__: print_status(f"warning   {message}")
+    terminal.make_streams_last()
+    warnings.showwarning = lambda message, *_, **__: terminal.print_status(f"warning   {message}")
     try:
         try:
             _require_memory_limit()

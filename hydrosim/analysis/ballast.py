@@ -45,16 +45,10 @@ from hydrosim.linear.modes import STATIC
 from hydrosim.multibody.kinematics import place_bodies
 from hydrosim.multibody.tree import NO_TREE
 from hydrosim.scene import Body, FreeSurface, Pump, Scene, Tank
+from hydrosim.tanks import timeline
 from hydrosim.tanks.contents import Tanks, changing_tanks, flow_names, quantity, tank_names
 from hydrosim.tanks.shapes import capacity, heel_and_trim, pieces, section, triangles
 from hydrosim.tanks.surface import FIRST_MOMENT, FLUID_LEVEL, quantities_at
-from hydrosim.tanks.timeline import (
-    Loading,
-    body_without,
-    integrate_tanks,
-    loaded_body,
-    tanks_at_start,
-)
 
 if TYPE_CHECKING:
     from hydrosim.integrate.state import State
@@ -148,8 +142,8 @@ class Condition:
     body cannot heel)."""
 
     body: Body
-    loading: Loading
-    lightship: Loading
+    loading: timeline.Loading
+    lightship: timeline.Loading
     tanks: tuple[TankState, ...]
     position: np.ndarray
     metacentric: np.ndarray
@@ -171,7 +165,11 @@ class FloatingEquilibrium(NamedTuple):
 def volumes_at(compiled: Compiled, time: float) -> np.ndarray:
     """Volumes (nt,) [m^3] in the changing tanks at a time [s], before any of them overflows."""
     p = compiled.model.tanks
-    return integrate_tanks(p, max(time, 1e-9)).volumes_at(time) if p.each.size else np.zeros(0)
+    return (
+        timeline.integrate_tanks(p, max(time, 1e-9)).volumes_at(time)
+        if p.each.size
+        else np.zeros(0)
+    )
 
 
 def state_with_contents_at(compiled: Compiled, time: float) -> State:
@@ -280,7 +278,10 @@ def _tank_contents(scene: Scene, volume: np.ndarray) -> list[list[tuple[Tank, fl
     for body in scene.bodies:
         body_contents = {tank.name: float(next(moved)) for tank in changing_tanks(body)}
         contents_by_body.append(
-            [(tank, body_contents.get(tank.name, v)) for tank, v in tanks_at_start(body.tanks)]
+            [
+                (tank, body_contents.get(tank.name, v))
+                for tank, v in timeline.tanks_at_start(body.tanks)
+            ]
         )
     return contents_by_body
 
@@ -308,8 +309,8 @@ def _ballast_condition(
     lost: np.ndarray,
     lever: float,
 ) -> Condition:
-    empty = body_without(body, tanks_at_start(body.tanks))
-    full = loaded_body(empty.mass, empty.centre, empty.inertia, contents)
+    empty = timeline.body_without(body, timeline.tanks_at_start(body.tanks))
+    full = timeline.loaded_body(empty.mass, empty.centre, empty.inertia, contents)
     free = np.array([dof in body.dofs for dof in ("roll", "pitch")])
     return Condition(
         body,

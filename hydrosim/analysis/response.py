@@ -51,6 +51,7 @@ from hydrosim.elements.viscous_roll import VISCOUS_ROLL_KIND
 from hydrosim.errors import InputError
 from hydrosim.integrate.dynamics import Model, new_work, rhs
 from hydrosim.integrate.names import contact_names
+from hydrosim.linear import modes
 from hydrosim.linear.equilibrium import (
     RESIDUAL_RTOL,
     Contacts,
@@ -61,12 +62,6 @@ from hydrosim.linear.equilibrium import (
     with_contacts,
 )
 from hydrosim.linear.linearise import Linear, linearise
-from hydrosim.linear.modes import (
-    NaturalMode,
-    interpolate_frequencies,
-    modes_of_stiffness,
-    natural_modes,
-)
 from hydrosim.multibody.kinematics import coordinate_map, place_bodies, positions_at, slopes_at
 from hydrosim.scene import Body, Environment, Place, Scene, SecondOrder, WaveForces
 from hydrosim.water.build import first_order, wave_loads_model
@@ -194,7 +189,7 @@ class Responder:
         for wet in self.databases:
             db = wet.database
             A, B = (
-                interpolate_frequencies(omega, db.frequency, x)
+                modes.interpolate_frequencies(omega, db.frequency, x)
                 for x in (db.added_mass, db.radiation_damping)
             )
             radiated[:, wet.dofs[:, None], wet.dofs] += -(w**2) * A + 1j * w * B
@@ -202,11 +197,11 @@ class Responder:
         along = turned.T @ self.map
         return np.asarray(D + along.T @ radiated @ along)
 
-    def natural_modes(self) -> list[NaturalMode]:
+    def natural_modes(self) -> list[modes.NaturalMode]:
         """Natural modes, with the same added mass and damping."""
         if self.databases:
-            return modes_of_stiffness(self.dynamic_stiffness, self.linear)
-        return natural_modes(self.linear)
+            return modes.modes_of_stiffness(self.dynamic_stiffness, self.linear)
+        return modes.natural_modes(self.linear)
 
 
 def responder(

@@ -14,14 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import xarray as xr
 
-from hydrosim.analysis.response import (
-    Responder,
-    at_rest,
-    contact_remarks,
-    respond,
-    responder,
-    rolling_remarks,
-)
+from hydrosim.analysis import response
 from hydrosim.compile.compile import Radiation, compile_for_linear
 from hydrosim.compile.questions import describe_doubts
 from hydrosim.compile.questions.query import describe_start
@@ -72,18 +65,18 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
     and other assumptions."""
     calm = compile_for_linear(scene, wanted.radiation, wanted.time)
     compiled = replace(calm, sea=sea(scene.environment))
-    rest = at_rest(compiled, wanted.time, free=True)
-    drifted = at_rest(compiled, wanted.time, mean_drift=True, free=True)
+    rest = response.at_rest(compiled, wanted.time, free=True)
+    drifted = response.at_rest(compiled, wanted.time, mean_drift=True, free=True)
     regular = [waves for waves in compiled.sea if waves.omega.size == 1]
     random = [waves for waves in compiled.sea if waves.omega.size > 1]
 
-    def respond_at(rates: np.ndarray | None) -> Responder:
+    def respond_at(rates: np.ndarray | None) -> response.Responder:
         state = rest.state
-        return responder(
+        return response.responder(
             compiled, state, wanted.radiation, wanted.time, wanted.contacts, roll_rates=rates
         )
 
-    about, roll_rates = respond(compiled, respond_at, random)
+    about, roll_rates = response.respond(compiled, respond_at, random)
     modes = about.natural_modes()
     answer = _unit_wave_amplitudes(scene, about, wanted)
     dataset = xr.merge(
@@ -103,13 +96,13 @@ def linear_analysis(scene: Scene, wanted: LinearRequest) -> xr.Dataset:
         *(text for group in compiled.wet for text in group.cut_lengths),
         *_radiation_fit_remarks(compiled),
         *_missing_wave_load_remarks(compiled),
-        *rolling_remarks(compiled, roll_rates),
+        *response.rolling_remarks(compiled, roll_rates),
         *_gust_remarks(scene),
         *_line_drag_remarks(compiled),
         *_drift_remarks(scene, drifted),
         *_instability_remarks(scene, modes),
         *_free_surface_remarks(scene, rest, dataset),
-        *contact_remarks(compiled, rest, about, wanted.contacts),
+        *response.contact_remarks(compiled, rest, about, wanted.contacts),
     ]
     dataset.attrs.update(
         title=scene.title,
@@ -218,7 +211,9 @@ def _rest_dataset(scene: Scene, rest: Rest, drifted: Rest) -> xr.Dataset:
     )
 
 
-def _mode_dataset(scene: Scene, about: Responder, modes: Sequence[NaturalMode]) -> xr.Dataset:
+def _mode_dataset(
+    scene: Scene, about: response.Responder, modes: Sequence[NaturalMode]
+) -> xr.Dataset:
     size = 6 * len(scene.bodies)
     active = about.linear.active
     is_body_coordinate = active < size  # the others are motions of joints
@@ -261,7 +256,7 @@ class UnitWaveAmplitudes(NamedTuple):
 
 
 def _unit_wave_amplitudes(
-    scene: Scene, about: Responder, wanted: LinearRequest
+    scene: Scene, about: response.Responder, wanted: LinearRequest
 ) -> UnitWaveAmplitudes:
     omega = np.array(wanted.frequencies or _database_frequencies(about), dtype=float)
     headings = list(wanted.headings) or _headings(scene)
@@ -269,7 +264,7 @@ def _unit_wave_amplitudes(
     return UnitWaveAmplitudes(headings, omega, free)
 
 
-def _rao_dataset(scene: Scene, about: Responder, answer: UnitWaveAmplitudes) -> xr.Dataset:
+def _rao_dataset(scene: Scene, about: response.Responder, answer: UnitWaveAmplitudes) -> xr.Dataset:
     headings, omega, free = answer
     motions = np.array([about.expand_amplitudes(amplitudes) for amplitudes in free])
     motions = motions.reshape(len(headings), omega.size, len(scene.bodies), 6)
@@ -296,7 +291,10 @@ def _rao_dataset(scene: Scene, about: Responder, answer: UnitWaveAmplitudes) -> 
 
 
 def _joint_dataset(
-    scene: Scene, about: Responder, answer: UnitWaveAmplitudes, modes: Sequence[NaturalMode]
+    scene: Scene,
+    about: response.Responder,
+    answer: UnitWaveAmplitudes,
+    modes: Sequence[NaturalMode],
 ) -> xr.Dataset:
     """RAOs of the motions of joints, and their parts in the modes."""
     if not about.joints:
@@ -333,7 +331,7 @@ def _joint_dataset(
 
 
 def _regular_wave_dataset(
-    scene: Scene, waves: Sequence[WaveComponents], about: Responder
+    scene: Scene, waves: Sequence[WaveComponents], about: response.Responder
 ) -> xr.Dataset:
     """Amplitude and phase of every motion in each regular wave of the scene."""
     if not waves:
@@ -376,7 +374,7 @@ def _most_probable(m0: float, m1: float, m2: float, exposure: float) -> float:
 
 
 def _sea_dataset(
-    scene: Scene, seas: Sequence[WaveComponents], about: Responder, exposure: float
+    scene: Scene, seas: Sequence[WaveComponents], about: response.Responder, exposure: float
 ) -> xr.Dataset:
     """Spectrum and short-term statistics of every motion in the random waves of the scene."""
     if not seas:
@@ -413,7 +411,7 @@ def _sea_dataset(
     )
 
 
-def _gust_dataset(scene: Scene, about: Responder) -> xr.Dataset:
+def _gust_dataset(scene: Scene, about: response.Responder) -> xr.Dataset:
     """Standard deviations of every motion in the gusts of the scene, without waves."""
     if scene.environment.gusts is None:
         return xr.Dataset()
@@ -445,7 +443,7 @@ def _gust_remarks(scene: Scene) -> Iterator[str]:
         )
 
 
-def _database_frequencies(about: Responder) -> np.ndarray:
+def _database_frequencies(about: response.Responder) -> np.ndarray:
     """All frequencies of the bodies' databases."""
     databases = [body.database for body in about.bodies if body.database is not None]
     return np.unique(np.concatenate([np.zeros(0), *(db.frequency for db in databases)]))

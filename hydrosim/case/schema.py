@@ -9,19 +9,10 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    ConfigDict,
-    Discriminator,
-    Field,
-    StrictBool,
-    StrictStr,
-    Tag,
-    model_validator,
-)
+import pydantic
 from pydantic.config import JsonDict
 
+from hydrosim import scene
 from hydrosim.case.criteria import Report, RunCriterion
 from hydrosim.case.elements import AnyElement
 from hydrosim.case.hydrodynamics import Hydrodynamics, Hydrostatics, files_of
@@ -35,20 +26,6 @@ from hydrosim.files.messages import suggestion
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.schema_class import schema_class
 from hydrosim.files.units import Quantity, problem
-from hydrosim.scene import (
-    AutomaticRadiation,
-    Clearance,
-    Coefficients,
-    ConstantRadiation,
-    ConvolutionRadiation,
-    Method,
-    Question,
-    Start,
-    StateSpaceRadiation,
-    Tolerance,
-    WaveForces,
-    Weight,
-)
 from hydrosim.scene.environment import WaterProperties
 from hydrosim.scene.scene import ACCURACIES, ACCURACY, SolverSettings
 
@@ -64,7 +41,7 @@ def _order_dofs(dofs: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(sorted(dofs, key=DOFS.index))
 
 
-Dofs = Annotated[tuple[StrictStr, ...], AfterValidator(_order_dofs)]
+Dofs = Annotated[tuple[pydantic.StrictStr, ...], pydantic.AfterValidator(_order_dofs)]
 
 
 @schema_class
@@ -92,7 +69,7 @@ class Initial(SchemaModel):
 class NoRadiation(SchemaModel):
     """No radiation; the other keys may stay, so that one word turns it off."""
 
-    model_config = ConfigDict(extra="ignore")
+    model_config = pydantic.ConfigDict(extra="ignore")
     model: Literal["none"]
     """No radiation forces."""
 
@@ -102,16 +79,16 @@ def _require_model(value: Any) -> Any:
 
 
 Radiation = Annotated[
-    AutomaticRadiation
-    | StateSpaceRadiation
-    | ConvolutionRadiation
-    | ConstantRadiation
+    scene.AutomaticRadiation
+    | scene.StateSpaceRadiation
+    | scene.ConvolutionRadiation
+    | scene.ConstantRadiation
     | NoRadiation,
-    Discriminator("model"),
+    pydantic.Discriminator("model"),
 ]
 
 
-_MODEL = BeforeValidator(
+_MODEL = pydantic.BeforeValidator(
     _require_model,
     json_schema_input_type=Radiation | Literal["automatic", "state_space", "convolution", "none"],
 )
@@ -131,9 +108,9 @@ class BodyEntry(SchemaModel):
     hydrostatics: Hydrostatics = "matrix"
     """Source of buoyancy: the stiffness matrix of the database, or a closed hull for any draught,
     heel and trim."""
-    database_body: Annotated[int, Field(strict=True, ge=1)] = 1
+    database_body: Annotated[int, pydantic.Field(strict=True, ge=1)] = 1
     """Number of this body in a database of several bodies. Example: 2."""
-    database_checksum: StrictStr | None = None
+    database_checksum: pydantic.StrictStr | None = None
     """Checksum that the database must have. Another database is refused. Example: 8c1f0a2b."""
     centre_of_gravity: of.Point | None = None
     """Centre of gravity in the frame of the database. It is the origin of the body frame."""
@@ -153,28 +130,28 @@ class BodyEntry(SchemaModel):
     [surge, heave, pitch]."""
     initial: Initial = Initial()
     """Offsets and velocities when the run starts."""
-    radiation: Annotated[Radiation, _MODEL] = AutomaticRadiation()
+    radiation: Annotated[Radiation, _MODEL] = scene.AutomaticRadiation()
     """Model of the radiation forces: a name, or a mapping with a model and its settings."""
-    wave_forces: WaveForces = WaveForces()
+    wave_forces: scene.WaveForces = scene.WaveForces()
     """Wave loads that act on the body."""
-    weight: Weight | None = None
+    weight: scene.Weight | None = None
     """Whether weight and buoyancy balance at rest, or weight is a force that contacts, lines and
     buoyancy carry."""
-    tanks: dict[of.Name, TankEntry] = Field(default_factory=dict)
+    tanks: dict[of.Name, TankEntry] = pydantic.Field(default_factory=dict)
     """Tanks of the body, by name."""
-    pumps: dict[of.Name, PumpEntry] = Field(default_factory=dict)
+    pumps: dict[of.Name, PumpEntry] = pydantic.Field(default_factory=dict)
     """Pumps between tanks or the sea, by name."""
-    constant_inertia: StrictBool = False
+    constant_inertia: pydantic.StrictBool = False
     """Whether mass and inertia stay as at the start while tanks are pumped, and only the weight
     changes."""
     draught: Annotated[float, Quantity("length", "m", "8 m", above=0)] | None = None
     """Draught over which the mean of a current with a profile acts. Without it, that of the hull in
     hydrostatics."""
-    points: dict[of.Name, of.Point] = Field(default_factory=dict)
+    points: dict[of.Name, of.Point] = pydantic.Field(default_factory=dict)
     """Places in the body frame by name. Their motions are recorded.
     Example: {bow: [90 m, 0 m, 8 m]}."""
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
     def _check_kind(cls, data: Any) -> Any:
         if isinstance(data, dict) and {"type", "body"} & data.keys():
@@ -182,7 +159,7 @@ class BodyEntry(SchemaModel):
             raise problem(found_text, "a body", 'move it below "forces:"')
         return data
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_mass(self) -> Self:
         keys = ("radii_of_gyration", "inertia", "mass_matrix")
         given = self.keys_with_value(*keys)
@@ -214,7 +191,7 @@ class BodyEntry(SchemaModel):
                 "refer it to centre_of_gravity, or give inertia instead",
             )
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_place(self) -> Self:
         files = files_of(self.hydrodynamics)
         if files and self.lightship is None and self.centre_of_gravity is None:
@@ -223,13 +200,13 @@ class BodyEntry(SchemaModel):
             raise problem("database_body and no database", "both, or none")
         if not files and self.database_checksum is not None:
             raise problem("database_checksum and no database", "both, or none")
-        constant = isinstance(self.hydrodynamics, Coefficients)
-        if constant and not isinstance(self.radiation, AutomaticRadiation):
+        constant = isinstance(self.hydrodynamics, scene.Coefficients)
+        if constant and not isinstance(self.radiation, scene.AutomaticRadiation):
             found_text = f"radiation: {self.radiation.model} of coefficients, which are constant"
             raise problem(found_text, "no radiation there, or a database")
         return self
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_start(self) -> Self:
         speeds = zip(DOFS, self.initial.velocity, strict=True)
         moving = [dof for dof, speed in speeds if speed and dof not in self.dofs]
@@ -239,7 +216,7 @@ class BodyEntry(SchemaModel):
 
 
 def _form_of_tolerance(value: object) -> str:
-    return "of each step" if isinstance(value, dict | Tolerance) else "of motions"
+    return "of each step" if isinstance(value, dict | scene.Tolerance) else "of motions"
 
 
 MotionError = Annotated[
@@ -247,14 +224,15 @@ MotionError = Annotated[
     Quantity("error of motions, of their range", "", "1e-4", None, *ACCURACIES),
 ]
 EitherTolerance = Annotated[
-    Annotated[Tolerance, Tag("of each step")] | Annotated[MotionError, Tag("of motions")],
-    Discriminator(_form_of_tolerance),
+    Annotated[scene.Tolerance, pydantic.Tag("of each step")]
+    | Annotated[MotionError, pydantic.Tag("of motions")],
+    pydantic.Discriminator(_form_of_tolerance),
 ]
 
 
 _OF_STEPS: JsonDict = {
     "if": {
-        "properties": {"method": {"not": {"const": Method.AUTOMATIC.value}}},
+        "properties": {"method": {"not": {"const": scene.Method.AUTOMATIC.value}}},
         "required": ["method"],
     },
     "then": {"properties": {"tolerance": {"type": "object"}}},
@@ -266,28 +244,30 @@ class SolverEntry(SolverSettings):
     """How time is stepped. The ``tolerance`` of ``automatic`` is the error of motions, of their
     range; that of adaptive methods is the error of each step."""
 
-    __pydantic_config__: ClassVar = ConfigDict(json_schema_extra=_OF_STEPS)
-    method: Method = Method.AUTOMATIC
+    __pydantic_config__: ClassVar = pydantic.ConfigDict(json_schema_extra=_OF_STEPS)
+    method: scene.Method = scene.Method.AUTOMATIC
     tolerance: EitherTolerance = ACCURACY
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _set_defaults(self) -> Self:
         given = vars(self)["_keys"]
         defaults: dict[str, Any] = {}
         if "step" in given and "method" not in given:
-            defaults["method"] = Method.RK4
-        if {**vars(self), **defaults}["method"] != Method.AUTOMATIC and "tolerance" not in given:
-            defaults["tolerance"] = Tolerance()
+            defaults["method"] = scene.Method.RK4
+        if {**vars(self), **defaults}[
+            "method"
+        ] != scene.Method.AUTOMATIC and "tolerance" not in given:
+            defaults["tolerance"] = scene.Tolerance()
         vars(self).update(defaults)  # the keys that are given stay those of the file
         return self
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_tolerance(self) -> Self:
-        of_steps = isinstance(self.tolerance, Tolerance)
-        if self.method == Method.AUTOMATIC and of_steps:
+        of_steps = isinstance(self.tolerance, scene.Tolerance)
+        if self.method == scene.Method.AUTOMATIC and of_steps:
             found_text = "tolerances of each step, which method: automatic chooses itself"
             raise problem(found_text, "one number, the error of motions of their range: 1e-4")
-        if self.method != Method.AUTOMATIC and not of_steps:
+        if self.method != scene.Method.AUTOMATIC and not of_steps:
             found_text = f"tolerance: {self.tolerance:g} of method: {self.method}"
             raise problem(found_text, "method: automatic, or tolerance: {relative: 1e-6, ...}")
         return self
@@ -301,15 +281,15 @@ class OutputEntry(SchemaModel):
 
     step: of.Period | None = None
     """Time between records, a multiple of the step of the solver. Without it about 0.5 s."""
-    states: StrictBool = False
+    states: pydantic.StrictBool = False
     """Whether all states are recorded, so that another run can start from any record."""
-    impulses: StrictBool = False
+    impulses: pydantic.StrictBool = False
     """Whether impulses of forces are recorded, for hydrosim explain."""
-    accelerations: StrictBool = False
+    accelerations: pydantic.StrictBool = False
     """Whether accelerations are recorded."""
-    wave_probes: dict[of.Name, of.Position] = Field(default_factory=dict)
+    wave_probes: dict[of.Name, of.Position] = pydantic.Field(default_factory=dict)
     """Places x, y by name where the wave elevation is recorded. Example: {bow: [90 m, 0 m]}."""
-    clearances: dict[of.Name, Clearance] = Field(default_factory=dict)
+    clearances: dict[of.Name, scene.Clearance] = pydantic.Field(default_factory=dict)
     """Distances by name that are recorded."""
 
 
@@ -318,25 +298,26 @@ def _beginning_form(value: object) -> str:
 
 
 Begin = Annotated[
-    Annotated[Literal["at_rest"], Tag("at_rest")] | Annotated[Start, Tag("of a run")],
-    Discriminator(_beginning_form),
+    Annotated[Literal["at_rest"], pydantic.Tag("at_rest")]
+    | Annotated[scene.Start, pydantic.Tag("of a run")],
+    pydantic.Discriminator(_beginning_form),
 ]
 
 
 class CaseFile(SchemaModel):
     """A whole case file."""
 
-    title: StrictStr
+    title: pydantic.StrictStr
     """Title of the case, for people. Example: Barge alongside in 1.5 m waves."""
     duration: of.Period
     """Length of the run."""
     environment: EnvironmentEntry | None = None
     """Water, waves, current and wind."""
-    bodies: Annotated[dict[of.Name, BodyEntry], AfterValidator(of.require_entries)]
+    bodies: Annotated[dict[of.Name, BodyEntry], pydantic.AfterValidator(of.require_entries)]
     """Rigid bodies by name."""
-    forces: dict[of.Name, AnyElement] = Field(default_factory=dict)
+    forces: dict[of.Name, AnyElement] = pydantic.Field(default_factory=dict)
     """Force elements by name: moorings, fenders, lines, damping, loads."""
-    joints: dict[of.Name, AnyJoint] = Field(default_factory=dict)
+    joints: dict[of.Name, AnyJoint] = pydantic.Field(default_factory=dict)
     """Joints between bodies or to the earth, by name: hinges, balls, sliders, locks."""
     solver: SolverEntry = SolverEntry()
     """Time integration."""
@@ -345,21 +326,21 @@ class CaseFile(SchemaModel):
     initial: Begin | None = None
     """Either at_rest, which starts in equilibrium, or a mapping with the run that this one
     continues."""
-    accept: tuple[Question, ...] = ()
+    accept: tuple[scene.Question, ...] = ()
     """Names of the questions that are answered: their values are meant as they are."""
-    criteria: dict[of.Name, RunCriterion] = Field(default_factory=dict)
+    criteria: dict[of.Name, RunCriterion] = pydantic.Field(default_factory=dict)
     """Figures of the run with limits, by name."""
     report: Report = Report()
     """Title block of the report."""
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
     def _check_kind(cls, data: Any) -> Any:
         if isinstance(data, dict) and "case" in data and "bodies" not in data:
             raise problem("a study, with the key case", "a case", "run it by hydrosim sweep")
         return data
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_rest(self) -> Self:
         moving = [name for name, body in self.bodies.items() if any(body.initial.velocity)]
         moving += [name for name, joint in self.joints.items() if joint.moves]
@@ -368,9 +349,9 @@ class CaseFile(SchemaModel):
         return self
 
     @property
-    def begins(self) -> Start | None:
+    def begins(self) -> scene.Start | None:
         """The run to start from, if there is one."""
-        return self.initial if isinstance(self.initial, Start) else None
+        return self.initial if isinstance(self.initial, scene.Start) else None
 
     @property
     def output_step(self) -> float:

@@ -13,18 +13,9 @@ from hydrosim import scene
 from hydrosim.case import schema, waves
 from hydrosim.case.elements import BuildContext
 from hydrosim.case.waves import Component
+from hydrosim.files import text
 from hydrosim.files.messages import validation_problems
 from hydrosim.files.series import read_series
-from hydrosim.files.text import (
-    Source,
-    TextTable,
-    check_spectral_units,
-    is_heading,
-    name_and_unit,
-    parse,
-    unit_of_column,
-    without_repeats,
-)
 from hydrosim.scene import DirectionalTable
 from hydrosim.scene.signal import read_record
 
@@ -45,11 +36,11 @@ ANGLES = ("phase", "heading")
 EXPECTED = "frequency [rad/s] or period [s], amplitude [m], and if wanted phase and heading [rad]"
 
 
-def read_components(source: Source) -> tuple[Component, ...]:
+def read_components(source: text.Source) -> tuple[Component, ...]:
     """The components in a text file with the columns frequency or period, amplitude, phase and
     heading, in the units that their names say: "frequency [Hz]". InputError says what is wrong."""
     source.head(1)
-    table = parse(source, first="a component")
+    table = text.parse(source, first="a component")
     columns = dict(_table_columns(source, table))
     return tuple(
         _wave_component(source, dict(zip(columns, map(float, row), strict=True)), line)
@@ -57,15 +48,15 @@ def read_components(source: Source) -> tuple[Component, ...]:
     )
 
 
-def _table_columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.ndarray]]:
+def _table_columns(source: text.Source, table: text.TextTable) -> Iterator[tuple[str, np.ndarray]]:
     """Each column by its name, in SI; those of other names are refused, not passed over."""
-    names = [name_and_unit(name)[0].strip().lower() for name in table.names]
+    names = [text.name_and_unit(name)[0].strip().lower() for name in table.names]
     unknown = [name for name in names if name not in COLUMN_UNITS]
     if unknown or len({*names}) < len(names) or not names:
         column_names = ", ".join(table.names) or "no names of columns"
         source.wrong(f"found {column_names}; expected the columns {EXPECTED}, each once")
     for k, name in enumerate(names):
-        unit = unit_of_column(table, k)
+        unit = text.unit_of_column(table, k)
         values = table.rows[:, k]
         if name in ANGLES and unit is None and np.abs(values).max() > 2.0 * np.pi:
             source.wrong(
@@ -75,14 +66,16 @@ def _table_columns(source: Source, table: TextTable) -> Iterator[tuple[str, np.n
         yield name, values * _unit_scale(source, name, unit or COLUMN_UNITS[name])
 
 
-def _unit_scale(source: Source, name: str, unit: str) -> float:
+def _unit_scale(source: text.Source, name: str, unit: str) -> float:
     """What a number in a unit is multiplied with to be in SI."""
     others = {"amplitude": 1.0} | ({} if name == "frequency" else {"period": 1.0})
     unit_component = _wave_component(source, {**others, name: f"1 {unit}"})
     return float(getattr(unit_component, name))
 
 
-def _wave_component(source: Source, values: dict[str, Any], line: int | None = None) -> Component:
+def _wave_component(
+    source: text.Source, values: dict[str, Any], line: int | None = None
+) -> Component:
     """A component with these values, which are checked as those in a case file are."""
     readers: dict[int | str, Any] = {}
     try:
@@ -98,7 +91,9 @@ LAYOUT = "efth over freq [Hz] and dir [degrees]"
 _TURN = 2.0 * np.pi
 
 
-def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -> DirectionalTable:
+def read_directional(
+    source: text.Source, select: Mapping[str, int], x_axis: float
+) -> DirectionalTable:
     """The spectrum in a netCDF file, at the indices ``select`` of its other dimensions.
 
     In the file: efth [m^2/Hz/degree] over freq [Hz] and dir [degrees], the direction that waves
@@ -107,9 +102,9 @@ def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -
     x_axis - dir - pi. A circle may be closed (0 and 360). Raises InputError where the file has
     another layout, or values that are negative or not numbers.
     """
-    efth = without_repeats(source, _read_spectra(source, select))
+    efth = text.without_repeats(source, _read_spectra(source, select))
     bearing = np.radians(efth["dir"].values.astype(float))
-    if is_heading(source, "dir", efth["dir"].attrs):
+    if text.is_heading(source, "dir", efth["dir"].attrs):
         bearing += np.pi
     frequency = _TURN * efth["freq"].values.astype(float)
     density = efth.transpose("freq", "dir").values.astype(float) * np.degrees(1.0) / _TURN
@@ -121,7 +116,7 @@ def read_directional(source: Source, select: Mapping[str, int], x_axis: float) -
     return DirectionalTable(frequency, heading, density[:, order])
 
 
-def _read_spectra(source: Source, select: Mapping[str, int]) -> xr.DataArray:
+def _read_spectra(source: text.Source, select: Mapping[str, int]) -> xr.DataArray:
     import xarray as xr
 
     try:
@@ -133,7 +128,7 @@ def _read_spectra(source: Source, select: Mapping[str, int]) -> xr.DataArray:
     efth = data["efth"]
     if not {"freq", "dir"} <= {*efth.coords}:
         source.wrong(f"found no values of freq or dir; expected {LAYOUT}")
-    check_spectral_units(source, efth)
+    text.check_spectral_units(source, efth)
     if "rad" in (units := str(efth.attrs.get("units", ""))):
         source.wrong(f"found efth in {units}; expected m^2/Hz/degree")
     others = {str(dim): efth.sizes[dim] for dim in efth.dims if dim not in ("freq", "dir")}
@@ -147,7 +142,7 @@ def _read_spectra(source: Source, select: Mapping[str, int]) -> xr.DataArray:
     return efth
 
 
-def _order_headings(source: Source, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _order_headings(source: text.Source, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Headings that rise, equally far apart, from the one after the widest gap, and their order."""
     order = np.argsort(np.mod(heading, _TURN))
     angle = np.mod(heading[order], _TURN)
@@ -185,9 +180,9 @@ def _build_trains(water: schema.EnvironmentEntry, path: Path) -> Iterator[scene.
             yield scene.WaveTrain(_build_spectrum(train, water, BuildContext(key, path)), **given)
 
 
-def _open_source(where: BuildContext, file: str) -> Source:
+def _open_source(where: BuildContext, file: str) -> text.Source:
     """A data file, relative to the case file."""
-    return Source(where.path.parent / file, f"{where.path}: {where.key}")
+    return text.Source(where.path.parent / file, f"{where.path}: {where.key}")
 
 
 def _build_spectrum(

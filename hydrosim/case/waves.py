@@ -4,17 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    StrictInt,
-    StrictStr,
-    Tag,
-    model_validator,
-)
+import pydantic
 
 from hydrosim.files import quantities as of
 from hydrosim.files.quantities import SchemaModel
@@ -42,7 +32,7 @@ class Irregular(Growing):
     """What all random seas have: a ``seed``, the time after which they repeat themselves, and how
     their amplitudes are drawn."""
 
-    seed: Annotated[int, Field(strict=True, ge=0)] = 1
+    seed: Annotated[int, pydantic.Field(strict=True, ge=0)] = 1
     """Number that the random phases are drawn with. Example: 7."""
     repeat_period: of.Period = 10800.0
     """Time after which the sea repeats. A run must not be longer."""
@@ -106,7 +96,7 @@ class OchiHubbleSea(Spread):
 
     spectrum: Literal["ochi_hubble"]
     """Ochi-Hubble spectrum."""
-    peaks: Annotated[tuple[OchiHubblePeak, ...], AfterValidator(of.require_entries)]
+    peaks: Annotated[tuple[OchiHubblePeak, ...], pydantic.AfterValidator(of.require_entries)]
     """Peaks of the spectrum, such as swell and wind sea."""
 
 
@@ -122,7 +112,7 @@ class WhiteNoiseSea(Spread):
     highest_frequency: of.Frequency
     """Highest frequency with waves."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_band(self) -> Self:
         low = self.lowest_frequency
         high = self.highest_frequency
@@ -141,17 +131,17 @@ class TableSea(Spread):
     """Frequencies that rise."""
     density: of.WaveDensities | None = None
     """Density of wave elevation at each frequency."""
-    file: StrictStr | None = None
+    file: pydantic.StrictStr | None = None
     """Text file whose first column is frequency, in place of the lists. Example:
     spectrum.csv."""
-    column: StrictStr | StrictInt = 2
+    column: pydantic.StrictStr | pydantic.StrictInt = 2
     """Column of the file with the densities: its name or number. Example: S."""
     frequency_factor: of.Frequency = 1.0
     """Factor of the file's frequencies, such as 1 Hz."""
     density_factor: of.WaveDensity = 1.0
     """Factor of the file's densities, such as 1 m^2/Hz."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_table(self) -> Self:
         given = self.keys_with_value("frequency", "density", "file")
         if given not in (["frequency", "density"], ["file"]):
@@ -171,10 +161,10 @@ class DirectionalSea(Irregular):
 
     spectrum: Literal["directional_table"]
     """Densities over frequency and direction."""
-    file: StrictStr
+    file: pydantic.StrictStr
     """File (netCDF) with the density efth over freq and dir, as wavespectra writes it. Example:
     spectra.nc."""
-    select: dict[StrictStr, StrictInt] = Field(default_factory=dict)
+    select: dict[pydantic.StrictStr, pydantic.StrictInt] = pydantic.Field(default_factory=dict)
     """Index of each other dimension of the file, such as time. Example: {time: 3}."""
     x_axis: of.Angle
     """Compass bearing of the x axis of the earth frame."""
@@ -194,7 +184,7 @@ class Regular(Directed):
 
 
 def _components_form(value: object) -> str:
-    return "file" if isinstance(value, dict | BaseModel) else "list"
+    return "file" if isinstance(value, dict | pydantic.BaseModel) else "list"
 
 
 class Component(SchemaModel):
@@ -211,7 +201,7 @@ class Component(SchemaModel):
     heading: of.Angle | None = None
     """Direction that the component goes to. Without it that of the whole train."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_frequency(self) -> Self:
         given = self.keys_with_value("period", "frequency")
         if len(given) != 1:
@@ -222,7 +212,7 @@ class Component(SchemaModel):
 class ComponentsFile(SchemaModel):
     """A text ``file`` with a line for each component, and columns named as the keys of one."""
 
-    file: StrictStr
+    file: pydantic.StrictStr
     """Text file with a line for each component and columns named frequency or period,
     amplitude, phase, heading. Example: components.csv."""
 
@@ -234,9 +224,11 @@ class Components(Directed):
     spectrum: Literal["components"]
     """Given components."""
     components: Annotated[
-        Annotated[ComponentsFile, Tag("file")]
-        | Annotated[tuple[Component, ...], AfterValidator(of.require_entries), Tag("list")],
-        Discriminator(_components_form),
+        Annotated[ComponentsFile, pydantic.Tag("file")]
+        | Annotated[
+            tuple[Component, ...], pydantic.AfterValidator(of.require_entries), pydantic.Tag("list")
+        ],
+        pydantic.Discriminator(_components_form),
     ]
     """List of components, or a mapping with their file."""
     repeat_period: of.Period = 10800.0
@@ -258,7 +250,7 @@ class RecordedSea(RecordedColumns, Directed):
 class NoWaves(SchemaModel):
     """No waves; the other keys may stay, so that one word turns the waves of a case off."""
 
-    model_config = ConfigDict(extra="ignore")
+    model_config = pydantic.ConfigDict(extra="ignore")
     spectrum: Literal["none"]
     """No waves."""
 

@@ -8,27 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from hydrosim.cli.terminal import (
-    CaseFile,
-    From,
-    Overwrite,
-    Settings,
-    To,
-    Verbose,
-    announce_compiling,
-    numbers,
-    one_of,
-    output_for,
-    print_lines,
-    progress,
-    progress_console,
-    quantity,
-    require_file,
-    run_earlier_stages,
-    seconds,
-    show_document,
-    simulate_with_progress,
-)
+from hydrosim.cli import terminal
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,11 +17,11 @@ if TYPE_CHECKING:
     from hydrosim.files.display_units import Units
     from hydrosim.files.outputs import Output
 
-err = progress_console()
+err = terminal.progress_console()
 
 
 def linear(
-    case_file: CaseFile,
+    case_file: terminal.CaseFile,
     time: Annotated[
         str,
         typer.Option(
@@ -78,9 +58,9 @@ def linear(
         Path | None,
         typer.Option("--output", "-o", metavar="LINEAR.nc", help="netCDF file to write."),
     ] = None,
-    verbose: Verbose = False,
-    overwrite: Overwrite = False,
-    settings: Settings = [],  # noqa: B006  typer copies it
+    verbose: terminal.Verbose = False,
+    overwrite: terminal.Overwrite = False,
+    settings: terminal.Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Compute equilibrium without friction, natural modes, RAOs and the response in the sea; print
     tables, draw a picture, write netCDF."""
@@ -103,7 +83,7 @@ def linear(
         "--database": own,
         "--contacts": contacts,
     }
-    made = output_for(
+    made = terminal.output_for(
         output,
         name,
         "linear",
@@ -114,21 +94,21 @@ def linear(
     )
     page = made.output_at(made.path.with_suffix(".png"), "picture").checked_output()
     wanted = LinearRequest(
-        seconds("--time", time, 0.0),
-        [float(np.radians(b)) for b in numbers(headings, "--headings", positive=False)]
+        terminal.seconds("--time", time, 0.0),
+        [float(np.radians(b)) for b in terminal.numbers(headings, "--headings", positive=False)]
         if headings
         else (),
-        sorted(2 * np.pi / t for t in numbers(periods, "--periods")) if periods else (),
+        sorted(2 * np.pi / t for t in terminal.numbers(periods, "--periods")) if periods else (),
         Radiation.DATABASE if own else Radiation.MODEL,
-        contacts=one_of(Contacts, contacts, "--contacts"),
+        contacts=terminal.one_of(Contacts, contacts, "--contacts"),
     )
     scene = case.scene()
-    with made.hold_lock(), announce_compiling(err), progress("linear analysis"):
+    with made.hold_lock(), terminal.announce_compiling(err), terminal.progress("linear analysis"):
         analysis = linear_analysis(scene, wanted)
         write_run(analysis, made)
     draw_response(analysis, page)
-    show_document(linear_document(analysis, raos=bool(periods)), verbose)
-    print_lines(f"result    {made.path}, {page.path}")
+    terminal.show_document(linear_document(analysis, raos=bool(periods)), verbose)
+    terminal.print_lines(f"result    {made.path}, {page.path}")
 
 
 # `hydrosim line`: offset of a mooring line's fairlead against tension and stiffness.
@@ -156,15 +136,15 @@ def line(
         Path | None,
         typer.Option("--output", "-o", metavar="PICTURE.png", help="Picture file to write."),
     ] = None,
-    verbose: Verbose = False,
-    overwrite: Overwrite = False,
-    settings: Settings = [],  # noqa: B006  typer copies it
+    verbose: terminal.Verbose = False,
+    overwrite: terminal.Overwrite = False,
+    settings: terminal.Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Print and draw tension, pull, stiffness and grounded length of a mooring line over offsets of
     its fairlead, with the lines of the file at rest."""
     from hydrosim.case.lines.chains import is_mooring_file
 
-    require_file(file, EXPECTED_FILE)
+    terminal.require_file(file, EXPECTED_FILE)
     of_others = is_mooring_file(file)
     if of_others and settings:
         raise InputError(f"--set: found a setting, and {file} is no case; expected a case.")
@@ -173,11 +153,13 @@ def line(
             raise InputError(f"--case: found {file}, a case; expected a file of MoorDyn or MoorPy.")
         _print_keys(file)
         return
-    largest = quantity("--offset", offset, "length", "m", "20 m") if offset else None
+    largest = terminal.quantity("--offset", offset, "length", "m", "20 m") if offset else None
     if largest is not None and not largest > 0.0:
         raise InputError(f"--offset: found {largest:g} m; expected a length above 0.")
-    page = output_for(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
-    with page.hold_lock(), announce_compiling(err), progress("lines"):
+    page = terminal.output_for(
+        output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png"
+    )
+    with page.hold_lock(), terminal.announce_compiling(err), terminal.progress("lines"):
         lines_to_show = _lines_of_file(file) if of_others else _lines_of_case(file, settings)
     chosen = _choose_line(file, lines_to_show.lines, name)
     shown = lines_to_show._replace(lines=[chosen] if name else lines_to_show.lines)
@@ -246,8 +228,8 @@ def _print_line(
     document = line_document(
         named, lines_to_show.lines, (along, up), lines_to_show.units, lines_to_show.left_out
     )
-    show_document(document, verbose)
-    print_lines(f"picture   {page.path}")
+    terminal.show_document(document, verbose)
+    terminal.print_lines(f"picture   {page.path}")
 
 
 def _print_keys(file: Path) -> None:
@@ -262,7 +244,7 @@ MAX_ANGLE_RAD = 1.48  # rad (85 deg)
 
 
 def ballast(
-    case_file: CaseFile,
+    case_file: terminal.CaseFile,
     time: Annotated[
         str, typer.Option(help='Time of the loading condition: "1 hour", or a number in seconds.')
     ] = "0 s",
@@ -288,9 +270,9 @@ def ballast(
         Path | None,
         typer.Option("--output", "-o", metavar="PICTURE.png", help="Picture file to write."),
     ] = None,
-    verbose: Verbose = False,
-    overwrite: Overwrite = False,
-    settings: Settings = [],  # noqa: B006  typer copies it
+    verbose: terminal.Verbose = False,
+    overwrite: terminal.Overwrite = False,
+    settings: terminal.Settings = [],  # noqa: B006  typer copies it
 ) -> None:
     """Print and draw the loading condition of bodies with tanks; plan their pumps."""
     from hydrosim.analysis.ballast import conditions, find_pump_plan
@@ -302,14 +284,14 @@ def ballast(
     from hydrosim.tanks.contents import triggered_pumps
 
     case, name = load_case(case_file, settings), f"{case_file.stem}_ballast"
-    page = output_for(
+    page = terminal.output_for(
         *(output, name, "ballast", case_file),
         inputs=case.inputs(),
         overwrite=overwrite,
         suffix=".png",
     )
-    at = quantity("--time", time, "time", "s", "1 hour")
-    angle = quantity("--heel", heel, "angle", "rad", "5 deg") if heel else None
+    at = terminal.quantity("--time", time, "time", "s", "1 hour")
+    angle = terminal.quantity("--heel", heel, "angle", "rad", "5 deg") if heel else None
     if angle is not None and not 0.0 < abs(angle) < MAX_ANGLE_RAD:
         raise InputError(
             f"--heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
@@ -324,26 +306,32 @@ def ballast(
         )
     if body is not None and body not in having:
         raise InputError(f"--body: found {body}; expected one of {', '.join(having)}.")
-    with announce_compiling(err), progress("loading condition"):
+    with terminal.announce_compiling(err), terminal.progress("loading condition"):
         compiled = compile_in_calm(scene)
         conditions_found = conditions(compiled, at, angle)
         planned: PumpPlan | None = None
         if lift is not None or rise is not None:
-            weight = quantity("--lift", lift, "force", "N", "20000 tonne_force") if lift else None
-            up = quantity("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
-            span = quantity("--within", within, "time", "s", "1 hour")
+            weight = (
+                terminal.quantity("--lift", lift, "force", "N", "20000 tonne_force")
+                if lift
+                else None
+            )
+            up = terminal.quantity("--rise", rise, "length", "m", "0.5 m") if rise else 0.0
+            span = terminal.quantity("--within", within, "time", "s", "1 hour")
             planned = find_pump_plan(compiled, body or having[0], span, weight, up)
     waiting = [pump.key for pump in triggered_pumps(scene)] if at > 0.0 else []
     draw_loading(conditions_found, at, page, units_of(scene.source))
-    show_document(ballast_document(scene, conditions_found, at, angle, planned, waiting), verbose)
-    print_lines(f"picture   {page.path}")
+    terminal.show_document(
+        ballast_document(scene, conditions_found, at, angle, planned, waiting), verbose
+    )
+    terminal.print_lines(f"picture   {page.path}")
 
 
 # `hydrosim converge`: error against run time of integration methods.
 
 
 def converge(
-    case_file: CaseFile,
+    case_file: terminal.CaseFile,
     methods: Annotated[str, typer.Option(help="Methods, separated by commas.")] = "rk2,rk4,dopri5",
     steps: Annotated[str, typer.Option(help="Steps (s), separated by commas.")] = "0.1,0.05,0.025",
     tolerances: Annotated[
@@ -354,8 +342,8 @@ def converge(
         Path | None,
         typer.Option("--output", "-o", metavar="STUDY.nc", help="netCDF file to write."),
     ] = None,
-    overwrite: Overwrite = False,
-    settings: Settings = [],  # noqa: B006
+    overwrite: terminal.Overwrite = False,
+    settings: terminal.Settings = [],  # noqa: B006
 ) -> None:
     """Compare error and run time of methods and steps; print a table, draw it, write netCDF."""
     from hydrosim.case.load import load_case
@@ -367,18 +355,18 @@ def converge(
     from hydrosim.study.converge import converge as study_of
     from hydrosim.study.converge import to_dataset
 
-    chosen = [one_of(Method, name, "--methods") for name in methods.split(",")]
+    chosen = [terminal.one_of(Method, name, "--methods") for name in methods.split(",")]
     if Method.AUTOMATIC in chosen:
         raise InputError(
             "--methods: found automatic, which only selects one of the other methods; expected"
             " rk2, heun, rk4, dopri5 or esdirk4."
         )
-    all_steps = numbers(steps, "--steps")
-    all_tolerances = numbers(tolerances, "--tolerances")
+    all_steps = terminal.numbers(steps, "--steps")
+    all_tolerances = terminal.numbers(tolerances, "--tolerances")
     case = load_case(case_file, settings)
     name = f"{case_file.stem}_converge"
     asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
-    made = output_for(
+    made = terminal.output_for(
         output,
         name,
         "convergence",
@@ -389,9 +377,9 @@ def converge(
     )
     page = made.output_at(made.path.with_suffix(".png"), "picture").checked_output()
     with made.hold_lock():
-        run_earlier_stages(case, simulate_with_progress)
+        terminal.run_earlier_stages(case, terminal.simulate_with_progress)
         scene = case.scene()
-        with announce_compiling(err), progress("comparing") as report:
+        with terminal.announce_compiling(err), terminal.progress("comparing") as report:
 
             def tell(trial: str) -> None:
                 report(remark=trial)
@@ -400,8 +388,8 @@ def converge(
         dataset = to_dataset(study, scene.title).assign_attrs(unit_choice_attribute(scene.source))
         write_run(dataset, made)
     draw_work_precision(dataset, page)
-    show_document(study_document(study, scene.title, units_of(scene.source)))
-    print_lines(f"result    {made.path}, {page.path}")
+    terminal.show_document(study_document(study, scene.title, units_of(scene.source)))
+    terminal.print_lines(f"result    {made.path}, {page.path}")
 
 
 # `hydrosim calibrate`: roll damping from recorded decay tests.
@@ -420,8 +408,8 @@ def calibrate(
     unit: Annotated[
         str, typer.Option(help="Unit of the column, deg or rad, if the file does not say it.")
     ] = "",
-    start: From = "",
-    end: To = "",
+    start: terminal.From = "",
+    end: terminal.To = "",
     body: Annotated[str, typer.Option(help="Body in the keys that are written.")] = "barge",
     output: Annotated[
         Path | None,
@@ -429,8 +417,8 @@ def calibrate(
             "--output", "-o", metavar="KEYS.yaml", help="File to write the keys of a case to."
         ),
     ] = None,
-    verbose: Verbose = False,
-    overwrite: Overwrite = False,
+    verbose: terminal.Verbose = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Fit roll damping p1, p2, p3 and the natural period to decay tests, with 90 % intervals; draw
     the fit, and write the keys of a case."""
@@ -440,7 +428,7 @@ def calibrate(
     from hydrosim.report.sentences.analysis import calibration_document, keys_of
 
     for path in records:
-        require_file(path, "a recording of decaying roll")
+        terminal.require_file(path, "a recording of decaying roll")
     if unit not in ("", "deg", "rad"):
         raise InputError(f"--unit: found {unit!r}; expected deg or rad.")
     first = records[0]
@@ -449,17 +437,17 @@ def calibrate(
         raise InputError(f"--output: found {output}; expected a name that ends in .yaml.")
     drawn = output.with_suffix(".png") if output else Path(f"{first.stem}_fit.png")
     page = Output(drawn, "picture", first, tuple(records), overwrite).checked_output()
-    begin = seconds("--from", start, 0.0) if start else None
-    close = seconds("--to", end, 0.0) if end else None
-    with progress("fitting"):
+    begin = terminal.seconds("--from", start, 0.0) if start else None
+    close = terminal.seconds("--to", end, 0.0) if end else None
+    with terminal.progress("fitting"):
         fit = fit_files(records, column, unit or None, begin, close)
     draw_decay(fit, page)
-    show_document(calibration_document(fit), verbose)
+    terminal.show_document(calibration_document(fit), verbose)
     lines = keys_of(fit, body)
     if keys:
         with keys.write_complete() as path:
             path.write_text("\n".join([f"# {keys.mark}", *lines, ""]), encoding="utf-8")
-        print_lines(f"keys      {keys.path}")
+        terminal.print_lines(f"keys      {keys.path}")
     else:
-        print_lines(*lines)
-    print_lines(f"picture   {page.path}")
+        terminal.print_lines(*lines)
+    terminal.print_lines(f"picture   {page.path}")

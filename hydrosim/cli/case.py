@@ -15,17 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrosim.cli.terminal import (
-    CaseFile,
-    Settings,
-    Verbose,
-    announce_compiling,
-    print_lines,
-    progress,
-    progress_console,
-    quantity,
-    show_document,
-)
+from hydrosim.cli import terminal
 from hydrosim.errors import InputError, unwritable
 
 if TYPE_CHECKING:
@@ -33,17 +23,17 @@ if TYPE_CHECKING:
 
 # `hydrosim check`: validate a case before it is run.
 
-err = progress_console()
+err = terminal.progress_console()
 
 
 def check(
-    case_file: CaseFile,
+    case_file: terminal.CaseFile,
     time: Annotated[
         str,
         typer.Option(help='Also print step limits and periods at these times: "30 min, 1 hour".'),
     ] = "",
-    verbose: Verbose = False,
-    settings: Settings = [],  # noqa: B006
+    verbose: terminal.Verbose = False,
+    settings: terminal.Settings = [],  # noqa: B006
 ) -> None:
     """Validate a case; print verdicts, step limits and natural periods.
 
@@ -57,15 +47,17 @@ def check(
     from hydrosim.report.sentences.check import check_document
     from hydrosim.simulation import outdated_reason
 
-    times = [quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time]
+    times = [
+        terminal.quantity("--time", part, "time", "s", "1 hour") for part in time.split(",") if time
+    ]
     case = load_case(case_file, settings)
     missing = [reason for stage in case.stages() if (reason := outdated_reason(stage))]
     for reason in missing:
-        print_lines(f"first stage: {reason}; hydrosim run {case_file} simulates it")
+        terminal.print_lines(f"first stage: {reason}; hydrosim run {case_file} simulates it")
     if missing:
         return
 
-    with announce_compiling(err), progress("checking") as report:
+    with terminal.announce_compiling(err), terminal.progress("checking") as report:
 
         def report_items(items: Sequence[Any], what: str) -> Iterator[Any]:
             for k, item in enumerate(items):
@@ -73,7 +65,7 @@ def check(
                 yield item
 
         document = check_document(case.scene(), times, report_items)
-    show_document(document, verbose)
+    terminal.show_document(document, verbose)
     if any(isinstance(node, Verdict) and node.outcome is Outcome.BAD for node in document.nodes):
         raise typer.Exit(1)
 
@@ -168,7 +160,7 @@ def example(
         path.name for path in (home / "cases").iterdir() if list(path.glob("*.yaml"))
     )
     if name is None:
-        print_lines(*case_names)
+        terminal.print_lines(*case_names)
         return
     if name not in case_names:
         raise InputError(f"example: found {name!r}; expected one of {', '.join(case_names)}")
@@ -178,7 +170,7 @@ def example(
             make_folder(made.parent)
             made.write_bytes(file.read_bytes())
     cases = sorted((output / "cases" / name).glob("*.yaml"))
-    print_lines(*(f"case      {path}" for path in cases))
+    terminal.print_lines(*(f"case      {path}" for path in cases))
 
 
 def _examples_folder() -> Path:
@@ -352,8 +344,8 @@ def new(
                 **texts, hydrodynamics=coefficients_text, start=INITIAL_TEMPLATE, bilges=""
             ),
         )
-        print_lines(f"case      {case_file}", f"recipe    {recipe}")
-        print_lines(
+        terminal.print_lines(f"case      {case_file}", f"recipe    {recipe}")
+        terminal.print_lines(
             f"next      hydrosim check {_shell_path(case_file)};"
             f" hydrosim db build {_shell_path(recipe)}"
         )
@@ -368,7 +360,9 @@ def new(
             **texts, hydrodynamics=coefficients_text, start="", bilges=BILGES_TEMPLATE
         ),
     )
-    print_lines(f"case      {case_file}", f"next      hydrosim check {_shell_path(case_file)}")
+    terminal.print_lines(
+        f"case      {case_file}", f"next      hydrosim check {_shell_path(case_file)}"
+    )
 
 
 def _shell_path(path: Path) -> str:

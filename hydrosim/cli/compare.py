@@ -11,24 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.terminal import (
-    From,
-    Overwrite,
-    To,
-    Verbose,
-    incomplete_run_warnings,
-    names_in,
-    numbers,
-    one_of,
-    output_for,
-    print_lines,
-    progress,
-    refuse_options,
-    require_file,
-    seconds,
-    show_document,
-    window_of,
-)
+from hydrosim.cli import terminal
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -76,8 +59,8 @@ def compare(
         bool, typer.Option("--shift", help="Estimate a time shift between run and recording.")
     ] = False,
     channels: Channels = None,
-    start: From = "",
-    end: To = "",
+    start: terminal.From = "",
+    end: terminal.To = "",
     bands: Annotated[
         str,
         typer.Option(
@@ -103,8 +86,8 @@ def compare(
     ignore: Annotated[
         str, typer.Option(metavar="NAMES", help="Comma-separated variables that --exact skips.")
     ] = "",
-    verbose: Verbose = False,
-    overwrite: Overwrite = False,
+    verbose: terminal.Verbose = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Compare a run with a recorded series, channel by channel.
 
@@ -116,7 +99,9 @@ def compare(
     file.
     """
     if exact:
-        refuse_options(context, {"exact", "ignore"}, "--exact, which compares all variables")
+        terminal.refuse_options(
+            context, {"exact", "ignore"}, "--exact, which compares all variables"
+        )
         _compare_exactly(run_file, recorded, _split_patterns(ignore))
         return
     if ignore:
@@ -128,10 +113,10 @@ def compare(
     from hydrosim.results.runs_file import open_runs
 
     if (runs := open_runs(run_file)) is not None:
-        refuse_options(
+        terminal.refuse_options(
             context, {"output", "overwrite", "verbose"}, f"{run_file}, a file of many runs"
         )
-        result = output_for(
+        result = terminal.output_for(
             output, name, "comparison", run_file, inputs=[recorded], overwrite=overwrite
         )
         _compare_studies(runs, run_file, recorded, result, verbose)
@@ -147,12 +132,14 @@ def compare(
     from hydrosim.results.dataset import write_run
     from hydrosim.simulation import open_run
 
-    require_file(run_file, "the result of a run (RUN.nc)")
-    require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
+    terminal.require_file(run_file, "the result of a run (RUN.nc)")
+    terminal.require_file(recorded, "a recorded series (csv, MATLAB, HDF5 or netCDF)")
     inputs = [path for path in (recorded, mapping) if path]
-    result = output_for(output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite)
+    result = terminal.output_for(
+        output, name, "comparison", run_file, inputs=inputs, overwrite=overwrite
+    )
     page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
-    between = window_of(start, end)
+    between = terminal.window_of(start, end)
     given = dict(_read_tolerance(text) for text in tolerance)
     run = open_run(run_file)
     comparison = comparison_of(
@@ -170,8 +157,8 @@ def compare(
     write_run(dataset, result)
     title = f"{run_file.name} and {recorded.name}"
     draw_comparison(comparison, title, page, units_of(dataset.attrs))
-    show_document(comparison_tables(dataset), verbose)
-    print_lines(f"result    {result.path}, {page.path}")
+    terminal.show_document(comparison_tables(dataset), verbose)
+    terminal.print_lines(f"result    {result.path}, {page.path}")
     if out_of:
         raise typer.Exit(1)
 
@@ -195,8 +182,8 @@ def _compare_studies(
     comparison = compare_studies(ours, theirs)
     dataset = studies_dataset(comparison, _comparison_attributes(ours, run_file, recorded))
     write_run(dataset, result)
-    show_document(studies_tables(dataset), verbose)
-    print_lines(f"result    {result.path}")
+    terminal.show_document(studies_tables(dataset), verbose)
+    terminal.print_lines(f"result    {result.path}")
 
 
 def _comparison_attributes(ours: xr.Dataset, run_file: Path, recorded: Path) -> dict[str, object]:
@@ -218,12 +205,12 @@ def _compare_exactly(first_file: Path, second_file: Path, but: Sequence[str]) ->
 
     first, second = read_result(first_file), read_result(second_file)
     difference_lines = differences(first, second, but)
-    print_lines(*difference_lines)
+    terminal.print_lines(*difference_lines)
     if difference_lines:
         raise typer.Exit(1)
     apart = ", ".join(sorted({*OF_MAKING, *but}))
     counts = f"{len(first.variables)} variables and {len(first.attrs)} attributes"
-    print_lines(f"identical: {counts}, apart from {apart}")
+    terminal.print_lines(f"identical: {counts}, apart from {apart}")
 
 
 def _split_patterns(text: str | None) -> list[str]:
@@ -233,11 +220,11 @@ def _split_patterns(text: str | None) -> list[str]:
 def _read_tolerance(text: str) -> tuple[str, float]:
     """Channel or pattern, and its tolerance, from CHANNEL=NUMBER or NUMBER."""
     name, _, number = text.rpartition("=")
-    return name.strip() or "*", numbers(number, "--tolerance")[0]
+    return name.strip() or "*", terminal.numbers(number, "--tolerance")[0]
 
 
 def _read_band_edges(text: str) -> tuple[float, float]:
-    edges = numbers(text, "--bands")
+    edges = terminal.numbers(text, "--bands")
     if len(edges) != 2 or edges[0] >= edges[1]:
         raise InputError(
             f"--bands: found {text!r}; expected two increasing frequencies in rad/s,"
@@ -278,8 +265,8 @@ def export(
             help='Channels to write, separated by commas: "position.*,speed.barge".',
         ),
     ] = "",
-    start: From = "",
-    end: To = "",
+    start: terminal.From = "",
+    end: terminal.To = "",
     date: Annotated[
         str,
         typer.Option(
@@ -314,7 +301,7 @@ def export(
             metavar="case|si", help="Write the units of the case, or SI; else as said above."
         ),
     ] = "",
-    overwrite: Overwrite = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Write the channels of a run as CF netCDF, CSV, MATLAB, Parquet, or as a recording in text.
 
@@ -327,8 +314,10 @@ def export(
     from hydrosim.results.runs_file import open_runs
 
     if recording:
-        read_in = one_of(ExportUnits, units or ExportUnits.SI, "--units")
-        _write_recording(run_file, output, names_in(channels), step, digits, overwrite, read_in)
+        read_in = terminal.one_of(ExportUnits, units or ExportUnits.SI, "--units")
+        _write_recording(
+            run_file, output, terminal.names_in(channels), step, digits, overwrite, read_in
+        )
         return
     if step:
         raise InputError(
@@ -338,8 +327,8 @@ def export(
     suffix = _check_suffix(output)
     unit_system = _chosen_units(units, suffix)
     begin = _read_date(date, suffix)
-    window = window_of(start, end)
-    result = output_for(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
+    window = terminal.window_of(start, end)
+    result = terminal.output_for(output, "", "export", run_file, overwrite=overwrite, suffix=suffix)
     if (runs := open_runs(run_file)) is not None:
         raise InputError(
             f"{run_file}: holds {runs.sizes['run']} runs; expected the result of one run."
@@ -347,14 +336,16 @@ def export(
             " result."
         )
     run = read_run(run_file)
-    table = table_of(run, names_in(channels), *window)
+    table = table_of(run, terminal.names_in(channels), *window)
     if unit_system is ExportUnits.CASE:
         table = table.read_in(units_of(run.attrs))
-    with progress("writing"):
+    with terminal.progress("writing"):
         _write_table(table, result, begin)
     count, span = len(table.columns), f"{table.time[0]:g} to {table.time[-1]:g} s"
-    print_lines(f"export    {count} channels at {table.time.size} times, {span}")
-    print_lines(*incomplete_run_warnings(table.attributes), f"result    {result.path}")
+    terminal.print_lines(f"export    {count} channels at {table.time.size} times, {span}")
+    terminal.print_lines(
+        *terminal.incomplete_run_warnings(table.attributes), f"result    {result.path}"
+    )
 
 
 def _chosen_units(units: str, suffix: str) -> ExportUnits:
@@ -363,7 +354,7 @@ def _chosen_units(units: str, suffix: str) -> ExportUnits:
         if units not in ("", ExportUnits.SI):
             raise InputError(f"--units: found {units}; expected si, as .nc is always in SI.")
         return ExportUnits.SI
-    return one_of(ExportUnits, units or ExportUnits.CASE, "--units")
+    return terminal.one_of(ExportUnits, units or ExportUnits.CASE, "--units")
 
 
 def _write_recording(
@@ -383,15 +374,17 @@ def _write_recording(
     from hydrosim.results.channels import default_channels, match_channels
     from hydrosim.simulation import open_run
 
-    result = output_for(output, "", "recording", run_file, overwrite=overwrite, suffix=None)
-    every = seconds("--step", step, 0.0) if step else None
+    result = terminal.output_for(
+        output, "", "recording", run_file, overwrite=overwrite, suffix=None
+    )
+    every = terminal.seconds("--step", step, 0.0) if step else None
     if every is not None and not every > 0.0:
         raise InputError(f"--step: found {every:g} s; expected a positive time, such as 0.5 s.")
     run = open_run(run_file)
     names = match_channels(columns_of(run), asked, "--channels") if asked else default_channels(run)
     case_units = units_of(run.attrs).display_unit if unit_system is ExportUnits.CASE else None
     write_recording(run, result, names, every, digits, case_units)
-    print_lines(f"result    {result.path}, {len(names)} channels")
+    terminal.print_lines(f"result    {result.path}, {len(names)} channels")
 
 
 def _check_suffix(output: Path) -> str:

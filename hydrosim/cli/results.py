@@ -10,22 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrosim.cli.terminal import (
-    From,
-    Overwrite,
-    To,
-    Verbose,
-    incomplete_run_warnings,
-    names_in,
-    one_of,
-    output_for,
-    print_lines,
-    progress,
-    require_file,
-    seconds,
-    show_document,
-    window_of,
-)
+from hydrosim.cli import terminal
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -70,7 +55,7 @@ def output_for_table(
     """Output for the tables of a ``file`` of runs: ``output``, or else a file in ``folder`` with
     the same stem. Raises InputError if it cannot be written; ``inputs`` are never replaced."""
     default = str(folder / stem_of(file))
-    return output_for(
+    return terminal.output_for(
         output, default, "table", file, inputs=inputs, overwrite=overwrite, suffix=".csv"
     )
 
@@ -80,11 +65,11 @@ def show_study(runs: xr.Dataset, table: Output | None, verbose: bool = False) ->
     from hydrosim.report.sentences.study import study_tables
     from hydrosim.statistics.over_seeds import as_csv
 
-    show_document(study_tables(runs), verbose)
+    terminal.show_document(study_tables(runs), verbose)
     if table is not None:
         with table.write_complete() as path:
             path.write_text(f"# {table.mark}\n{as_csv(runs)}")
-        print_lines(f"table     {table.path}")
+        terminal.print_lines(f"table     {table.path}")
 
 
 def draw_runs(
@@ -99,7 +84,7 @@ def draw_runs(
         folder / f"{stem_of(file)}.{form}", "picture", file, (file,), overwrite, "pictures"
     )
     for path in draw_study(runs, pictures):
-        print_lines(f"picture   {path}")
+        terminal.print_lines(f"picture   {path}")
 
 
 # `hydrosim plot`: pictures of a run, or of a study.
@@ -120,12 +105,12 @@ def plot(
             help='Channels to draw in one picture, separated by commas: "position.*.heave".',
         ),
     ] = "",
-    start: From = "",
-    end: To = "",
+    start: terminal.From = "",
+    end: terminal.To = "",
     form: Annotated[
         str, typer.Option("--format", metavar="png|svg|pdf", help="Format of the pictures.")
     ] = "png",
-    overwrite: Overwrite = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Draw motions, forces, contact and energies of a run, or the figures of a study.
 
@@ -146,19 +131,19 @@ def plot(
             f"--output: found {output}; expected a folder for several pictures. --format"
             f" {output.suffix[1:]} selects their format."
         )
-    kind = one_of(Format, form, "--format")
-    window = TimeWindow(*window_of(start, end))
+    kind = terminal.one_of(Format, form, "--format")
+    window = TimeWindow(*terminal.window_of(start, end))
     if (runs := runs_at(run_file)) is not None:
         if channels or start or end:
             raise InputError(
                 f"--channels, --from, --to: {run_file} is a study, which has no time series;"
                 " expected the result of a run."
             )
-        print_lines(*status_lines(runs))
+        terminal.print_lines(*status_lines(runs))
         draw_runs(runs, folder, run_file, overwrite, kind)
         return
     dataset = open_run(run_file)
-    asked = names_in(channels)
+    asked = terminal.names_in(channels)
     picked = match_channels(channel_names(dataset), asked, "--channels") if asked else ()
     draw_run(dataset, folder, run_file, overwrite, View(window, picked, kind))
 
@@ -169,9 +154,9 @@ def draw_run(
     """Draw the pictures of the ``run`` in a file, by default the usual ones; print their paths."""
     from hydrosim.report.charts.pictures import DEFAULT_VIEW, draw
 
-    with progress("drawing"):
+    with terminal.progress("drawing"):
         pictures = draw(run, folder, run_file.stem, run_file, overwrite, view or DEFAULT_VIEW)
-    print_lines(*(f"picture   {picture}" for picture in pictures))
+    terminal.print_lines(*(f"picture   {picture}" for picture in pictures))
 
 
 def report(
@@ -183,7 +168,7 @@ def report(
         Path | None,
         typer.Option("--output", "-o", metavar="REPORT.html", help="Page to write."),
     ] = None,
-    overwrite: Overwrite = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Write a report as one HTML file that needs no network. The report of a run shows its case,
     assumptions, stages, statistics with intervals, time series and energy. Studies, limits of
@@ -192,11 +177,15 @@ def report(
     from hydrosim.report.page import written_page
 
     name = f"{run_file.stem}_report"
-    require_file(run_file, "the result of `hydrosim run`, `sweep`, `operability` or `compare`")
-    page = output_for(output, name, "report", run_file, overwrite=overwrite, suffix=".html")
-    with progress("report"):
+    terminal.require_file(
+        run_file, "the result of `hydrosim run`, `sweep`, `operability` or `compare`"
+    )
+    page = terminal.output_for(
+        output, name, "report", run_file, overwrite=overwrite, suffix=".html"
+    )
+    with terminal.progress("report"):
         size = written_page(report_of(run_file), page)
-    print_lines(f"report    {page.path}, {size / 1e6:.1f} MB")
+    terminal.print_lines(f"report    {page.path}, {size / 1e6:.1f} MB")
 
 
 # `hydrosim replay`: write a page that shows a run in three dimensions.
@@ -208,18 +197,20 @@ def replay(
         Path | None,
         typer.Option("--output", "-o", metavar="REPLAY.html", help="Page to write."),
     ] = None,
-    overwrite: Overwrite = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Write a three-dimensional animation of a run: one HTML file that needs no network."""
     from hydrosim.report.document import replay_of
     from hydrosim.report.page import written_page
 
     name = f"{run_file.stem}_replay"
-    require_file(run_file, "the result of a run (RUN.nc)")
-    page = output_for(output, name, "replay", run_file, overwrite=overwrite, suffix=".html")
-    with progress("replay"):
+    terminal.require_file(run_file, "the result of a run (RUN.nc)")
+    page = terminal.output_for(
+        output, name, "replay", run_file, overwrite=overwrite, suffix=".html"
+    )
+    with terminal.progress("replay"):
         size = written_page(replay_of(run_file), page)
-    print_lines(f"replay    {page.path}, {size / 1e6:.1f} MB")
+    terminal.print_lines(f"replay    {page.path}, {size / 1e6:.1f} MB")
 
 
 # `hydrosim statistics`: means, periods and extremes of a run.
@@ -235,7 +226,7 @@ def statistics(
             help="Result of a run or of a study, also of an unfinished one (RUNS.nc.partial).",
         ),
     ],
-    start: From = "",
+    start: terminal.From = "",
     duration: Annotated[
         str,
         typer.Option(
@@ -254,8 +245,8 @@ def statistics(
         Path | None,
         typer.Option("--output", "-o", metavar="STATISTICS.nc", help="netCDF file to write."),
     ] = None,
-    verbose: Verbose = False,
-    overwrite: Overwrite = False,
+    verbose: terminal.Verbose = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Print means, periods, extremes with two kinds of intervals, and crawl in each contact
     phase."""
@@ -270,36 +261,36 @@ def statistics(
         table = output_for_table(run_file, output, overwrite=overwrite)
         show_study(runs, table, verbose)
         return
-    require_file(run_file, "the result of a run or of a study (RUN.nc)")
+    terminal.require_file(run_file, "the result of a run or of a study (RUN.nc)")
     name = f"{run_file.stem}_statistics"
-    result = output_for(output, name, "statistics", run_file, overwrite=overwrite)
+    result = terminal.output_for(output, name, "statistics", run_file, overwrite=overwrite)
     run = read_run(run_file)
-    begin, end = seconds("--from", start, 0.0), float(run.time[-1])
+    begin, end = terminal.seconds("--from", start, 0.0), float(run.time[-1])
     if not has_enough_records(run, begin):
         raise InputError(
             f"--from: found {begin:g} s; expected a time well before the end of the run at"
             f" {end:g} s."
         )
     least = MIN_EXTREME_SHARE * (end - max(begin, float(run.time[0])))
-    exposure = seconds("--duration", duration, inf) if duration else None
+    exposure = terminal.seconds("--duration", duration, inf) if duration else None
     if exposure is not None and not least <= exposure < inf:
         raise InputError(
             f"--duration: found {exposure:g} s; expected at least a tenth of the record,"
             f" {least:g} s. The record itself holds many samples of shorter durations."
         )
-    asked = names_in(channels)
+    asked = terminal.names_in(channels)
     known_channels = channel_names(run)
     asked += (
         ["utilisation.*"] if any(name.startswith("utilisation.") for name in known_channels) else []
     )
-    with progress("statistics"):
+    with terminal.progress("statistics"):
         statistics_found = of_run(
             run, begin, exposure, match_channels(known_channels, asked, "--channels")
         )
         write_run(statistics_found, result)
-    print_lines(*incomplete_run_warnings(run.attrs))
-    show_document(statistics_document(run, statistics_found), verbose)
-    print_lines(f"result    {result.path}")
+    terminal.print_lines(*terminal.incomplete_run_warnings(run.attrs))
+    terminal.show_document(statistics_document(run, statistics_found), verbose)
+    terminal.print_lines(f"result    {result.path}")
 
 
 # `hydrosim explain`: why a body moved, by force, contact mode and direction.
@@ -315,7 +306,7 @@ def explain(
     body: Annotated[
         str | None, typer.Option(help="Body to explain; default: the first that moves.")
     ] = None,
-    start: From = "",
+    start: terminal.From = "",
     end: Annotated[
         str,
         typer.Option(
@@ -329,8 +320,8 @@ def explain(
         Path | None,
         typer.Option("--output", "-o", metavar="EXPLAINED.nc", help="netCDF file to write."),
     ] = None,
-    verbose: Verbose = False,
-    overwrite: Overwrite = False,
+    verbose: terminal.Verbose = False,
+    overwrite: terminal.Overwrite = False,
 ) -> None:
     """Explain why a body moved: mean forces, causes of friction, displacement and work by contact
     mode.
@@ -350,15 +341,15 @@ def explain(
         )
     name = f"{stem_of(run_file)}_explained"
     run = runs_at(run_file)
-    require_file(run_file, "the result of a run or of a study (RUN.nc)")
-    result = output_for(output, name, "explanation", run_file, overwrite=overwrite)
+    terminal.require_file(run_file, "the result of a run or of a study (RUN.nc)")
+    result = terminal.output_for(output, name, "explanation", run_file, overwrite=overwrite)
     page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
-    between = window_of(start, end)
+    between = terminal.window_of(start, end)
     many = run is not None
     if run is None:
         run = read_run(run_file)
     try:
-        with progress("explaining"):
+        with terminal.progress("explaining"):
             explanations, parts = (
                 _explain_runs(run, between) if many else _explain_run(run, between)
             )
@@ -366,11 +357,11 @@ def explain(
         raise InputError(f"{run_file}: {error}") from None
     moved = _choose_body(explanations, direction, body)
     write_run(explanations, result)
-    print_lines(*status_lines(run))
+    terminal.print_lines(*status_lines(run))
     first, of_first = next(iter(parts.items()))
     draw_explained(run, of_first, moved, direction, page, first)
-    show_document(explanation_document(run, parts, moved, direction), verbose)
-    print_lines(f"result    {result.path}, {page.path}")
+    terminal.show_document(explanation_document(run, parts, moved, direction), verbose)
+    terminal.print_lines(f"result    {result.path}, {page.path}")
 
 
 Parts = dict[str, "xr.Dataset"]

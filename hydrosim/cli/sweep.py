@@ -13,21 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hydrosim.cli import terminal
 from hydrosim.cli.results import draw_runs, output_for_table, show_study
-from hydrosim.cli.terminal import (
-    Overwrite,
-    StudyFile,
-    Verbose,
-    Workers,
-    announce_compiling,
-    output_for,
-    print_lines,
-    print_resume_hint,
-    print_status,
-    progress,
-    progress_console,
-    show_document,
-)
 from hydrosim.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,17 +30,17 @@ MIN_PACE_TIME_S = 10.0
 MIN_PACE_RUNS = 100
 MIN_ESTIMATED_TIME_S = 60.0  # s: shorter sweeps get no estimate
 LOCAL = "local"
-err = progress_console()
+err = terminal.progress_console()
 
 
 def sweep(
-    study_file: StudyFile,
+    study_file: terminal.StudyFile,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="RUNS.nc", help="netCDF file to write."),
     ] = None,
-    workers: Workers = None,
-    overwrite: Overwrite = False,
+    workers: terminal.Workers = None,
+    overwrite: terminal.Overwrite = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue a sweep that was killed or interrupted.")
     ] = False,
@@ -66,7 +53,7 @@ def sweep(
         ),
     ] = None,
     plot_too: Annotated[bool, typer.Option("--plot", help="Also draw the figures.")] = False,
-    verbose: Verbose = False,
+    verbose: terminal.Verbose = False,
 ) -> None:
     """Run a case over the parameters and seeds of a study; write one netCDF file and tables."""
     from hydrosim.study.shared import describe_outside_ranges
@@ -74,8 +61,8 @@ def sweep(
 
     study = load_study(study_file)
     for line in describe_outside_ranges(study.scenes):
-        print_status(f"warning   {line}")
-    result = output_for(
+        terminal.print_status(f"warning   {line}")
+    result = terminal.output_for(
         output,
         study_file.stem,
         "sweep",
@@ -91,7 +78,10 @@ def sweep(
         )
         return
     pool = _open_pool(scheduler, workers)
-    with announce_compiling(err), _run_with_progress(study, result, workers, resume, pool) as runs:
+    with (
+        terminal.announce_compiling(err),
+        _run_with_progress(study, result, workers, resume, pool) as runs,
+    ):
         path = Path(runs.encoding["source"])
         if table is not None and path.name != result.path.name:  # a better result stands there
             table = _table_beside(path, study, overwrite)
@@ -117,14 +107,14 @@ def _show_runs(
     status = runs.status.values.tolist()
     has_table = table is not None and "complete" in status
     show_study(runs, table if has_table else None, verbose)
-    print_lines(f"result    {path}")
+    terminal.print_lines(f"result    {path}")
     if has_table and plot_too:
         draw_runs(runs, path.parent, path, overwrite)
     elif plot_too:
         lacks = "no run is complete" if study.figures else "the study asks for no figures"
-        print_lines(f"picture   none: {lacks}")
+        terminal.print_lines(f"picture   none: {lacks}")
     if {"interrupted", "not run"} & {*status}:
-        print_lines("completed runs are kept: --resume continues")
+        terminal.print_lines("completed runs are kept: --resume continues")
         raise typer.Exit(130)
     if "failed" in status:
         raise typer.Exit(3)
@@ -153,11 +143,15 @@ def _run_until_accurate(
             raise KeyboardInterrupt
         return runs
 
-    with print_resume_hint("--resume"), announce_compiling(err), progress("runs"):
+    with (
+        terminal.print_resume_hint("--resume"),
+        terminal.announce_compiling(err),
+        terminal.progress("runs"),
+    ):
         summary = run_until(study, study.seeds, wanted, run, result, resume)
     runs = open_runs(result.path)
     assert runs is not None
-    print_lines(summary)
+    terminal.print_lines(summary)
     _show_runs(runs, study, result.path, table, result.overwrite, plot_too, verbose)
 
 
@@ -172,7 +166,7 @@ def _open_pool(scheduler: str | None, workers: int | None) -> Pool | None:
     from hydrosim.study.cluster import Cluster
 
     pool = Cluster(scheduler)
-    print_status(f"cluster   {pool.title}")
+    terminal.print_status(f"cluster   {pool.title}")
     return pool
 
 
@@ -183,13 +177,13 @@ def _run_with_progress(
     from hydrosim.study.shared import folder_of
 
     pace = None if resume else _Pace()  # what is read again of a folder says nothing of it
-    with progress("sweep", "runs") as report:
+    with terminal.progress("sweep", "runs") as report:
 
         def tell(done: int, total: int) -> None:
             report(done, total)
             if pace is not None and pace.has_become_known(done):
                 for line in _duration_lines(pace, len(study.scenes), folder_of(result)):
-                    print_status(line)
+                    terminal.print_status(line)
 
         return run_study(study, result, workers, tell, resume, pool)
 
@@ -237,17 +231,17 @@ def _duration_lines(pace: _Pace, total: int, folder: Path) -> Iterator[str]:
 
 
 def operability(
-    study_file: StudyFile,
+    study_file: terminal.StudyFile,
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="LIMITS.nc", help="netCDF file to write."),
     ] = None,
-    workers: Workers = None,
-    overwrite: Overwrite = False,
+    workers: terminal.Workers = None,
+    overwrite: terminal.Overwrite = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue a search that was killed or interrupted.")
     ] = False,
-    verbose: Verbose = False,
+    verbose: terminal.Verbose = False,
 ) -> None:
     """Find limiting significant wave heights over peak periods, headings and swells, with
     confidence.
@@ -261,10 +255,10 @@ def operability(
     from hydrosim.study.shared import locked_journal
     from hydrosim.study.weather import assess_weather, read_weather
 
-    with announce_compiling(err):
+    with terminal.announce_compiling(err):
         study = load_limits(study_file)
     name = f"{study_file.stem}_operability"
-    result = output_for(
+    result = terminal.output_for(
         output,
         name,
         "limits",
@@ -276,10 +270,10 @@ def operability(
     page = result.output_at(result.path.with_suffix(".png"), "picture").checked_output()
     weather = read_weather(study_file.parent, study.wanted)
     with (
-        print_resume_hint("--resume"),
+        terminal.print_resume_hint("--resume"),
         locked_journal(result, resume, study.identity) as journal,
-        announce_compiling(err),
-        progress("limits", "seas") as report,
+        terminal.announce_compiling(err),
+        terminal.progress("limits", "seas") as report,
     ):
 
         def tell(sea: str, runs: int, done: int) -> None:
@@ -290,8 +284,8 @@ def operability(
         write_run(assessed, result)
         journal.remove()
     draw_limits(assessed, page)
-    show_document(limits_tables(assessed), verbose)
-    print_lines(f"result    {result.path}, {page.path}")
+    terminal.show_document(limits_tables(assessed), verbose)
+    terminal.print_lines(f"result    {result.path}, {page.path}")
     if remedy := _no_limits_text(assessed.sel(stage="all")):
         raise InputError(f"{study_file}: operability.heights: {remedy}. The result was written.")
 

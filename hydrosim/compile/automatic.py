@@ -41,12 +41,7 @@ from hydrosim.compile import restart
 from hydrosim.elements import new_modes
 from hydrosim.elements.kind import carried_weights
 from hydrosim.integrate.methods import DOPRI5
-from hydrosim.linear.stability import (
-    Combination,
-    combinations,
-    open_contacts_combination,
-    smallest_step,
-)
+from hydrosim.linear import stability
 from hydrosim.multibody.kinematics import coordinate_owners
 from hydrosim.scene import Method, Tolerance
 from hydrosim.scene.scene import ACCURACY
@@ -130,8 +125,8 @@ def _step_tolerance_rate(method: Method, accuracy: float, changing: bool) -> flo
 @one_thread
 def _choose_method(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     """Chosen method, and the reason."""
-    looked_at = combinations(compiled.scene, compiled.model, compiled.state)
-    stable = smallest_step(looked_at, DOPRI5)
+    looked_at = stability.combinations(compiled.scene, compiled.model, compiled.state)
+    stable = stability.smallest_step(looked_at, DOPRI5)
     rate = _step_tolerance_rate(Method.ESDIRK4, accuracy, changing=True)
     implicit = REACH * rate**0.25 / _median_frequency(looked_at)
     stiff = EXPLICIT * CONTACT_TIME_FRACTION / stable > IMPLICIT / implicit
@@ -143,7 +138,7 @@ def _choose_method(compiled: Compiled, accuracy: float) -> tuple[Method, str]:
     return (Method.ESDIRK4 if stiff else Method.DOPRI5), why
 
 
-def _median_frequency(looked_at: Sequence[Combination]) -> float:
+def _median_frequency(looked_at: Sequence[stability.Combination]) -> float:
     """Median frequency of the vibrations with all contacts open [rad/s]."""
     values = looked_at[0].values.imag
     vibrating = values[values > MIN_VIBRATION_FREQUENCY]
@@ -163,7 +158,7 @@ def _can_drift(compiled: Compiled) -> bool:
     """True if nothing restores a motion within the run, except of bodies that contacts carry."""
     scene = compiled.scene
     held = carried_weights(scene).keys()
-    for part in open_contacts_combination(compiled.model, compiled.state).components:
+    for part in stability.open_contacts_combination(compiled.model, compiled.state).components:
         here = np.searchsorted(compiled.model.bodies.active, part.linear.active)
         bodies = {scene.bodies[b].name for b in coordinate_owners(compiled.model.bodies)[here]}
         slow = np.abs(part.values) * scene.duration < 1.0

@@ -35,7 +35,7 @@ from hydrosim.compile.tanks import tanks_of, weights_of
 from hydrosim.compile.validate_scene import check_scene, check_start
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS, about_z
-from hydrosim.elements import heights_of_wind, in_gusts, kind
+from hydrosim.elements import events, heights_of_wind, in_gusts, kind
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.errors import InputError
 from hydrosim.files.yaml_nodes import source_context
@@ -122,7 +122,7 @@ def model_of(
         waves=wave_loads_model((), (), 0.0, scene.solver.step, scene.duration),
         following=following_model((), ()),
         family=family,
-        elements=parts.elements,
+        elements=events.with_output_starts(parts.elements),
         tanks=parts.tanks,
         liquids=liquids_of(scene, bodies),
         weights=weights_of(scene, alone, rows),

@@ -10,37 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from hydrosim import scene as scenes
+from hydrosim.database import checks
 from hydrosim.database.changes import BODIES_APART, apply_changes, body_of, velocity_transfer
-from hydrosim.database.checks import (
-    SYMMETRIES,
-    CheckSubject,
-    Use,
-    doubt_warnings,
-    refusing_findings,
-    require_ascending,
-)
 from hydrosim.database.database import HydroDatabase
 from hydrosim.database.load import overruled_values, read
 from hydrosim.errors import InputError
-from hydrosim.scene import (
-    Body,
-    ChangedDatabase,
-    Coefficients,
-    ConstantRadiation,
-    Environment,
-    Family,
-    Hydrodynamics,
-    Scene,
-    SecondOrder,
-    Weight,
-)
-from hydrosim.scene.hydrodynamics import (
-    NOTHING_GIVEN,
-    ORIGIN_ASSUMED,
-    POINTS_UNKNOWN,
-    Given,
-    key_of,
-)
+from hydrosim.scene import hydrodynamics
 from hydrosim.water.radiation.retardation import KernelReport, Retardation
 
 if TYPE_CHECKING:
@@ -53,7 +29,9 @@ CONSTANT = 1.0  # s: placeholder period, because coefficients are the same at al
 _FREQUENCIES = np.array([1e-3, 1e3])  # rad/s, a range that holds all motions
 
 
-def database_of(given: Coefficients, body: Body, water: Environment) -> HydroDatabase:
+def database_of(
+    given: scenes.Coefficients, body: scenes.Body, water: scenes.Environment
+) -> HydroDatabase:
     """Database of a body about its centre of gravity. Raises InputError if a matrix is not that of
     a passive body."""
     for name in ("added_mass", "damping", "stiffness"):
@@ -106,38 +84,41 @@ def _check_matrix(key: str, matrix: np.ndarray) -> None:
         )
 
 
-def _is_symmetric(given: Coefficients) -> bool:
+def _is_symmetric(given: scenes.Coefficients) -> bool:
     """Whether no entry couples surge, heave and pitch with sway, roll and yaw."""
     even = np.arange(6) % 2 == 0
     matrices = (given.added_mass, given.damping, given.stiffness)
     return not any(np.asarray(matrix)[np.ix_(even, ~even)].any() for matrix in matrices)
 
 
-Source = Path | Hydrodynamics | ChangedDatabase
+Source = Path | scenes.Hydrodynamics | scenes.ChangedDatabase
 
 
-def open_database(source: Source, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+def open_database(
+    source: Source, given: hydrodynamics.Given = hydrodynamics.NOTHING_GIVEN
+) -> HydroDatabase:
     """Database of a body: read from its file unless it is in memory, with the requested changes.
     Raises InputError if it cannot be read or changed, or if its frequencies or headings are out of
     order."""
-    if isinstance(source, ChangedDatabase):
+    if isinstance(source, scenes.ChangedDatabase):
         given = replace(source.given, frequencies=source.changes.frequencies)
         return apply_changes(open_database(source.source, given), source.changes)
     if isinstance(source, Path):
-        return require_ascending(_check_given(read(source, given), given))
+        return checks.require_ascending(_check_given(read(source, given), given))
     if isinstance(source, HydroDatabase):
-        return require_ascending(source)
+        return checks.require_ascending(source)
     raise InputError(
         f"hydrodynamics: found an object of type {type(source).__name__}; expected a"
         " pathlib.Path, a HydroDatabase or a ChangedDatabase."
     )
 
 
-def _check_given(db: HydroDatabase, given: Given) -> HydroDatabase:
+def _check_given(db: HydroDatabase, given: hydrodynamics.Given) -> HydroDatabase:
     """Return the database. Raises InputError if its file contradicts a given value."""
     for name in overruled_values(db, given):
         raise InputError(
-            f"hydrodynamics.{key_of(name)}: found {getattr(given, name)}, but {db.source} itself"
+            f"hydrodynamics.{hydrodynamics.key_of(name)}: found {getattr(given, name)}, but"
+            f" {db.source} itself"
             f" states {np.ravel(getattr(db, name))}; expected the same value. Leave the key out."
         )
     return db
@@ -147,18 +128,18 @@ class DatabaseGroup(NamedTuple):
     """Bodies of a scene that share a database, and their ``places`` among all bodies."""
 
     database: HydroDatabase
-    bodies: list[Body]
+    bodies: list[scenes.Body]
     places: list[int]
 
 
-def database_groups(scene: Scene) -> list[DatabaseGroup]:
+def database_groups(scene: scenes.Scene) -> list[DatabaseGroup]:
     """Databases of the scene as read, without families, and their bodies in order. Raises
     InputError if one cannot be read, or has no loads though the scene has waves."""
     databases: dict[Source, HydroDatabase] = {}
     groups: dict[tuple[object, ...], DatabaseGroup] = {}
     for i, body in enumerate(scene.bodies):
         source = body.hydrodynamics
-        if source is None or isinstance(source, Family):
+        if source is None or isinstance(source, scenes.Family):
             continue
         db, body = _read_database_of_body(body, source, scene.environment, databases)
         # several bodies may be copies of the body of one database, far from each other
@@ -174,15 +155,15 @@ def database_groups(scene: Scene) -> list[DatabaseGroup]:
 
 
 def _read_database_of_body(
-    body: Body,
-    source: Source | Coefficients,
-    water: Environment,
+    body: scenes.Body,
+    source: Source | scenes.Coefficients,
+    water: scenes.Environment,
     databases: dict[Source, HydroDatabase],
-) -> tuple[HydroDatabase, Body]:
+) -> tuple[HydroDatabase, scenes.Body]:
     """Database of the body, read once, and the body as a body of that database."""
-    if isinstance(source, Coefficients):
+    if isinstance(source, scenes.Coefficients):
         db = database_of(source, body, water)
-        body = replace(body, radiation=ConstantRadiation(CONSTANT))
+        body = replace(body, radiation=scenes.ConstantRadiation(CONSTANT))
     else:
         db = databases[source] = databases[source] if source in databases else open_database(source)
         if BODIES_APART in db.attributes and 1 <= body.database_body <= db.bodies:
@@ -193,7 +174,7 @@ def _read_database_of_body(
     return db, body
 
 
-def _check_unloaded(db: HydroDatabase, body: Body) -> None:
+def _check_unloaded(db: HydroDatabase, body: scenes.Body) -> None:
     """Raises InputError if the scene has waves and the database no wave loads."""
     if body.dofs and body.wave_forces.has_loads:
         raise InputError(
@@ -220,16 +201,16 @@ class Fault(NamedTuple):
 
 def suitable_database(
     db: HydroDatabase,
-    bodies: Sequence[Body],
+    bodies: Sequence[scenes.Body],
     free: np.ndarray,
-    water: Environment,
+    water: scenes.Environment,
     seas: Sequence[WaveComponents],
 ) -> HydroDatabase:
     """Database with all data for ``bodies`` that move in the DOFs ``free``. Raises InputError with
     all faults and their remedies."""
     if db.source == SOURCE:
         return db
-    findings = refusing_findings(db, _use_of_database(db, bodies, free, seas))
+    findings = checks.refusing_findings(db, _use_of_database(db, bodies, free, seas))
     faults = [*_other_water(db, water), *_database_gaps(db, bodies, water)]
     if findings:
         faults.append(_unproven_fault([finding.name for finding in findings], findings))
@@ -239,35 +220,41 @@ def suitable_database(
 
 
 def database_warnings(
-    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[WaveComponents]
+    db: HydroDatabase,
+    bodies: Sequence[scenes.Body],
+    free: np.ndarray,
+    seas: Sequence[WaveComponents],
 ) -> tuple[str, ...]:
     """Warnings about the data that the ``bodies``, which move in the DOFs ``free``, use of their
     database as read, in the ``seas``. Raises InputError if such data cannot be right."""
     if db.source == SOURCE:  # checked where it is made
         return ()
-    warnings = doubt_warnings(db, _use_of_database(db, bodies, free, seas))
+    warnings = checks.doubt_warnings(db, _use_of_database(db, bodies, free, seas))
     return (*warnings, *_unsaid_points(db, free))
 
 
 def _use_of_database(
-    db: HydroDatabase, bodies: Sequence[Body], free: np.ndarray, seas: Sequence[WaveComponents]
-) -> Use:
+    db: HydroDatabase,
+    bodies: Sequence[scenes.Body],
+    free: np.ndarray,
+    seas: Sequence[WaveComponents],
+) -> checks.Use:
     parts = frozenset(part for body in bodies for part in _check_subjects(body, bool(seas)))
     offset = db.reference_point - np.array([body.centre_of_gravity for body in bodies])
     moving = np.flatnonzero(velocity_transfer(offset)[:, free].any(axis=1))
-    return Use(parts, tuple(map(int, moving)), _highest_frequency(db, seas))
+    return checks.Use(parts, tuple(map(int, moving)), _highest_frequency(db, seas))
 
 
 def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
     """Warning about an assumed reference point, which matters for bodies that rotate."""
     assumed = db.attributes.get("assumed", "")
-    if POINTS_UNKNOWN in assumed:
+    if hydrodynamics.POINTS_UNKNOWN in assumed:
         yield (
             f"{db.source}: it does not state the reference point of its moments. Recorded moments"
             " of bodies that do not turn are about its origin. Give the point as"
             " reference_point."
         )
-    if ORIGIN_ASSUMED in assumed and (free % 6 > 2).any():
+    if hydrodynamics.ORIGIN_ASSUMED in assumed and (free % 6 > 2).any():
         yield (
             f"{db.source}: its files do not state the reference point of moments and rotations;"
             f" the origin was assumed. Give it: `hydrodynamics: {{file: ..., reference_point: [0"
@@ -275,19 +262,23 @@ def _unsaid_points(db: HydroDatabase, free: np.ndarray) -> Iterator[str]:
         )
 
 
-def _check_subjects(body: Body, waves: bool) -> Iterator[CheckSubject]:
+def _check_subjects(body: scenes.Body, waves: bool) -> Iterator[checks.CheckSubject]:
     wanted = body.wave_forces
-    yield from (CheckSubject.ORDER, CheckSubject.RADIATION, CheckSubject.STIFFNESS)
+    yield from (
+        checks.CheckSubject.ORDER,
+        checks.CheckSubject.RADIATION,
+        checks.CheckSubject.STIFFNESS,
+    )
     if not waves:
         return
     if wanted.first_order:
-        yield CheckSubject.LOADS
-    if wanted.second_order != SecondOrder.NONE:
-        yield CheckSubject.DRIFT
-    if wanted.second_order == SecondOrder.QTF:
-        yield CheckSubject.DIFFERENCE
+        yield checks.CheckSubject.LOADS
+    if wanted.second_order != scenes.SecondOrder.NONE:
+        yield checks.CheckSubject.DRIFT
+    if wanted.second_order == scenes.SecondOrder.QTF:
+        yield checks.CheckSubject.DIFFERENCE
     if wanted.sum_frequency:
-        yield CheckSubject.SUM
+        yield checks.CheckSubject.SUM
 
 
 def _highest_frequency(db: HydroDatabase, seas: Sequence[WaveComponents]) -> float:
@@ -305,7 +296,9 @@ def _highest_frequency(db: HydroDatabase, seas: Sequence[WaveComponents]) -> flo
     return min((float(w) for w in db.frequency if w >= last), default=inf)
 
 
-def _fault_message(db: HydroDatabase, bodies: Sequence[Body], faults: Sequence[Fault]) -> str:
+def _fault_message(
+    db: HydroDatabase, bodies: Sequence[scenes.Body], faults: Sequence[Fault]
+) -> str:
     names = ", ".join(f"bodies.{body.name}" for body in bodies)
     reasons = "\n".join(f"  {fault.reason}" for fault in faults)
     keys = [key for fault in faults for key in fault.keys]
@@ -313,7 +306,7 @@ def _fault_message(db: HydroDatabase, bodies: Sequence[Body], faults: Sequence[F
     return f"{db.source} does not suit {names}:\n{reasons}{remedy if keys else ''}"
 
 
-def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
+def _other_water(db: HydroDatabase, water: scenes.Environment) -> Iterator[Fault]:
     """Faults: water that a database was not made for."""
     assumed = db.attributes.get("assumed", "")
     for name in _WATER:
@@ -324,13 +317,13 @@ def _other_water(db: HydroDatabase, water: Environment) -> Iterator[Fault]:
         found_text = f"environment.{name}: found {here:g}, but the database was made for {there:g}"
         if name.replace("_", " ") in assumed:
             reason = f"{found_text}, which is assumed, because its files do not state it."
-            yield Fault(reason, (f"{key_of(name)}: {here:g}",))
+            yield Fault(reason, (f"{hydrodynamics.key_of(name)}: {here:g}",))
         else:
             yield Fault(f"{found_text}. Use a database made for this water, or change the case.")
 
 
 def _database_gaps(
-    db: HydroDatabase, bodies: Sequence[Body], water: Environment
+    db: HydroDatabase, bodies: Sequence[scenes.Body], water: scenes.Environment
 ) -> Iterator[Fault]:
     """Faults: data that the bodies need and the database lacks."""
     assumed = db.attributes.get("assumed", "")
@@ -338,14 +331,14 @@ def _database_gaps(
     by_matrix = [body for body in bodies if body.hydrostatics is None]
     stiff = any({"heave", "roll", "pitch"} & {*body.dofs} for body in by_matrix)
     tilting = any({"roll", "pitch"} & {*body.dofs} for body in by_matrix)
-    weighed = any(body.weight == Weight.CARRIED or body.tanks for body in by_matrix)
+    weighed = any(body.weight == scenes.Weight.CARRIED or body.tanks for body in by_matrix)
     turning = any({"roll", "pitch", "yaw"} & {*body.dofs} for body in bodies)
     if stiff and db.hydrostatic_stiffness is None:
         yield Fault(
             "It has no hydrostatic stiffness, and its bodies heave, roll or pitch. Write it into"
             " the file, or give them a closed hull: `hydrostatics: {mesh: FILE}`."
         )
-    if turning and POINTS_UNKNOWN in assumed:
+    if turning and hydrodynamics.POINTS_UNKNOWN in assumed:
         points = [[float(x) for x in body.centre_of_gravity] for body in bodies]
         yield Fault(
             "It does not state the reference points of moments and rotations, and its bodies"
@@ -359,7 +352,7 @@ def _database_gaps(
         yield _lacking_volumes(bodies, density)
 
 
-def _lacking_centres(db: HydroDatabase, bodies: Sequence[Body]) -> Fault:
+def _lacking_centres(db: HydroDatabase, bodies: Sequence[scenes.Body]) -> Fault:
     """Fault: nobody says with which centres of gravity the stiffness was made. It may be those of
     the case, or the weight is left out, which is a centre at the waterline. A stiffness that
     capsizes in roll or pitch was made without weight."""
@@ -382,7 +375,7 @@ def _lacking_centres(db: HydroDatabase, bodies: Sequence[Body]) -> Fault:
     return Fault(reason, (f"centre_of_gravity: {_example_text([UNKNOWN_POINT] * len(bodies))}",))
 
 
-def _lacking_volumes(bodies: Sequence[Body], density: float) -> Fault:
+def _lacking_volumes(bodies: Sequence[scenes.Body], density: float) -> Fault:
     """Fault: displaced volumes, which follow from the mass only of bodies that float by
     themselves."""
     volumes: list[Any] = [float(f"{body.mass / density:.6g}") for body in bodies]
@@ -390,7 +383,7 @@ def _lacking_volumes(bodies: Sequence[Body], density: float) -> Fault:
         "It does not state the displaced volumes, and its bodies roll or pitch, have tanks or"
         " carry their weight."
     )
-    carried = [body.weight == Weight.CARRIED for body in bodies]
+    carried = [body.weight == scenes.Weight.CARRIED for body in bodies]
     if any(carried):
         names = ", ".join(
             body.name for body, is_carried in zip(bodies, carried, strict=True) if is_carried
@@ -416,7 +409,7 @@ def _unproven_fault(names: list[str], findings: Sequence[object]) -> Fault:
     reasons = "\n  ".join(map(str, findings))
     noise = (
         " If the asymmetry is noise, remove it with `symmetrise: true`."
-        if SYMMETRIES & {*names}
+        if checks.SYMMETRIES & {*names}
         else ""
     )
     reason = (
@@ -426,7 +419,7 @@ def _unproven_fault(names: list[str], findings: Sequence[object]) -> Fault:
     return Fault(reason, (f"accept: [{', '.join(names)}]",))
 
 
-def _complete_database(db: HydroDatabase, bodies: Sequence[Body]) -> HydroDatabase:
+def _complete_database(db: HydroDatabase, bodies: Sequence[scenes.Body]) -> HydroDatabase:
     """Database in which data that no motion of the ``bodies`` needs are completed."""
     size = 6 * len(bodies)
     fill: dict[str, Any] = {

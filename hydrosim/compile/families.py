@@ -10,14 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.compile import hydrodynamic_groups
 from hydrosim.compile.databases import database_groups
-from hydrosim.compile.hydrodynamic_groups import (
-    HydrodynamicGroup,
-    group_of,
-    radiation_of,
-    wet_groups,
-    with_states,
-)
 from hydrosim.compile.hydrostatics import with_hulls
 from hydrosim.database.hull import immersed_triangles, integrals
 from hydrosim.errors import InputError
@@ -38,7 +32,7 @@ length."""
 
 def scene_groups(
     scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
-) -> list[HydrodynamicGroup]:
+) -> list[hydrodynamic_groups.HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies; families have all their members. Raises InputError as
     `wet_groups` does, or if a family does not fit its hull or the scene."""
     families = [
@@ -46,17 +40,19 @@ def scene_groups(
         for i, body in enumerate(scene.bodies)
         if isinstance(body.hydrodynamics, Family)
     ]
-    return [*wet_groups(scene, seas, before), *families]
+    return [*hydrodynamic_groups.wet_groups(scene, seas, before), *families]
 
 
-def members_of_families(wet: Sequence[HydrodynamicGroup]) -> list[HydrodynamicGroup]:
+def members_of_families(
+    wet: Sequence[hydrodynamic_groups.HydrodynamicGroup],
+) -> list[hydrodynamic_groups.HydrodynamicGroup]:
     """All members of all families, as groups."""
     return [member for group in wet for member in group.members]
 
 
 def groups_with_dofs(
-    wet: Sequence[HydrodynamicGroup], bodies: int
-) -> Iterator[tuple[np.ndarray, HydrodynamicGroup]]:
+    wet: Sequence[hydrodynamic_groups.HydrodynamicGroup], bodies: int
+) -> Iterator[tuple[np.ndarray, hydrodynamic_groups.HydrodynamicGroup]]:
     """All databases and their DOFs (m,), with all members of families."""
     members = members_of_families(wet)
     for group in wet:
@@ -67,7 +63,7 @@ def groups_with_dofs(
 
 
 def family_constants(
-    scene: Scene, wet: Sequence[HydrodynamicGroup]
+    scene: Scene, wet: Sequence[hydrodynamic_groups.HydrodynamicGroup]
 ) -> draught_interpolation.DraughtFamilies:
     """Constants of the families of a scene for the equation of motion."""
     chosen = [group for group in wet if group.members]
@@ -97,7 +93,7 @@ def _family_group(
     scene: Scene,
     seas: Sequence[WaveComponents],
     before: MemoryBefore,
-) -> HydrodynamicGroup:
+) -> hydrodynamic_groups.HydrodynamicGroup:
     """Group of a body: its members, and their interpolation at the start as its database."""
     _check_family(body, family, scene)
     rest = _draught_at_rest(body)
@@ -113,7 +109,7 @@ def _family_group(
         )
         (group,) = database_groups(replace(scene, bodies=(alone,)))
         _check_draught(group.database, body, member.draught, rest)
-        member_group = group_of(group._replace(places=[i]), scene, seas, before)
+        member_group = hydrodynamic_groups.group_of(group._replace(places=[i]), scene, seas, before)
         member_group = member_group.with_states(
             radiation.TOLERANCE
         )  # a family cannot use convolutions
@@ -125,8 +121,12 @@ def _family_group(
 def _with_state_radiation(body: Body) -> Body:
     """Body with state-space radiation in place of automatic, with the fits nearest to the
     memory."""
-    chosen = radiation_of(body)
-    return with_states(body, chosen.tolerance) if isinstance(chosen, AutomaticRadiation) else body
+    chosen = hydrodynamic_groups.radiation_of(body)
+    return (
+        hydrodynamic_groups.with_states(body, chosen.tolerance)
+        if isinstance(chosen, AutomaticRadiation)
+        else body
+    )
 
 
 def _check_family(body: Body, family: Family, scene: Scene) -> None:
@@ -144,7 +144,7 @@ def _check_family(body: Body, family: Family, scene: Scene) -> None:
             f" expected a closed hull, {{mesh: FILE}} or {{recipe: FILE, depth: ...}}. An"
             " interpolated stiffness would create energy."
         )
-    if isinstance(radiation_of(body), ConvolutionRadiation):
+    if isinstance(hydrodynamic_groups.radiation_of(body), ConvolutionRadiation):
         raise InputError(
             f"{key}.radiation: found convolution, and databases at draughts of {draughts_text} m;"
             " expected state_space or automatic, which uses states for a family. A convolution"
@@ -194,8 +194,11 @@ def _check_draught(db: HydroDatabase, body: Body, draught: float, rest: float) -
 
 
 def _group_at_start(
-    body: Body, rest: float, members: tuple[HydrodynamicGroup, ...], scene: Scene
-) -> HydrodynamicGroup:
+    body: Body,
+    rest: float,
+    members: tuple[hydrodynamic_groups.HydrodynamicGroup, ...],
+    scene: Scene,
+) -> hydrodynamic_groups.HydrodynamicGroup:
     """Group of the member nearest to the draught at the start, with the interpolated database."""
     weights = _draught_weights(rest - body.position[2], [member.draught for member in members])
     nearest = members[int(weights.argmax())]

@@ -11,14 +11,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from hydrosim import database
-from hydrosim.compile.databases import (
-    SOURCE,
-    DatabaseGroup,
-    constant_retardation,
-    database_groups,
-    database_warnings,
-    suitable_database,
-)
+from hydrosim import scene as scenes
+from hydrosim.compile import databases
 from hydrosim.compile.hydrostatics import with_hulls
 from hydrosim.database.changes import CHANGED_ATTRIBUTE
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE
@@ -26,17 +20,6 @@ from hydrosim.dofs import DOFS
 from hydrosim.elements.kind import UncoupledResonance
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import dofs_of
-from hydrosim.scene import (
-    BY_NAME,
-    AutomaticRadiation,
-    Body,
-    ConstantRadiation,
-    ConvolutionRadiation,
-    Radiation,
-    RadiationModel,
-    Scene,
-    StateSpaceRadiation,
-)
 from hydrosim.water import radiation
 
 if TYPE_CHECKING:
@@ -46,7 +29,7 @@ if TYPE_CHECKING:
     from hydrosim.water.radiation.retardation import Retardation
     from hydrosim.water.radiation.state_space import StateSpace
 
-Memory = AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
+Memory = scenes.AutomaticRadiation | scenes.StateSpaceRadiation | scenes.ConvolutionRadiation
 
 
 SAME_HEADING_TURNS = 1e-12  # of a turn: rounding
@@ -77,12 +60,12 @@ class HydrodynamicGroup:
     nearest member.
     """
 
-    bodies: tuple[Body, ...]
+    bodies: tuple[scenes.Body, ...]
     dofs: np.ndarray
     database: HydroDatabase
     read: HydroDatabase
     alone: Mapping[str, HydroDatabase]
-    radiation: Radiation | None
+    radiation: scenes.Radiation | None
     memory: Retardation
     added_mass: np.ndarray
     damping: np.ndarray
@@ -101,7 +84,7 @@ class HydrodynamicGroup:
         ``seas``, one for each wave train. Raises InputError if a check refuses such data."""
         members = self.members or (self,)
         warning_sets = (
-            database_warnings(member.read, member.bodies, member.free_dofs, seas)
+            databases.database_warnings(member.read, member.bodies, member.free_dofs, seas)
             for member in members
         )
         return tuple(dict.fromkeys(text for texts in warning_sets for text in texts))
@@ -115,7 +98,7 @@ class HydrodynamicGroup:
         """Group with states instead of a convolution, whose memory cannot be linearised."""
         bodies = tuple(with_states(body, tolerance) for body in self.bodies)
         chosen = radiation_of(bodies[0])
-        if not isinstance(chosen, StateSpaceRadiation):
+        if not isinstance(chosen, scenes.StateSpaceRadiation):
             return self
         if chosen == self.radiation and not self.convolved:
             return self
@@ -170,21 +153,21 @@ class HydrodynamicGroup:
     @property
     def has_given_coefficients(self) -> bool:
         """Whether the coefficients are numbers of the case, not of a database."""
-        return self.read.source == SOURCE
+        return self.read.source == databases.SOURCE
 
     def _radiation_text(self) -> str:
         if self.has_given_coefficients:
             return "constant added mass and damping, as given"
         match self.radiation:
-            case ConstantRadiation(period=period):
+            case scenes.ConstantRadiation(period=period):
                 return f"constant added mass and damping at {period:g} s"
             case None:
                 return "none"
         model_text = (
             "; ".join([*self._states(), *self._convolutions()]) or "no motion radiates waves"
         )
-        chosen = isinstance(self.radiation, AutomaticRadiation)
-        return f"{RadiationModel.AUTOMATIC}: {model_text}" if chosen else model_text
+        chosen = isinstance(self.radiation, scenes.AutomaticRadiation)
+        return f"{scenes.RadiationModel.AUTOMATIC}: {model_text}" if chosen else model_text
 
     def _states(self) -> Iterator[str]:
         for fit in self.fits:
@@ -201,7 +184,7 @@ class HydrodynamicGroup:
 
 
 def wet_groups(
-    scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
+    scene: scenes.Scene, seas: Sequence[WaveComponents], before: MemoryBefore
 ) -> list[HydrodynamicGroup]:
     """Hydrodynamics of all wet bodies without families of databases. A database of several bodies
     occurs once for all of them.
@@ -209,11 +192,14 @@ def wet_groups(
     Raises InputError if a database cannot be read or does not fit the scene, or if data that the
     scene uses in the ``seas`` cannot be right. ``before`` is the memory of the run to start from.
     """
-    return [group_of(group, scene, seas, before) for group in database_groups(scene)]
+    return [group_of(group, scene, seas, before) for group in databases.database_groups(scene)]
 
 
 def group_of(
-    group: DatabaseGroup, scene: Scene, seas: Sequence[WaveComponents], before: MemoryBefore
+    group: databases.DatabaseGroup,
+    scene: scenes.Scene,
+    seas: Sequence[WaveComponents],
+    before: MemoryBefore,
 ) -> HydrodynamicGroup:
     """Hydrodynamics of the bodies of one database."""
     read = group.database
@@ -223,13 +209,17 @@ def group_of(
     chosen = radiation_of(bodies[0])
     if isinstance(chosen, Memory):
         _check_table(read, bodies[0], chosen)
-    whole = suitable_database(
+    whole = databases.suitable_database(
         read, bodies, moving(bodies), scene.environment, seas
     )  # before it is fitted
     centres = [body.centre_of_gravity for body in bodies]
     db = database.all_headings(database.move_reference(whole, centres))
     db = with_hulls(db, bodies, scene.environment)
-    memory = constant_retardation(db) if read.source == SOURCE else _choose_retardation(db, chosen)
+    memory = (
+        databases.constant_retardation(db)
+        if read.source == databases.SOURCE
+        else _choose_retardation(db, chosen)
+    )
     wet = HydrodynamicGroup(
         bodies,
         np.concatenate([np.arange(6 * i, 6 * i + 6) for i in group.places]),
@@ -244,8 +234,8 @@ def group_of(
     return _add_memory(wet, before)
 
 
-def _choose_retardation(db: HydroDatabase, chosen: Radiation | None) -> Retardation:
-    table = chosen if isinstance(chosen, Memory) else ConvolutionRadiation()
+def _choose_retardation(db: HydroDatabase, chosen: scenes.Radiation | None) -> Retardation:
+    table = chosen if isinstance(chosen, Memory) else scenes.ConvolutionRadiation()
     return radiation.retardation(
         db.frequency,
         db.added_mass,
@@ -259,17 +249,17 @@ def _choose_retardation(db: HydroDatabase, chosen: Radiation | None) -> Retardat
 def _add_memory(wet: HydrodynamicGroup, before: MemoryBefore) -> HydrodynamicGroup:
     """Group with the data of its radiation model."""
     match wet.radiation:
-        case ConstantRadiation(period=period):
+        case scenes.ConstantRadiation(period=period):
             if wet.has_given_coefficients:
                 return replace(wet, damping=wet.database.radiation_damping[0])
             added_mass, damping = _coefficients_at_period(wet.database, wet.bodies[0], period)
             return replace(wet, added_mass=added_mass, damping=damping)
-        case StateSpaceRadiation(tolerance=tolerance):
+        case scenes.StateSpaceRadiation(tolerance=tolerance):
             return _choose_fits(wet, _fit_states(wet, tolerance), before, radiation.is_tolerable)
-        case ConvolutionRadiation():
+        case scenes.ConvolutionRadiation():
             memory = radiation.groups_free_to_reduce(wet.memory, wet.free_dofs)
             return replace(wet, convolved=tuple(map(Convolved, memory)))
-        case AutomaticRadiation(tolerance=tolerance):
+        case scenes.AutomaticRadiation(tolerance=tolerance):
             return _choose_fits(
                 wet, _fit_states(wet, tolerance), before, radiation.is_within_tolerance
             )
@@ -315,7 +305,7 @@ def _choose_fits(
     return replace(wet, fits=tuple(states), convolved=tuple(convolved))
 
 
-def moving(bodies: Sequence[Body]) -> np.ndarray:
+def moving(bodies: Sequence[scenes.Body]) -> np.ndarray:
     """DOFs of ``bodies``, six each along their headings, that can move. Surge and sway are locked
     along the earth's axes, so if either is free, both move on a rotated body."""
     return np.array(
@@ -323,31 +313,31 @@ def moving(bodies: Sequence[Body]) -> np.ndarray:
     )
 
 
-def _moving_dofs(body: Body) -> list[int]:
+def _moving_dofs(body: scenes.Body) -> list[int]:
     free = {DOFS.index(dof) for dof in body.dofs}
     turned = 5 in free or abs(np.sin(body.heading + body.position[5])) > SAME_HEADING_TURNS
     return sorted(free | {0, 1} if turned and free & {0, 1} else free)
 
 
-def radiation_of(body: Body) -> Radiation | None:
+def radiation_of(body: scenes.Body) -> scenes.Radiation | None:
     """Radiation model of the body with its settings."""
-    if isinstance(body.radiation, RadiationModel):
-        return BY_NAME[body.radiation]
+    if isinstance(body.radiation, scenes.RadiationModel):
+        return scenes.BY_NAME[body.radiation]
     return body.radiation
 
 
-def with_states(body: Body, tolerance: float) -> Body:
+def with_states(body: scenes.Body, tolerance: float) -> scenes.Body:
     """Body with states instead of a possible convolution, whose memory cannot be linearised."""
     chosen = radiation_of(body)
-    if not isinstance(chosen, ConvolutionRadiation | AutomaticRadiation):
+    if not isinstance(chosen, scenes.ConvolutionRadiation | scenes.AutomaticRadiation):
         return body
-    states = StateSpaceRadiation(tolerance=tolerance, length=chosen.length, step=chosen.step)
+    states = scenes.StateSpaceRadiation(tolerance=tolerance, length=chosen.length, step=chosen.step)
     return replace(body, radiation=states)
 
 
 def scene_with_states(
-    scene: Scene, groups: Sequence[HydrodynamicGroup], tolerance: float
-) -> tuple[Scene, list[HydrodynamicGroup]]:
+    scene: scenes.Scene, groups: Sequence[HydrodynamicGroup], tolerance: float
+) -> tuple[scenes.Scene, list[HydrodynamicGroup]]:
     """Scene and its hydrodynamics with states in place of all convolutions. Fits are within the
     ``tolerance``, or as close as passive fits come."""
     bodies = tuple(with_states(body, tolerance) for body in scene.bodies)
@@ -355,7 +345,7 @@ def scene_with_states(
 
 
 def _coefficients_at_period(
-    db: HydroDatabase, body: Body, period: float
+    db: HydroDatabase, body: scenes.Body, period: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """A and B (n, n), interpolated linearly between the frequencies of the database, and
     reciprocal."""
@@ -375,7 +365,7 @@ def _coefficients_at_period(
     return 0.5 * (A + A.T), 0.5 * (B + B.T)
 
 
-def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
+def _check_members(db: HydroDatabase, bodies: Sequence[scenes.Body]) -> None:
     """Refuse a group that does not have all bodies of the database, or that mixes radiation
     models."""
     first = bodies[0]
@@ -397,7 +387,7 @@ def _check_members(db: HydroDatabase, bodies: Sequence[Body]) -> None:
         )
 
 
-def _check_content(db: HydroDatabase, bodies: Sequence[Body]) -> None:
+def _check_content(db: HydroDatabase, bodies: Sequence[scenes.Body]) -> None:
     """Refuse a database whose checksum differs from the one in the case."""
     for body in bodies:
         if body.database_checksum not in (None, db.checksum):
@@ -408,7 +398,7 @@ def _check_content(db: HydroDatabase, bodies: Sequence[Body]) -> None:
             )
 
 
-def _check_table(db: HydroDatabase, body: Body, table: Memory) -> None:
+def _check_table(db: HydroDatabase, body: scenes.Body, table: Memory) -> None:
     """Refuse a table of retardation functions with a step too long for the shortest periods."""
     longest = np.pi / float(db.frequency[-1])
     if table.step > longest:
@@ -431,7 +421,7 @@ def each_alone(groups: Sequence[HydrodynamicGroup]) -> dict[str, HydroDatabase]:
 
 
 def uncoupled_resonance(
-    body: Body, stiffness: np.ndarray, db: HydroDatabase | None
+    body: scenes.Body, stiffness: np.ndarray, db: HydroDatabase | None
 ) -> UncoupledResonance:
     """Resonance of each DOF of a body by itself, along its axes at rest, with ``stiffness`` (6,)
     besides hydrostatics. ``db`` is the body's own part of its database, None if it is dry."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim import scene as scenes
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.database.hull import Hydrostatics, Triangles, areas, immersed_triangles, integrals
 from hydrosim.dofs import SYMMETRY_RTOL
@@ -16,19 +17,6 @@ from hydrosim.elements.hydrostatics import MeshHulls, add_displacement_energy
 from hydrosim.elements.kind import HYDROSTATIC
 from hydrosim.multibody.kinematics import Bodies, Motion, new_motion
 from hydrosim.multibody.solids import MOMENTS, Solids
-from hydrosim.scene import (
-    Body,
-    Box,
-    Environment,
-    FreeSurface,
-    Hull,
-    Kinematics,
-    Scene,
-    Tank,
-    TankMesh,
-    TankTable,
-    Weight,
-)
 from hydrosim.tanks.contents import changing_tanks
 from hydrosim.tanks.shapes import capacity, pieces, triangles, volume_at
 from hydrosim.tanks.surface import LIQUID, PIECE_DTYPE, Liquids
@@ -101,7 +89,7 @@ COMPARED_ATTITUDES = 20  # attitudes at which a hull is compared with its mirror
 ROLL_INDEX = 3  # index among a body's six coordinates
 
 
-def hulls_of(scene: Scene, bodies: Bodies) -> MeshHulls:
+def hulls_of(scene: scenes.Scene, bodies: Bodies) -> MeshHulls:
     """Constants of the hulls of all bodies that have one."""
     chosen = [(b, body, body.hydrostatics) for b, body in enumerate(scene.bodies)]
     meshes = [(b, body, hull) for b, body, hull in chosen if hull is not None]
@@ -117,7 +105,9 @@ def hulls_of(scene: Scene, bodies: Bodies) -> MeshHulls:
     )
 
 
-def at_rest(body: Body, hull: Hull, water: Environment) -> tuple[Hydrostatics, np.ndarray]:
+def at_rest(
+    body: scenes.Body, hull: scenes.Hull, water: scenes.Environment
+) -> tuple[Hydrostatics, np.ndarray]:
     """Hydrostatics of a hull at rest, and its stiffness (6, 6) about the centre of gravity."""
     hull_integrals, (x, y, z) = integrals(immersed_triangles(hull.corners)), body.centre_of_gravity
     below = np.array([x, y, hull_integrals.centre_of_buoyancy[2]])
@@ -125,7 +115,9 @@ def at_rest(body: Body, hull: Hull, water: Environment) -> tuple[Hydrostatics, n
     return hull_integrals, about.stiffness(z, water.water_density, water.gravity)
 
 
-def with_hulls(db: HydroDatabase, bodies: Sequence[Body], water: Environment) -> HydroDatabase:
+def with_hulls(
+    db: HydroDatabase, bodies: Sequence[scenes.Body], water: scenes.Environment
+) -> HydroDatabase:
     """Database of these bodies, with the hydrostatics of those that have a hull."""
     if all(body.hydrostatics is None for body in bodies):
         return db
@@ -176,10 +168,10 @@ def _hydrostatic_energy(
     return float(stored[HYDROSTATIC])
 
 
-def _weight_stiffness(body: Body, hull: Hull) -> np.ndarray:
+def _weight_stiffness(body: scenes.Body, hull: scenes.Hull) -> np.ndarray:
     """V_0 and V_0 p of a body whose weight is balanced at rest; zero for a body that carries its
     weight."""
-    if body.weight == Weight.CARRIED:
+    if body.weight == scenes.Weight.CARRIED:
         return np.zeros(4)
     hull_integrals = integrals(immersed_triangles(hull.corners))
     over = hull_integrals.centre_of_buoyancy - body.centre_of_gravity
@@ -196,20 +188,20 @@ class Cut(NamedTuple):
     """A ``tank`` of the body with index ``body``; the liquid surface cuts its ``shape``."""
 
     body: int
-    tank: Tank
-    shape: Box | TankMesh
+    tank: scenes.Tank
+    shape: scenes.Box | scenes.TankMesh
 
 
-def cut_shape(tank: Tank, scene: Scene) -> Box | TankMesh | None:
+def cut_shape(tank: scenes.Tank, scene: scenes.Scene) -> scenes.Box | scenes.TankMesh | None:
     """Shape of a tank whose surface is found as a plane that cuts it. None if the shape is unknown,
     and in linear kinematics, where moments are linear in the angles."""
-    level = tank.surface == FreeSurface.QUASI_STATIC
-    if not level or scene.solver.kinematics == Kinematics.LINEAR:
+    level = tank.surface == scenes.FreeSurface.QUASI_STATIC
+    if not level or scene.solver.kinematics == scenes.Kinematics.LINEAR:
         return None
-    return None if isinstance(tank.shape, TankTable) else tank.shape
+    return None if isinstance(tank.shape, scenes.TankTable) else tank.shape
 
 
-def cut_tanks(scene: Scene) -> Iterator[Cut]:
+def cut_tanks(scene: scenes.Scene) -> Iterator[Cut]:
     """All tanks with a cut shape, in the order of `Liquids`."""
     for b, body in enumerate(scene.bodies):
         for tank in body.tanks:
@@ -218,7 +210,7 @@ def cut_tanks(scene: Scene) -> Iterator[Cut]:
                 yield Cut(b, tank, shape)
 
 
-def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
+def liquids_of(scene: scenes.Scene, bodies: Bodies) -> Liquids:
     """Constants of all tanks with a cut shape."""
     every = list(cut_tanks(scene))
     origins = [np.asarray(scene.bodies[cut.body].centre_of_gravity) for cut in every]
@@ -248,7 +240,7 @@ def liquids_of(scene: Scene, bodies: Bodies) -> Liquids:
     )
 
 
-def _places_of_volumes(scene: Scene) -> dict[tuple[int, str], int]:
+def _places_of_volumes(scene: scenes.Scene) -> dict[tuple[int, str], int]:
     """Tanks whose contents change, by body and name, in the order of `Tanks`."""
     every = [(b, tank.name) for b, body in enumerate(scene.bodies) for tank in changing_tanks(body)]
     return {name: k for k, name in enumerate(every)}

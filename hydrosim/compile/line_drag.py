@@ -16,14 +16,8 @@ from scipy import linalg
 from hydrosim.compile.restart import start_time
 from hydrosim.dofs import about_z
 from hydrosim.elements.kind import elements_of
+from hydrosim.elements.line import kind
 from hydrosim.elements.line.catenary import Catenary
-from hydrosim.elements.line.kind import (
-    CATENARY_KIND,
-    LinearisedDrag,
-    drag_points,
-    linearise_random,
-    linearise_regular,
-)
 from hydrosim.elements.line.points import LineShape, line_shapes
 from hydrosim.integrate.dynamics import Model, new_work
 from hydrosim.linear.linearise import linearise
@@ -75,10 +69,10 @@ def with_line_drag(
 ) -> DraggedLines:
     """Model with the linearised drag of its lines in the ``seas``, whose first-order loads act on
     the ``bodies`` at rest."""
-    p = CATENARY_KIND.constants_in(model)
+    p = kind.CATENARY_KIND.constants_in(model)
     if not p.lines["width"].any():
         return DraggedLines(model, tuple(_friction_notes(scene)))
-    names = CATENARY_KIND.unit_names(scene)
+    names = kind.CATENARY_KIND.unit_names(scene)
     before = _drag_before(scene)
     n = model.bodies.active.size
     motion = new_work(model).motion
@@ -100,7 +94,7 @@ def with_line_drag(
         line["drift"] = m
         if line["width"]:
             texts.append(f"{name}: {_drag_text(c, sigma, is_kept)}")
-    elements = model.elements._replace(**{CATENARY_KIND.field: p._replace(lines=lines)})
+    elements = model.elements._replace(**{kind.CATENARY_KIND.field: p._replace(lines=lines)})
     return DraggedLines(model._replace(elements=elements), (*texts, *_friction_notes(scene)))
 
 
@@ -141,8 +135,8 @@ def _fairlead_motion(now: LineShape, scene: Scene, model: Model, state: State) -
     line = now.constants
     ends = now.ends
     pull = now.pull
-    places = drag_points(now.line_pieces["length"], pull.touch)
-    widths = CATENARY_KIND.constants_in(model).widths[line["first"] : line["last"]]
+    places = kind.drag_points(now.line_pieces["length"], pull.touch)
+    widths = kind.CATENARY_KIND.constants_in(model).widths[line["first"] : line["last"]]
     half = 0.5 * scene.environment.water_density * widths[places.segment]
     along = np.array([pull.H * ends.e[0], pull.H * ends.e[1], -pull.V])
     along /= max(float(np.linalg.norm(along)), 1e-300)
@@ -161,7 +155,7 @@ def _fixed_point(
     seas: Sequence[WaveComponents],
     bodies: Sequence[WaveBody],
     fairleads: Sequence[Fairlead],
-) -> list[tuple[LinearisedDrag, float]]:
+) -> list[tuple[kind.LinearisedDrag, float]]:
     """Linearised drag of each line, and the standard deviation of its velocity [m/s]."""
     n = model.bodies.active.size
     still = np.zeros((n, n))
@@ -171,7 +165,7 @@ def _fixed_point(
     regular = sum(sea.omega.size for sea in waves) == 1
     omega, loads = _wave_loads(model, state, waves, bodies)
     D = _dynamic_stiffness(model, state, omega)
-    linearised: list[tuple[LinearisedDrag, float]] = []
+    linearised: list[tuple[kind.LinearisedDrag, float]] = []
     c = np.zeros(len(fairleads))
     for _ in range(ROUNDS):
         B = sum(ci * at.across.T @ at.across for ci, at in zip(c, fairleads, strict=True))
@@ -186,17 +180,19 @@ def _fixed_point(
     return linearised
 
 
-def _linearise_drag(at: Fairlead, S: np.ndarray, regular: bool) -> tuple[LinearisedDrag, float]:
+def _linearise_drag(
+    at: Fairlead, S: np.ndarray, regular: bool
+) -> tuple[kind.LinearisedDrag, float]:
     """Drag for velocities of the coordinates with a covariance ``S`` (n, n)."""
     covariance = at.across @ S @ at.across.T
     sigma = float(np.sqrt(max(np.trace(covariance), 0.0)))
     if regular:
-        linearised = [linearise_regular(x * np.sqrt(2.0) * sigma, at.current) for x in at.phi]
+        linearised = [kind.linearise_regular(x * np.sqrt(2.0) * sigma, at.current) for x in at.phi]
     else:
-        linearised = [linearise_random(x * x * covariance, at.current) for x in at.phi]
+        linearised = [kind.linearise_random(x * x * covariance, at.current) for x in at.phi]
     damping = sum(k * x**2 * f.damping for k, x, f in zip(at.drag, at.phi, linearised, strict=True))
     drift = sum(k * x * f.drift for k, x, f in zip(at.drag, at.phi, linearised, strict=True))
-    return LinearisedDrag(float(damping), float(drift)), sigma
+    return kind.LinearisedDrag(float(damping), float(drift)), sigma
 
 
 def _wave_loads(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hydrosim import scene as scenes
 from hydrosim.compile.closed_joints import bodies_move_freely, describe_dropped
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_database
 from hydrosim.compile.questions.waters import OUTSIDE_REFUSED, outside_range_text
@@ -20,25 +21,6 @@ from hydrosim.files.document_layout import text_of
 from hydrosim.files.document_nodes import Value
 from hydrosim.integrate.names import dofs_of
 from hydrosim.multibody.kinematics import moving_dofs
-from hydrosim.scene import (
-    Body,
-    DirectionalTable,
-    GivenComponents,
-    Gusts,
-    Jonswap,
-    OchiHubble,
-    Place,
-    RecordedElevation,
-    RegularWave,
-    Scene,
-    SecondOrder,
-    SpectrumTable,
-    StateSpaceRadiation,
-    Tma,
-    Torsethaugen,
-    WaveTrain,
-    WhiteNoise,
-)
 from hydrosim.scene.loads import CurrentLoad, StreamLoad, WindLoad
 from hydrosim.scene.scene import arrangement
 from hydrosim.scene.signal import Recorded
@@ -81,16 +63,16 @@ class Meeting(NamedTuple):
     first-order forces and moments that interpolation between the headings of the ``database``
     loses, if known. ``second_at_rest`` is true if second-order loads stay those at rest."""
 
-    body: Body
+    body: scenes.Body
     database: HydroDatabase
-    position: Place
-    headings: Place
+    position: scenes.Place
+    headings: scenes.Place
     lost: tuple[float, float] | None
     second_at_rest: bool
 
 
 def meetings(
-    scene: Scene, derived: DerivedData, seas: Sequence[WaveComponents]
+    scene: scenes.Scene, derived: DerivedData, seas: Sequence[WaveComponents]
 ) -> Iterator[Meeting]:
     """Meeting of each body that waves load."""
     alone = derived.databases
@@ -98,7 +80,7 @@ def meetings(
         if body.name in alone and body.wave_forces.has_loads:
             db = alone[body.name]
             chosen = derived.met[body.name]
-            between = chosen.headings != Place.MEAN or _is_between_headings(body, seas, db)
+            between = chosen.headings != scenes.Place.MEAN or _is_between_headings(body, seas, db)
             between = between and body.wave_forces.first_order
             lost = lost_between_headings(db, seas) if between else None
             fixed = uses_second_order_at_rest(chosen, db)
@@ -108,11 +90,11 @@ def meetings(
 def said_of_waves(meeting: Meeting) -> Iterator[str]:
     """Text on the position where waves act on the body, and on the method; empty at rest."""
     body = meeting.body
-    if {meeting.position, meeting.headings} != {Place.MEAN}:
+    if {meeting.position, meeting.headings} != {scenes.Place.MEAN}:
         position = meeting.position.describe("position")
         heading = meeting.headings.describe("heading")
         text = f"waves act on {body.name} at its {position} and its {heading}"
-        if meeting.second_at_rest and meeting.headings != Place.MEAN:
+        if meeting.second_at_rest and meeting.headings != scenes.Place.MEAN:
             text += (
                 "; second-order loads are those at rest, because its QTFs do not cover all headings"
             )
@@ -135,7 +117,7 @@ def coarse_headings(meeting: Meeting) -> Iterator[str]:
         )
 
 
-def said_of_current(scene: Scene, model: Model) -> Iterator[str]:
+def said_of_current(scene: scenes.Scene, model: Model) -> Iterator[str]:
     """Note on the effect of the current on the added-mass loads of the bodies."""
     for b in model.headings.turning if scene.environment.current.speed else ():
         A = model.added_mass[6 * b : 6 * b + 2, 6 * b : 6 * b + 2]
@@ -155,7 +137,9 @@ def _frequency_spacing(db: HydroDatabase) -> float:
     return 360.0 / db.heading.size
 
 
-def _is_between_headings(body: Body, seas: Sequence[WaveComponents], db: HydroDatabase) -> bool:
+def _is_between_headings(
+    body: scenes.Body, seas: Sequence[WaveComponents], db: HydroDatabase
+) -> bool:
     """Whether waves meet the body at rest between the headings of its database."""
     energy = np.concatenate([waves.amplitude**2 for waves in seas])
     to = np.concatenate([waves.heading for waves in seas]) - body.heading
@@ -165,7 +149,7 @@ def _is_between_headings(body: Body, seas: Sequence[WaveComponents], db: HydroDa
     return bool(energy[off > AT_NODE].sum() > MAX_ENERGY_BETWEEN_HEADINGS * energy.sum())
 
 
-def _munk_note(scene: Scene, body: Body, A: np.ndarray, speed: float) -> str:
+def _munk_note(scene: scenes.Scene, body: scenes.Body, A: np.ndarray, speed: float) -> str:
     """Note on the Munk moment, which measured coefficients often contain as well, for the ``speed``
     of the current on the body."""
     largest = 0.5 * abs(A[1, 1] - A[0, 0]) * speed**2
@@ -191,7 +175,7 @@ GUSTS = {3.0: "3 s", 60.0: "1 min"}
 """Averaging times [s] of gusts that are told."""
 
 
-def said_of_streams(scene: Scene, model: Model) -> Iterator[str]:
+def said_of_streams(scene: scenes.Scene, model: Model) -> Iterator[str]:
     """Notes on gusts and profiles: what is left out, and which speed each load and hull has."""
     water = scene.environment
     wind = mean_wind(water)
@@ -221,7 +205,7 @@ def _speed(velocity: np.ndarray) -> float:
     return float(np.hypot(*velocity))
 
 
-def _said_of_gusts(gusts: Gusts, wind: MeanWind) -> Iterator[str]:
+def _said_of_gusts(gusts: scenes.Gusts, wind: MeanWind) -> Iterator[str]:
     lowest, highest = gust_band(gusts)
     below, within, above = variance(gusts.spectrum, REFERENCE_HEIGHT, wind, lowest, highest)
     total = below + within + above
@@ -251,21 +235,21 @@ OUTSIDE_WARNED = 1e-3
 MIN_SPREADING_RAD = 1e-6
 """Spreading below which crests are long: what rounding leaves of it."""
 SPECTRUM_NAMES = {
-    Jonswap: "JONSWAP",
-    Tma: "TMA",
-    Torsethaugen: "Torsethaugen",
-    OchiHubble: "Ochi-Hubble",
-    WhiteNoise: "white noise",
-    SpectrumTable: "table",
-    DirectionalTable: "table over directions",
-    RegularWave: "regular wave",
-    GivenComponents: "components",
-    RecordedElevation: "recorded elevation",
+    scenes.Jonswap: "JONSWAP",
+    scenes.Tma: "TMA",
+    scenes.Torsethaugen: "Torsethaugen",
+    scenes.OchiHubble: "Ochi-Hubble",
+    scenes.WhiteNoise: "white noise",
+    scenes.SpectrumTable: "table",
+    scenes.DirectionalTable: "table over directions",
+    scenes.RegularWave: "regular wave",
+    scenes.GivenComponents: "components",
+    scenes.RecordedElevation: "recorded elevation",
 }
 
 
 def notes_of_sea(
-    scene: Scene,
+    scene: scenes.Scene,
     wet: Sequence[HydrodynamicGroup],
     derived: DerivedData,
     state: State,
@@ -322,7 +306,7 @@ def _fit_warnings(groups: Sequence[HydrodynamicGroup]) -> Iterator[str]:
 def _fallback_warnings(groups: Sequence[HydrodynamicGroup]) -> Iterator[str]:
     """Warnings about memory that was to be in states, and is convolved because no fit is good."""
     for wet in each_database(groups):
-        if not isinstance(wet.radiation, StateSpaceRadiation):
+        if not isinstance(wet.radiation, scenes.StateSpaceRadiation):
             continue
         for dofs, reason in wet.convolved:
             yield (
@@ -333,7 +317,7 @@ def _fallback_warnings(groups: Sequence[HydrodynamicGroup]) -> Iterator[str]:
             )
 
 
-def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
+def range_warnings(seas: Seas, body: scenes.Body, db: HydroDatabase) -> Iterator[str]:
     """Warnings about waves outside a database's frequencies whose first-order loads would matter.
     `questions.waters` asks about larger parts."""
     if seas and body.wave_forces.first_order:
@@ -345,9 +329,11 @@ def range_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
             )
 
 
-def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str]:
+def _heading_warnings(seas: Seas, body: scenes.Body, db: HydroDatabase) -> Iterator[str]:
     """Warnings about QTFs without pairs of different headings."""
-    second = body.wave_forces.second_order == SecondOrder.QTF or body.wave_forces.sum_frequency
+    second = (
+        body.wave_forces.second_order == scenes.SecondOrder.QTF or body.wave_forces.sum_frequency
+    )
     for waves in seas if second else ():
         if has_separate_headings(db, waves):
             yield (
@@ -356,7 +342,7 @@ def _heading_warnings(seas: Seas, body: Body, db: HydroDatabase) -> Iterator[str
             )
 
 
-def _describe_trains(scene: Scene, wet: Mapping[str, HydroDatabase]) -> Iterator[str]:
+def _describe_trains(scene: scenes.Scene, wet: Mapping[str, HydroDatabase]) -> Iterator[str]:
     """Height, period and directions of each wave train, and the largest share of its energy for
     which a database has no loads."""
     water = scene.environment
@@ -375,7 +361,7 @@ def _describe_trains(scene: Scene, wet: Mapping[str, HydroDatabase]) -> Iterator
         yield text
 
 
-def _figures_of_train(train: WaveTrain, state: SeaState, units: Units) -> Iterator[str]:
+def _figures_of_train(train: scenes.WaveTrain, state: SeaState, units: Units) -> Iterator[str]:
     """Name, height, period, heading and spreading of a wave train, in this order."""
 
     def label_value(label: str, value: float, unit: str, digits: int = 3) -> str:
@@ -383,14 +369,14 @@ def _figures_of_train(train: WaveTrain, state: SeaState, units: Units) -> Iterat
 
     spectrum = train.spectrum
     yield SPECTRUM_NAMES[type(spectrum)]
-    if isinstance(spectrum, RegularWave):
+    if isinstance(spectrum, scenes.RegularWave):
         yield label_value("amplitude", spectrum.amplitude, "m")
         yield label_value("period", spectrum.period, "s")
     else:
         yield label_value("Hs", state.significant_height, "m")
-    if isinstance(spectrum, WhiteNoise):
+    if isinstance(spectrum, scenes.WhiteNoise):
         yield f"{spectrum.lowest_frequency:.3g} to {spectrum.highest_frequency:.3g} rad/s"
-    elif not isinstance(spectrum, RegularWave) and isfinite(state.peak_period):
+    elif not isinstance(spectrum, scenes.RegularWave) and isfinite(state.peak_period):
         yield label_value("Tp", state.peak_period, "s")
     if isfinite(state.heading):
         yield label_value("goes to", state.heading, "rad")
@@ -402,11 +388,11 @@ def _figures_of_train(train: WaveTrain, state: SeaState, units: Units) -> Iterat
         yield "long-crested"
 
 
-def _record_notes(scene: Scene) -> Iterator[str]:
+def _record_notes(scene: scenes.Scene) -> Iterator[str]:
     """Notes on left-out parts of recorded elevations, and on the accuracy of splines through
     recorded forces."""
     for train in scene.environment.waves:
-        if isinstance(record := train.spectrum, RecordedElevation):
+        if isinstance(record := train.spectrum, scenes.RecordedElevation):
             energy = np.sum(components(train, scene.environment).amplitude ** 2) / 2.0
             left = max(1.0 - energy / (float(record.elevation.var()) or 1.0), 0.0)
             yield (
@@ -424,7 +410,7 @@ def _record_notes(scene: Scene) -> Iterator[str]:
             )
 
 
-def _jump_notes(scene: Scene) -> Iterator[str]:
+def _jump_notes(scene: scenes.Scene) -> Iterator[str]:
     """Notes on forces that jump at corners of tables."""
     for name, element in scene.forces.items():
         for key, jump in element.jumps():
@@ -437,7 +423,7 @@ def _jump_notes(scene: Scene) -> Iterator[str]:
 
 
 def _skipped_loads(
-    scene: Scene,
+    scene: scenes.Scene,
     model: Model,
     wet: Mapping[str, HydroDatabase],
     seas: Seas,

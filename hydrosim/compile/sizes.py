@@ -13,22 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
+from hydrosim import scene as scenes
 from hydrosim.dofs import about_z
 from hydrosim.errors import InputError
 from hydrosim.integrate.names import coordinate_names
 from hydrosim.linear.linearise import Linear, linearise
 from hydrosim.linear.modes import Admittance, Change, find_admittances, interpolate_frequencies
 from hydrosim.multibody.kinematics import moving_dofs, slopes_at_rest
-from hydrosim.scene import (
-    AutomaticRadiation,
-    Body,
-    Coefficients,
-    ConstantRadiation,
-    ConvolutionRadiation,
-    Density,
-    Scene,
-    StateSpaceRadiation,
-)
 from hydrosim.scene.hydrodynamics import LENGTH
 from hydrosim.water.radiation.convolution import convolution_model
 from hydrosim.water.radiation.retardation import FINER, LONGER, Spectra, resolved_length, spectra
@@ -55,18 +46,18 @@ class RamUse(NamedTuple):
     remedy: str
 
 
-def memory_needed(scene: Scene) -> float:
+def memory_needed(scene: scenes.Scene) -> float:
     """Memory [bytes] that a run needs, within a factor of about two."""
     return sum(part.memory for part in _ram_uses(scene))
 
 
-def result_size(scene: Scene) -> float:
+def result_size(scene: scenes.Scene) -> float:
     """Approximate size [bytes] of the result of a run."""
     states = _estimated_states(scene) if scene.output_states else 0.0
     return NUMBER * _record_count(scene) * (_numbers_per_record(scene) + states)
 
 
-def check_sizes(scene: Scene) -> None:
+def check_sizes(scene: scenes.Scene) -> None:
     """Raises InputError if a scene does not fit into the memory, or would take months."""
     steps = scene.duration / scene.solver.step
     if not scene.solver.method.adapts and steps > MOST_STEPS:
@@ -108,7 +99,7 @@ def size_text(size: float) -> str:
     return f"{size / 1000.0:.3g} TB"
 
 
-def _ram_uses(scene: Scene) -> Iterator[RamUse]:
+def _ram_uses(scene: scenes.Scene) -> Iterator[RamUse]:
     motions = 6 * len(scene.bodies)
     # records are copied once for the dataset
     recorded = (
@@ -125,11 +116,11 @@ def _ram_uses(scene: Scene) -> Iterator[RamUse]:
     yield RamUse("bodies.radiation", tables, "Choose a larger step or a shorter length")
 
 
-def _record_count(scene: Scene) -> float:
+def _record_count(scene: scenes.Scene) -> float:
     return scene.duration / scene.output_step + 1.0
 
 
-def _numbers_per_record(scene: Scene) -> float:
+def _numbers_per_record(scene: scenes.Scene) -> float:
     """Numbers in a stored record."""
     motions = 6 * len(scene.bodies)
     forces = 4 + len(scene.forces)
@@ -138,39 +129,39 @@ def _numbers_per_record(scene: Scene) -> float:
     return 6.0 + rates * motions + forces * (2.0 + motions) + 20.0 * points + len(scene.wave_probes)
 
 
-def _estimated_states(scene: Scene) -> float:
+def _estimated_states(scene: scenes.Scene) -> float:
     """Estimated number of states of a scene, with a usual number of radiation states."""
     return sum(12.0 + (60.0 if body.hydrodynamics is not None else 0.0) for body in scene.bodies)
 
 
-def _row_count(body: Body) -> float:
+def _row_count(body: scenes.Body) -> float:
     table = body.radiation
     if body.hydrodynamics is None or not isinstance(
-        table, AutomaticRadiation | StateSpaceRadiation | ConvolutionRadiation
+        table, scenes.AutomaticRadiation | scenes.StateSpaceRadiation | scenes.ConvolutionRadiation
     ):
         return 0.0
     length = LENGTH if table.length is None else table.length
     return length / table.step
 
 
-def _rows_of_pairs(scene: Scene) -> float:
+def _rows_of_pairs(scene: scenes.Scene) -> float:
     """Rows of the tables of all pairs of bodies of one database; others do not feel each other."""
     wet = [body for body in scene.bodies if _row_count(body) > 0.0]
     pairs = Counter(_database_key(body) for body in wet)
     return sum(_row_count(body) * pairs[_database_key(body)] for body in wet)
 
 
-def _database_key(body: Body) -> tuple[object, ...]:
+def _database_key(body: scenes.Body) -> tuple[object, ...]:
     """What bodies of one database have in common; a body of its own coefficients is alone."""
-    if isinstance(body.hydrodynamics, Coefficients):
+    if isinstance(body.hydrodynamics, scenes.Coefficients):
         return (body.name,)
     return (body.hydrodynamics, *body.location, body.heading)
 
 
-def _wave_counts(scene: Scene) -> Iterator[float]:
+def _wave_counts(scene: scenes.Scene) -> Iterator[float]:
     """Number of waves in each random sea, and of components of gusts."""
     for train in scene.environment.waves:
-        if isinstance(train.spectrum, Density):
+        if isinstance(train.spectrum, scenes.Density):
             yield cut_off(train.spectrum) * train.repeat_period / (2.0 * pi)
     if (gusts := scene.environment.gusts) is not None:
         yield gusts.highest * gusts.repeat_period / (2.0 * pi)
@@ -256,7 +247,7 @@ class MemoryErrors:
 
 @one_thread
 def memory_errors(
-    scene: Scene, wet: Sequence[HydrodynamicGroup], model: Model, state: State, time: float
+    scene: scenes.Scene, wet: Sequence[HydrodynamicGroup], model: Model, state: State, time: float
 ) -> tuple[MemoryErrors, ...]:
     """Errors of all databases with a memory, with all other forces linearised about ``state``."""
     moving = moving_dofs(model.bodies)
@@ -302,7 +293,7 @@ def _linearise_without_memory(model: Model, state: State, time: float) -> Linear
 
 
 def _has_memory(group: HydrodynamicGroup) -> bool:
-    return group.radiation is not None and not isinstance(group.radiation, ConstantRadiation)
+    return group.radiation is not None and not isinstance(group.radiation, scenes.ConstantRadiation)
 
 
 def _spectra(group: HydrodynamicGroup, duration: float) -> Spectra:

@@ -33,6 +33,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy import linalg
 
+from hydrosim import scene as scenes
 from hydrosim.compile.hydrodynamic_groups import HydrodynamicGroup, each_alone, each_database
 from hydrosim.compile.hydrostatics import asymmetric_hulls
 from hydrosim.compile.start import first_state
@@ -40,17 +41,6 @@ from hydrosim.dofs import DOFS, LATERAL, MIRROR_SIGN, SYMMETRY_RTOL
 from hydrosim.elements import is_mirrored
 from hydrosim.integrate.names import Coordinate, coordinates
 from hydrosim.linear.linearise import STEP, differentiate, find_components
-from hydrosim.scene import (
-    Active,
-    Body,
-    ForceElement,
-    Joint,
-    Scene,
-    SecondOrder,
-    Symmetry,
-    WaveForces,
-    Window,
-)
 from hydrosim.scene.joint import JointMotion, JointType, MotionKind
 from hydrosim.scene.scene import tree_joints
 from hydrosim.tanks.mirror import without_image as without_image_in
@@ -81,7 +71,7 @@ def couples(matrices: np.ndarray, lateral: np.ndarray) -> bool:
     return bool(np.any(coupled & (lateral[:, None] != lateral)))
 
 
-def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
+def without_image(elements: Mapping[str, scenes.ForceElement], y: float) -> Iterator[str]:
     """Messages on force elements that are not symmetric about the plane at ``y`` [m]."""
     for name, element in elements.items():
         if any(couples(matrix, MIRROR_SIGN < 0.0) for matrix in element.couplings()):
@@ -93,7 +83,7 @@ def without_image(elements: Mapping[str, ForceElement], y: float) -> Iterator[st
     )
 
 
-def joints_without_image(joints: Mapping[str, Joint], y: float) -> Iterator[str]:
+def joints_without_image(joints: Mapping[str, scenes.Joint], y: float) -> Iterator[str]:
     """Messages on joints that are not symmetric about the plane through their bodies, at ``y``
     [m]."""
     shapes = {name: _shape(joint, y) for name, joint in joints.items()}
@@ -125,14 +115,14 @@ class _Shape:
 class _Times(NamedTuple):
     """When a joint holds, and its teeth."""
 
-    active: Active | None
-    window: Window | None
+    active: scenes.Active | None
+    window: scenes.Window | None
     pitch: float
     breaks_at: float | None
     length: float | None
 
 
-def _shape(joint: Joint, y: float) -> _Shape:
+def _shape(joint: scenes.Joint, y: float) -> _Shape:
     axes = joint.axes()
     lines = [np.outer(axes[k], axes[k]) for k in range(AXES.get(joint.type, 1))]
     pawl = joint.ratchet
@@ -148,7 +138,7 @@ def _shape(joint: Joint, y: float) -> _Shape:
     )
 
 
-def _arrow(joint: Joint, y: float) -> np.ndarray:
+def _arrow(joint: scenes.Joint, y: float) -> np.ndarray:
     """Direction of a ratchet, or the other end of a rod from the plane."""
     if joint.ratchet is not None:
         return joint.axes()[0]
@@ -156,7 +146,7 @@ def _arrow(joint: Joint, y: float) -> np.ndarray:
     return end if joint.to is not None or joint.to_point is None else end - (0.0, y, 0.0)
 
 
-def _unpaired_elements(elements: Mapping[str, ForceElement], y: float) -> Iterator[str]:
+def _unpaired_elements(elements: Mapping[str, scenes.ForceElement], y: float) -> Iterator[str]:
     """Names of the elements with parts that have no image. One part has at most one image."""
     parts = [
         (name, part) for name, element in elements.items() for part in element.mirrored_parts(y)
@@ -201,7 +191,7 @@ GROWTH = 1e-4  # 1/s: slower growth is rounding, not instability
 ASIDE = MIRROR_SIGN < 0.0  # which of the six coordinates lead out of the plane
 
 
-def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[Scene | None, Notes]:
+def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[scenes.Scene | None, Notes]:
     """Scene without sway, roll and yaw if it is symmetric, also in the ``sea`` drawn from its
     waves, else None. The notes give the reason."""
     scene = calm.scene
@@ -209,7 +199,7 @@ def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[Scene | Non
     zero = tuple(coordinate.name for coordinate in free if _leads_aside([coordinate]))
     if not 0 < len(zero) < len(free):
         return None, calm.notes
-    ignored = scene.solver.symmetry == Symmetry.IGNORE
+    ignored = scene.solver.symmetry == scenes.Symmetry.IGNORE
     reasons = ["as solver.symmetry asks"] if ignored else list(_asymmetries(calm, sea))
     moving = calm.derived.layout.moving()
     aside = {entry.name: _leads_aside(entry.coordinates) for entry in moving}
@@ -223,7 +213,7 @@ def in_plane(calm: Compiled, sea: Sequence[WaveComponents]) -> tuple[Scene | Non
 
 
 def wave_asymmetries(
-    scene: Scene, groups: Sequence[HydrodynamicGroup], sea: Sequence[WaveComponents]
+    scene: scenes.Scene, groups: Sequence[HydrodynamicGroup], sea: Sequence[WaveComponents]
 ) -> Iterator[str]:
     """Reasons why waves of the scene load its bodies out of their plane; empty if they do not."""
     alone = each_alone(groups)
@@ -241,7 +231,7 @@ def wave_asymmetries(
                     yield from _wave_loads_aside(db, wanted[name], headings)
 
 
-def plane_of(scene: Scene) -> float:
+def plane_of(scene: scenes.Scene) -> float:
     """y of the vertical plane of the first body."""
     return _plane(scene.bodies[0])
 
@@ -305,7 +295,7 @@ def _asymmetries(calm: Compiled, sea: Sequence[WaveComponents]) -> Iterator[str]
     yield from wave_asymmetries(scene, calm.wet, sea)
 
 
-def _joints_aside(scene: Scene, y: float) -> Iterator[str]:
+def _joints_aside(scene: scenes.Scene, y: float) -> Iterator[str]:
     """Joints whose motions leave the plane at ``y``, and constraints that have no mirror image."""
     bodies = {body.name: body for body in scene.bodies}
     joints = tree_joints(scene)
@@ -317,7 +307,7 @@ def _joints_aside(scene: Scene, y: float) -> Iterator[str]:
     yield from joints_without_image(others, y)
 
 
-def _is_in_plane(motion: JointMotion, joint: Joint) -> bool:
+def _is_in_plane(motion: JointMotion, joint: scenes.Joint) -> bool:
     """Whether a motion of a joint stays in a plane of constant y."""
     across = abs(joint.axes()[motion.axis, 1])
     slides = motion.kind == MotionKind.SLIDE
@@ -326,7 +316,7 @@ def _is_in_plane(motion: JointMotion, joint: Joint) -> bool:
     )
 
 
-def _plane(body: Body) -> float:
+def _plane(body: scenes.Body) -> float:
     """y of the vertical plane through the centre of gravity at rest."""
     return body.location[1] + body.centre_of_gravity[1]
 
@@ -341,19 +331,21 @@ def _couplings(group: HydrodynamicGroup) -> Iterator[str]:
             yield f"{name.replace('_', ' ')} of {db.source} {COUPLES}"
 
 
-def _wave_loads_aside(db: HydroDatabase, wanted: WaveForces, headings: np.ndarray) -> Iterator[str]:
+def _wave_loads_aside(
+    db: HydroDatabase, wanted: scenes.WaveForces, headings: np.ndarray
+) -> Iterator[str]:
     """Loads of waves along the plane that lead out of it."""
     waves = _probe(db.frequency, headings)
     second = wanted.second_order
     if wanted.first_order:
         load = excitation_at(db, waves.heading, waves.omega)
         yield from _load_aside("first-order loads", load, db.excitation, db)
-    if second not in (SecondOrder.NONE, SecondOrder.QTF):
+    if second not in (scenes.SecondOrder.NONE, scenes.SecondOrder.QTF):
         load = mean_drift_at(db, waves.heading, waves.omega)
         yield from _load_aside("mean drift", load, db.mean_drift, db)
-    if second == SecondOrder.QTF or wanted.sum_frequency:
+    if second == scenes.SecondOrder.QTF or wanted.sum_frequency:
         few = _probe(np.asarray(db.qtf_frequency), headings)
-        if second == SecondOrder.QTF:
+        if second == scenes.SecondOrder.QTF:
             load = difference_factors(db, few).pairs().T
             yield from _load_aside("difference-frequency loads", load, db.qtf_difference, db)
         if wanted.sum_frequency:
@@ -434,7 +426,7 @@ def _leads_aside(coordinates: Sequence[Coordinate]) -> bool:
     return all(coordinate.dof in LATERAL for coordinate in coordinates)
 
 
-def _without_lateral(scene: Scene, aside: Collection[str]) -> Scene:
+def _without_lateral(scene: scenes.Scene, aside: Collection[str]) -> scenes.Scene:
     """Scene without coordinates that lead out of the plane, starting without those states."""
     bodies = tuple(
         replace(body, dofs=tuple(dof for dof in body.dofs if dof not in LATERAL))

@@ -14,29 +14,11 @@ from hydrosim.elements.hydrostatics import Weights
 from hydrosim.elements.kind import BALLAST, HYDROSTATIC, WEIGHT, has_flow, row_names
 from hydrosim.errors import InputError
 from hydrosim.scene import Body, FreeSurface, LevelReached, Pump, Scene, Tank, Weight
-from hydrosim.tanks.contents import (
-    REST,
-    TANK,
-    Tanks,
-    changing_tanks,
-    flows_of,
-    is_triggered,
-    no_tanks,
-    tank_names,
-    unforeseen_tanks,
-)
+from hydrosim.tanks import contents, timeline
 from hydrosim.tanks.mirror import image_indices
 from hydrosim.tanks.pumping import FLOW, PUMP_RATE_DTYPE, SEA_INDEX
 from hydrosim.tanks.shapes import capacity, height, pieces, volume_at
 from hydrosim.tanks.surface import FIRST_MOMENT, SECOND_MOMENT, SURFACE_MOMENT, quantities_at
-from hydrosim.tanks.timeline import (
-    body_without,
-    integrate_tanks,
-    least_moment,
-    loaded_body,
-    symmetric_matrix,
-    tanks_at_start,
-)
 from hydrosim.water.current import currents_on
 
 DENSITY_RTOL = 1e-9  # relative difference of densities
@@ -45,7 +27,7 @@ DENSITY_RTOL = 1e-9  # relative difference of densities
 def check_lightship(body: Body, displaced: float, sinks: bool = False) -> None:
     """Refuse a body that without the contents of its tanks is heavier than its displacement [kg]:
     at rest, or of the whole hull if it ``sinks``."""
-    empty = body.mass - sum(t.density * volume for t, volume in tanks_at_start(body.tanks))
+    empty = body.mass - sum(t.density * volume for t, volume in timeline.tanks_at_start(body.tanks))
     if body.tanks and empty > displaced:
         raise InputError(
             f"bodies.{body.name}.lightship: found {empty:.4g} kg without the contents of tanks;"
@@ -62,7 +44,7 @@ def check_tanks(body: Body) -> None:
     tanks_by_name = {tank.name: tank for tank in body.tanks}
     for tank in body.tanks:
         _check_level(f"{key}.tanks.{tank.name}.level", tank.level, tank)
-        if tank.plan is not None and tank.name in unforeseen_tanks(body):
+        if tank.plan is not None and tank.name in contents.unforeseen_tanks(body):
             raise InputError(
                 f"{key}.tanks.{tank.name}.plan: found a plan, and a pump of this tank that begins"
                 " or ends at an event; expected only one of them, because a plan gives all"
@@ -71,7 +53,7 @@ def check_tanks(body: Body) -> None:
         if tank.plan is not None:
             _check_plan(f"{key}.tanks.{tank.name}.plan", tank)
     for pump in body.pumps:
-        _check_pump(f"{key}.pumps.{pump.name}", pump, tanks_by_name, changing_tanks(body))
+        _check_pump(f"{key}.pumps.{pump.name}", pump, tanks_by_name, contents.changing_tanks(body))
     if body.tanks and body.weight != Weight.CARRIED:
         raise InputError(
             f"{key}.weight: found {body.weight} and tanks; expected carried, because the contents"
@@ -136,7 +118,7 @@ def _check_pump(key: str, pump: Pump, tanks: dict[str, Tank], moved: Sequence[Ta
 
 def _check_lightship(body: Body) -> None:
     """Refuse a body whose tanks hold more than its mass."""
-    mass = body.mass - sum(t.density * volume for t, volume in tanks_at_start(body.tanks))
+    mass = body.mass - sum(t.density * volume for t, volume in timeline.tanks_at_start(body.tanks))
     if mass <= 0.0:
         raise InputError(
             f"bodies.{body.name}: found {body.mass:.4g} kg in all and {body.mass - mass:.4g} kg"
@@ -145,12 +127,16 @@ def _check_lightship(body: Body) -> None:
         )
 
 
-def check_flow(scene: Scene, p: Tanks) -> None:
+def check_flow(scene: Scene, p: contents.Tanks) -> None:
     """Follow the levels to the end of the run; refuse pumps that overflow a tank or run it dry."""
     end = (scene.initial.time or 0.0 if scene.initial else 0.0) + scene.duration
-    names = tank_names(scene)
-    course = integrate_tanks(p, end)
-    flows = [f"bodies.{body.name}.{flow.key}" for body in scene.bodies for flow in flows_of(body)]
+    names = contents.tank_names(scene)
+    course = timeline.integrate_tanks(p, end)
+    flows = [
+        f"bodies.{body.name}.{flow.key}"
+        for body in scene.bodies
+        for flow in contents.flows_of(body)
+    ]
     problem = course.problem
     if problem is None:
         _check_inertia(scene, course.volumes_at(end), end)
@@ -174,14 +160,16 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
     ``volumes`` (nt,) [m^3] of the changing tanks."""
     held = iter(volumes.tolist())
     for body in scene.bodies:
-        here = [(tank, next(held)) for tank in changing_tanks(body)]
+        here = [(tank, next(held)) for tank in contents.changing_tanks(body)]
         gone = [
             (tank, volume)
-            for tank, volume in tanks_at_start(body.tanks)
-            if tank in changing_tanks(body)
+            for tank, volume in timeline.tanks_at_start(body.tanks)
+            if tank in contents.changing_tanks(body)
         ]
-        left = body_without(body, gone)
-        least = least_moment(body, loaded_body(left.mass, left.centre, left.inertia, here).inertia)
+        left = timeline.body_without(body, gone)
+        least = timeline.least_moment(
+            body, timeline.loaded_body(left.mass, left.centre, left.inertia, here).inertia
+        )
         if least <= 0.0 and not body.constant_inertia:
             raise InputError(
                 f"bodies.{body.name}.inertia, radii_of_gyration: found values for which a moment"
@@ -194,14 +182,16 @@ def _check_inertia(scene: Scene, volumes: np.ndarray, end: float) -> None:
 # Constants of tanks and pumps; tanks whose contents stay are part of their bodies.
 
 
-def tanks_of(scene: Scene) -> Tanks:
+def tanks_of(scene: Scene) -> contents.Tanks:
     """Constants of the tanks whose contents change. Raises InputError if a tank would overflow or
     run dry, or if a pump has nothing to pump."""
     for body in scene.bodies:
         check_tanks(body)
     if not has_flow(scene):
-        return no_tanks()
-    changing = [(b, tank) for b, body in enumerate(scene.bodies) for tank in changing_tanks(body)]
+        return contents.no_tanks()
+    changing = [
+        (b, tank) for b, body in enumerate(scene.bodies) for tank in contents.changing_tanks(body)
+    ]
     index = {(b, tank.name): k for k, (b, tank) in enumerate(changing)}
     image = [
         index.get((b, _mirror_image_name(scene.bodies[b], t)), k)
@@ -214,18 +204,19 @@ def tanks_of(scene: Scene) -> Tanks:
     begun = [0, *(last[:-1] + 1)]
     flows, rates = _compile_flows(scene, index)
     names = row_names(scene)
-    pumping = {body.name for body in scene.bodies if changing_tanks(body)}
-    constants = Tanks(
+    pumping = {body.name for body in scene.bodies if contents.changing_tanks(body)}
+    constants = contents.Tanks(
         np.array(
             [
                 (b, t.density, capacity(t.shape), volume_at(t.shape, t.level), *places)
                 for (b, t), *places in zip(changing, begun, last, image, liquids, strict=True)
             ],
-            dtype=TANK,
+            dtype=contents.TANK,
         ),
         np.concatenate(shapes),
         np.array(
-            [_body_without_contents(b, scene) for b in sorted({b for b, _ in changing})], dtype=REST
+            [_body_without_contents(b, scene) for b in sorted({b for b, _ in changing})],
+            dtype=contents.REST,
         ),
         np.array(flows, dtype=FLOW),
         np.array(rates, dtype=PUMP_RATE_DTYPE),
@@ -241,7 +232,7 @@ def tanks_of(scene: Scene) -> Tanks:
 def steady_surface(body: Body, scene: Scene) -> np.ndarray:
     """Density times second moments (3,) of the free surfaces of tanks whose contents stay and that
     have no cut shape."""
-    steady = [tank for tank in body.tanks if tank not in changing_tanks(body)]
+    steady = [tank for tank in body.tanks if tank not in contents.changing_tanks(body)]
     return sum(
         (t.density * _contents_at_start(t, body, scene)[SURFACE_MOMENT:] for t in steady),
         np.zeros(3),
@@ -273,11 +264,11 @@ def _body_without_contents(b: int, scene: Scene) -> tuple[object, ...]:
     """Mass properties of a body without the contents of changing tanks."""
     body = scene.bodies[b]
     mass, moment, inertia = body.mass, np.zeros(3), np.array(body.inertia, dtype=float)
-    for tank in changing_tanks(body):
+    for tank in contents.changing_tanks(body):
         held = tank.density * _contents_at_start(tank, body, scene)
         mass -= tank.density * volume_at(tank.shape, tank.level)
         moment -= held[FIRST_MOMENT : FIRST_MOMENT + 3]
-        second = symmetric_matrix(held[SECOND_MOMENT : SECOND_MOMENT + 6])
+        second = timeline.symmetric_matrix(held[SECOND_MOMENT : SECOND_MOMENT + 6])
         inertia -= np.trace(second) * np.eye(3) - second
     return b, mass, moment, inertia, steady_surface(body, scene), not body.constant_inertia
 
@@ -292,7 +283,7 @@ def _compile_flows(
         tanks, inertial = {tank.name: tank for tank in body.tanks}, not body.constant_inertia
         begun, (_, others) = len(flows), image_indices(body)
         for k, pump in enumerate(body.pumps):
-            first, waits = len(rates), is_triggered(pump)
+            first, waits = len(rates), contents.is_triggered(pump)
             rates += [(inf, pump.rate)] if waits else _pump_pieces(pump)
             ends = (index.get((b, str(name)), SEA_INDEX) for name in (pump.source, pump.target))
             whens = (None, None) if waits else (pump.start, pump.stop)
@@ -314,7 +305,7 @@ def _compile_flows(
 
 def _is_watched(pump: Pump, body: Body) -> bool:
     """Whether a pump may end because there is nothing to pump; other pumps are then refused."""
-    foreseen = unforeseen_tanks(body).isdisjoint({pump.source, pump.target})
+    foreseen = contents.unforeseen_tanks(body).isdisjoint({pump.source, pump.target})
     return not (isinstance(pump.stop, float | int) and foreseen)
 
 

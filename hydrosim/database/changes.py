@@ -12,14 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrosim.database import database
 from hydrosim.database.checks import ACCEPTED_ATTRIBUTE, accepted_findings, unknown_name_message
-from hydrosim.database.database import (
-    Complex,
-    HydroDatabase,
-    Real,
-    require_array,
-    select_frequencies,
-)
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.errors import InputError
 from hydrosim.scene import Changes, Without
@@ -45,7 +39,9 @@ LOAD_NAMES = (
 BODY_POINTS = ("reference_point", "centre_of_gravity", "centre_of_buoyancy")
 
 
-def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroDatabase:
+def move_reference(
+    db: database.HydroDatabase, centre_of_gravity: ArrayLike
+) -> database.HydroDatabase:
     """Database with its coefficients about new centres of gravity (nb, 3), database frame.
 
     The velocity of the reference points is v_ref = T v for the velocity v of the new ones. Equal
@@ -62,12 +58,12 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
     distribution of mass. Returns ``db`` itself if nothing moves.
     """
     new = np.reshape(np.asarray(centre_of_gravity, dtype=float), (db.bodies, 3))
-    old = require_array(db, "centre_of_gravity")
+    old = database.require_array(db, "centre_of_gravity")
     if np.array_equal(new, db.reference_point) and np.array_equal(new, old):
         return db
     T = velocity_transfer(db.reference_point - new)
-    stiffness = T.T @ require_array(db, "hydrostatic_stiffness") @ T
-    weight = db.water_density * db.gravity * require_array(db, "volume")
+    stiffness = T.T @ database.require_array(db, "hydrostatic_stiffness") @ T
+    weight = db.water_density * db.gravity * database.require_array(db, "volume")
     for body, loss in enumerate(weight * (new - old)[:, 2]):
         for dof in (6 * body + 3, 6 * body + 4):
             stiffness[dof, dof] -= loss
@@ -91,7 +87,7 @@ def move_reference(db: HydroDatabase, centre_of_gravity: ArrayLike) -> HydroData
     )
 
 
-def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
+def body_of(db: database.HydroDatabase, index: int) -> database.HydroDatabase:
     """Database of one body of several, counted from 0, while the others are held.
 
     ``drift_imbalance`` is dropped, because it belongs to all bodies. Returns ``db`` itself if it
@@ -114,7 +110,7 @@ def body_of(db: HydroDatabase, index: int) -> HydroDatabase:
     )
 
 
-def velocity_transfer(offset: Real) -> Real:
+def velocity_transfer(offset: database.Real) -> database.Real:
     """Matrix T (n, n): the velocity at points ``offset`` (nb, 3) from the centres is T times
     theirs."""
     T = np.eye(6 * len(offset))
@@ -125,11 +121,11 @@ def velocity_transfer(offset: Real) -> Real:
     return T
 
 
-def _transform_matrix(value: Real | None, T: Real) -> Real | None:
+def _transform_matrix(value: database.Real | None, T: database.Real) -> database.Real | None:
     return None if value is None else T.T @ value @ T
 
 
-def _transform_loads(value: Real | Complex | None, T: Real) -> Any:
+def _transform_loads(value: database.Real | database.Complex | None, T: database.Real) -> Any:
     return None if value is None else value @ T
 
 
@@ -142,7 +138,7 @@ _WITHOUT = {
 }
 
 
-def apply_changes(db: HydroDatabase, changes: Changes) -> HydroDatabase:
+def apply_changes(db: database.HydroDatabase, changes: Changes) -> database.HydroDatabase:
     """Database with the ``changes``. Raises `InputError` if they do not fit it."""
     if changes.frequencies is not None:
         db = _cut_frequencies(db, *changes.frequencies)
@@ -179,7 +175,9 @@ def _check_finding_name(name: str) -> str:
     return name
 
 
-def _cut_frequencies(db: HydroDatabase, lowest: float, highest: float) -> HydroDatabase:
+def _cut_frequencies(
+    db: database.HydroDatabase, lowest: float, highest: float
+) -> database.HydroDatabase:
     keep = (db.frequency >= lowest) & (db.frequency <= highest)
     if np.count_nonzero(keep) < 2:
         raise InputError(
@@ -187,17 +185,17 @@ def _cut_frequencies(db: HydroDatabase, lowest: float, highest: float) -> HydroD
             f" {db.source} has {np.count_nonzero(keep)} frequencies; expected at least two, of"
             f" {db.frequency[0]:g} to {db.frequency[-1]:g} rad/s."
         )
-    return select_frequencies(db, keep)
+    return database.select_frequencies(db, keep)
 
 
-def _drop_part(db: HydroDatabase, part: Without) -> HydroDatabase:
+def _drop_part(db: database.HydroDatabase, part: Without) -> database.HydroDatabase:
     if part == Without.LOADS:
         return without_loads(db)
     nothing: dict[str, Any] = dict.fromkeys(_WITHOUT[part])
     return replace(db, **nothing)
 
 
-def without_loads(db: HydroDatabase) -> HydroDatabase:
+def without_loads(db: database.HydroDatabase) -> database.HydroDatabase:
     """Database without headings, and so without wave loads."""
     for part in (Without.DRIFT, Without.QTF):
         db = _drop_part(db, part)
@@ -205,7 +203,7 @@ def without_loads(db: HydroDatabase) -> HydroDatabase:
     return replace(db, heading=np.zeros(0), excitation=none, froude_krylov=None)
 
 
-def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
+def _uncouple_bodies(db: database.HydroDatabase) -> database.HydroDatabase:
     """Database without the blocks of the matrices that couple bodies."""
     body = np.arange(6 * db.bodies) // 6
     same_body = (body[:, None] == body).astype(float)
@@ -213,7 +211,7 @@ def _uncouple_bodies(db: HydroDatabase) -> HydroDatabase:
     return replace(db, **_transformed_matrices(db, same_body), attributes=attributes)
 
 
-def _make_symmetric(db: HydroDatabase) -> HydroDatabase:
+def _make_symmetric(db: database.HydroDatabase) -> database.HydroDatabase:
     """Database with symmetric matrices. If bodies are symmetric, entries that couple symmetric with
     antisymmetric motions are zero."""
     halves = replace(
@@ -232,6 +230,6 @@ def _make_symmetric(db: HydroDatabase) -> HydroDatabase:
     )
 
 
-def _transformed_matrices(db: HydroDatabase, weight: Real) -> dict[str, Any]:
+def _transformed_matrices(db: database.HydroDatabase, weight: database.Real) -> dict[str, Any]:
     values = {name: getattr(db, name) for name in MATRIX_VARIABLES}
     return {name: value * weight for name, value in values.items() if value is not None}

@@ -32,16 +32,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import about_z
+from hydrosim.elements import kind
 from hydrosim.elements.contact.geometry import EARTH
-from hydrosim.elements.kind import (
-    Columns,
-    ElementKind,
-    Layout,
-    LinearResistance,
-    ModeRows,
-    UnitRecord,
-    Variable,
-)
 from hydrosim.elements.pair import relative_small_turn, relative_turn_rate
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import ACTING, CONTACT_MARGIN, INACTIVE, MARGINS, MODE, UNDEFINED
@@ -84,7 +76,7 @@ class BushingKinematics(NamedTuple):
     cosine: float
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> BushingConstants:
+def compile_elements(elements: Mapping[str, ForceElement], layout: kind.Layout) -> BushingConstants:
     """Constants of the bushings among ``elements``, in their order."""
     rows = []
     for name, e in elements.items():
@@ -97,7 +89,7 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> Bu
     return BushingConstants(np.array(rows, dtype=BUSHING), 0)
 
 
-def _place_on_other(bushing: Bushing, layout: Layout) -> np.ndarray:
+def _place_on_other(bushing: Bushing, layout: kind.Layout) -> np.ndarray:
     """Place (3,) of the bushing at rest in the frame of the other side."""
     place = layout.place_at_rest(bushing.body, bushing.point)
     if bushing.to is None:
@@ -301,29 +293,29 @@ def _velocity_map(arm: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return J
 
 
-class BushingKind(ElementKind):
+class BushingKind(kind.ElementKind):
     unit = "bushing"
     variables: ClassVar = {
-        "bushing_displacement": Variable(
+        "bushing_displacement": kind.Variable(
             "displacement; rotation vector", "m or rad", "axes of the body at rest, moved by `to`"
         ),
-        "bushing_load": Variable(
+        "bushing_load": kind.Variable(
             "force; moment on the body", "N or N m", "axes of the body at rest, moved by `to`"
         ),
-        "bushing_mode": Variable("whether the bushing acts", "1", flags="acting absent"),
+        "bushing_mode": kind.Variable("whether the bushing acts", "1", flags="acting absent"),
     }
 
-    def modes(self, p: BushingConstants) -> ModeRows:
-        return ModeRows(p.each.size)
+    def modes(self, p: BushingConstants) -> kind.ModeRows:
+        return kind.ModeRows(p.each.size)
 
-    def resistances(self, p: BushingConstants) -> Iterator[LinearResistance]:
+    def resistances(self, p: BushingConstants) -> Iterator[kind.LinearResistance]:
         """Damping of each bushing with small angles: u is J times the velocities of its sides."""
         for bushing in p.each:
             J = _velocity_map(bushing["ends"][:3], bushing["axes"])
             if bushing["other"] != EARTH:
                 J = np.hstack([J, -_velocity_map(bushing["ends"][3:], bushing["axes"])])
             B = J.T @ bushing["damping"] @ J
-            yield LinearResistance(
+            yield kind.LinearResistance(
                 bushing["row"], bushing["body"], B, np.zeros(len(B)), other=bushing["other"]
             )
 
@@ -331,7 +323,9 @@ class BushingKind(ElementKind):
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, "it has turned by half a turn, where its rotation vector is not defined"
 
-    def record(self, p: BushingConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(
+        self, p: BushingConstants, bodies: Any, unit_record: kind.UnitRecord
+    ) -> kind.Columns:
         dims = ("time", "bushing", "dof")
         return {
             "bushing_displacement": (dims, unit_record.observed[:, :, :6]),

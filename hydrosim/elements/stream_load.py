@@ -42,15 +42,8 @@ from hydrosim.multibody.tree import FULL_TURN
 from hydrosim.multibody.vectors import add, cross, dot, vector
 from hydrosim.scene import ForceElement
 from hydrosim.scene.loads import CurrentLoad, StreamLoad, WindLoad
+from hydrosim.water import wind
 from hydrosim.water.current import current_at, is_sheared, mean_current
-from hydrosim.water.wind import (
-    MIN_HEIGHT,
-    NO_GUSTS,
-    REFERENCE_HEIGHT,
-    GustTable,
-    gust_at,
-    has_gusts,
-)
 
 STREAM_LOAD = np.dtype(
     [
@@ -72,14 +65,14 @@ class StreamLoadConstants(NamedTuple):
     each: np.ndarray
     pieces: np.ndarray
     heights: np.ndarray
-    gusts: GustTable
+    gusts: wind.GustTable
 
 
 def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> StreamLoadConstants:
     """Constants of the loads of streams among ``elements``."""
     rows = []
     pieces = [np.zeros(0, dtype=SPLINE_PIECE)]
-    heights = [REFERENCE_HEIGHT]
+    heights = [wind.REFERENCE_HEIGHT]
     first = 0
     for name, e in elements.items():
         if isinstance(e, StreamLoad):
@@ -95,7 +88,9 @@ def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> St
             rows.append((*place, first, last, gusts, layout.wind.direction))
             first = last
     constants = np.array(rows, dtype=STREAM_LOAD)
-    return StreamLoadConstants(constants, np.concatenate(pieces), np.array(heights[1:]), NO_GUSTS)
+    return StreamLoadConstants(
+        constants, np.concatenate(pieces), np.array(heights[1:]), wind.NO_GUSTS
+    )
 
 
 def stream_felt(name: str, load: StreamLoad, layout: Layout) -> tuple[float, float]:
@@ -123,16 +118,17 @@ def height_of(name: str, load: WindLoad, layout: Layout) -> float:
     height = load.height
     if height is None:
         height = float(layout.place_at_rest(load.body, load.point)[2])
-    if layout.wind.profile is not None and height < MIN_HEIGHT:
+    if layout.wind.profile is not None and height < wind.MIN_HEIGHT:
         raise InputError(
             f"forces.{name}.height: found a height of {height:.3g} m above the water, that of the"
-            f" point unless the key is given; expected {MIN_HEIGHT:g} m or more for the profile of"
+            f" point unless the key is given; expected {wind.MIN_HEIGHT:g} m or more for the"
+            f" profile of"
             " the wind. Give height, that of the centre of the area."
         )
     return height
 
 
-def with_gusts(p: StreamLoadConstants, gusts: GustTable) -> StreamLoadConstants:
+def with_gusts(p: StreamLoadConstants, gusts: wind.GustTable) -> StreamLoadConstants:
     """The same loads in these gusts."""
     return p if gusts is p.gusts else p._replace(gusts=gusts)
 
@@ -162,8 +158,8 @@ def add_force(t, y, modes, motion, bodies, p, loads):
         v = point_velocity(b, arm, motion)
         along, aside = heading(b, bodies, motion)
         w = (e.stream[0] - v[0], e.stream[1] - v[1])
-        if e.gusts >= 0 and has_gusts(p.gusts):
-            u = gust_at(t, e.gusts, p.gusts)
+        if e.gusts >= 0 and wind.has_gusts(p.gusts):
+            u = wind.gust_at(t, e.gusts, p.gusts)
             w = (w[0] + u * e.direction[0], w[1] + u * e.direction[1])
         angle = atan2(along * w[1] - aside * w[0], along * w[0] + aside * w[1])
         c = coefficients(angle, e.first, e.last, p.pieces)

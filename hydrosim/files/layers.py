@@ -16,16 +16,9 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from hydrosim.errors import InputError
+from hydrosim.files import yaml_nodes
 from hydrosim.files.messages import suggestion
 from hydrosim.files.units import value_text
-from hydrosim.files.yaml_nodes import (
-    SETTING,
-    compose_nodes,
-    entry_nodes,
-    error_at,
-    plain_values,
-    with_hint,
-)
 
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """Writes the same text either way; that of libyaml takes a quarter of the time."""
@@ -55,32 +48,35 @@ def read_case(path: Path, above: tuple[Path, ...] = ()) -> tuple[str, Node]:
     InputError if a file cannot be read.
     """
     text = _read_text(path)
-    node = compose_nodes(text, str(path))
+    node = yaml_nodes.compose_nodes(text, str(path))
     if not isinstance(node, MappingNode):
         raise InputError(f"{path}:1: found no keys; expected a case file with lines `key: value`")
-    over = entry_nodes(node)
+    over = yaml_nodes.entry_nodes(node)
     if EXTENDS not in over:
         return text, node
     _, named = over.pop(EXTENDS)
     if not isinstance(named, ScalarNode):
-        text = (
-            f"{EXTENDS}: found {value_text(plain_values(named))}; expected the name of a case file"
-        )
-        raise error_at(named.start_mark, text)
-    base = path.parent / str(plain_values(named))
+        named_text = value_text(yaml_nodes.plain_values(named))
+        text = f"{EXTENDS}: found {named_text}; expected the name of a case file"
+        raise yaml_nodes.error_at(named.start_mark, text)
+    base = path.parent / str(yaml_nodes.plain_values(named))
     chain = (*above, path.resolve())
     if not os.path.isfile(base):  # Path.is_file raises where a name is too long
-        raise error_at(named.start_mark, f"{EXTENDS}: found no file {base}; expected a case file")
+        raise yaml_nodes.error_at(
+            named.start_mark, f"{EXTENDS}: found no file {base}; expected a case file"
+        )
     if base.resolve() in chain:
-        raise error_at(
+        raise yaml_nodes.error_at(
             named.start_mark, f"{EXTENDS}: {base} leads back here; expected another file"
         )
-    under = _prefix_paths(read_case(base, chain)[1], Path(str(plain_values(named))).parent)
+    under = _prefix_paths(
+        read_case(base, chain)[1], Path(str(yaml_nodes.plain_values(named))).parent
+    )
     whole = _merge_nodes(under, _mapping(over, node))
     return f"# {path.name} over {base.name}\n{yaml_text(whole)}", whole
 
 
-def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
+def apply_setting(node: Node, setting: str, option: str = yaml_nodes.SETTING) -> Node:
     """``node`` with the ``KEY=VALUE`` of an ``option`` laid over it. The key is dotted; a number in
     it is an index into a list. The value is YAML, and null removes the key. Raises InputError for
     an unknown key, with the keys that exist."""
@@ -88,7 +84,7 @@ def apply_setting(node: Node, setting: str, option: str = SETTING) -> Node:
     name = option + (
         setting if len(setting) <= MAX_SETTING_LETTERS else f"{setting[:MAX_SETTING_LETTERS]}..."
     )
-    value = compose_nodes(text, name)
+    value = yaml_nodes.compose_nodes(text, name)
     if not key.strip() or value is None:
         raise InputError(f"{name}: found no key or no value; expected KEY=VALUE; null removes")
     return _assign_value(node, key.strip().split("."), value)
@@ -139,7 +135,7 @@ def _prefix_paths(node: Node, folder: Path) -> Node:
         return node
     moved = {
         key: (name, _prefix_paths(value, folder))
-        for key, (name, value) in entry_nodes(node).items()
+        for key, (name, value) in yaml_nodes.entry_nodes(node).items()
     }
     for key in FILES & moved.keys():
         name, value = moved[key]
@@ -152,10 +148,10 @@ def _prefix_paths(node: Node, folder: Path) -> Node:
 def _merge_nodes(base: Node | None, over: Node) -> Node:
     if not isinstance(base, MappingNode) or not isinstance(over, MappingNode):
         return over
-    if REPLACING_KEYS & entry_nodes(over).keys():
+    if REPLACING_KEYS & yaml_nodes.entry_nodes(over).keys():
         return over
-    result = entry_nodes(base)
-    for key, (name, value) in entry_nodes(over).items():
+    result = yaml_nodes.entry_nodes(base)
+    for key, (name, value) in yaml_nodes.entry_nodes(over).items():
         if _is_null(value):
             _require_keys(key, result, name)
             del result[key]
@@ -176,15 +172,15 @@ def _assign_value(node: Node | None, keys: Sequence[str], value: Node) -> Node:
         return _assigned_item(node, key, rest, value)
     if isinstance(node, ScalarNode) and not _is_null(node):
         text = f'found the value "{node.value}" there; expected no key "{key}" below it'
-        raise error_at(value.start_mark, text)
-    inside = entry_nodes(node)
+        raise yaml_nodes.error_at(value.start_mark, text)
+    inside = yaml_nodes.entry_nodes(node)
     new = ScalarNode(TEXT, key, *_marks_of_node(value))
     name, under = inside.get(key, (new, None))
     if key in NAMED and len(rest) > 1:
-        _require_keys(rest[0], entry_nodes(under), value)
+        _require_keys(rest[0], yaml_nodes.entry_nodes(under), value)
     inside[key] = name if rest else new, _assign_value(under, rest, value)
     if not rest and _is_null(value):
-        _require_keys(key, entry_nodes(node), value)
+        _require_keys(key, yaml_nodes.entry_nodes(node), value)
         del inside[key]
     return _mapping(inside, node or value)
 
@@ -199,7 +195,7 @@ def _assigned_item(node: SequenceNode, key: str, rest: Sequence[str], value: Nod
 def _require_keys(key: str, names: Collection[str], at: Node) -> None:
     if key not in names:
         text = f'found no "{key}" there; expected one of: {", ".join(names) or "nothing"}'
-        raise error_at(at.start_mark, with_hint(text, suggestion(key, names)))
+        raise yaml_nodes.error_at(at.start_mark, yaml_nodes.with_hint(text, suggestion(key, names)))
 
 
 def _mapping(inside: Mapping[str, tuple[ScalarNode, Node]], like: Node) -> MappingNode:
@@ -212,4 +208,4 @@ def _marks_of_node(node: Node) -> tuple[yaml.Mark, yaml.Mark]:
 
 
 def _is_null(node: Node) -> bool:
-    return plain_values(node) is None
+    return yaml_nodes.plain_values(node) is None

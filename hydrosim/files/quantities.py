@@ -10,16 +10,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Discriminator,
-    Tag,
-    ValidationInfo,
-    model_validator,
-)
+import pydantic
 
 from hydrosim.dofs import DOFS
 from hydrosim.files.units import Cyclic, Quantity, problem
@@ -122,14 +113,14 @@ Six = tuple[T, T, T, R, R, R]
 SixBySix = Six[Six[T, C], Six[C, R]]
 
 
-class SchemaModel(BaseModel):
+class SchemaModel(pydantic.BaseModel):
     """A mapping in a case file. Unknown keys are errors. The context has `messages.Readers`."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
-    def _tell_who_reads(cls, value: Any, info: ValidationInfo) -> Any:
+    def _tell_who_reads(cls, value: Any, info: pydantic.ValidationInfo) -> Any:
         if info.context is not None:
             info.context.update({id(value): cls, cls.__name__: cls})
         return value
@@ -213,7 +204,7 @@ def _form_tag(value: object) -> str:
 
 
 def _kind(value: object) -> str:
-    return "by name" if isinstance(value, dict | BaseModel) else "list"
+    return "by name" if isinstance(value, dict | pydantic.BaseModel) else "list"
 
 
 def _scale_to_unit_diagonal(matrix: np.ndarray) -> np.ndarray:
@@ -256,7 +247,7 @@ def _require_definite(value: Any) -> Any:
     return value
 
 
-def _require_steps(holds: Callable[[float, float], bool], expected: str) -> AfterValidator:
+def _require_steps(holds: Callable[[float, float], bool], expected: str) -> pydantic.AfterValidator:
     """Validator of a list in which ``holds(next, this)`` for all neighbours."""
 
     def check(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -265,7 +256,7 @@ def _require_steps(holds: Callable[[float, float], bool], expected: str) -> Afte
                 raise problem(f"{after:g} after {this:g}", expected)
         return values
 
-    return AfterValidator(check)
+    return pydantic.AfterValidator(check)
 
 
 def require_start_at_zero(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -317,65 +308,65 @@ def as_list(value: Any) -> Any:
     return value if isinstance(value, list | tuple) else [value]
 
 
-def one_or_more(item: Any, listed: Callable[[Any], Any] = as_list) -> BeforeValidator:
+def one_or_more(item: Any, listed: Callable[[Any], Any] = as_list) -> pydantic.BeforeValidator:
     """Annotation of a tuple of ``item``; a file may give a single one, which becomes a list by
     ``listed``."""
-    return BeforeValidator(listed, json_schema_input_type=item | tuple[item, ...])
+    return pydantic.BeforeValidator(listed, json_schema_input_type=item | tuple[item, ...])
 
 
 def _or_by_name(listed: Any, named: Any, convert: Callable[[Any], Any]) -> Any:
     """Annotation of a list that a file may also give as a mapping by names."""
-    either = Annotated[named, Tag("by name")] | Annotated[listed, Tag("list")]
-    return Annotated[either, Discriminator(_kind), AfterValidator(convert)]
+    either = Annotated[named, pydantic.Tag("by name")] | Annotated[listed, pydantic.Tag("list")]
+    return Annotated[either, pydantic.Discriminator(_kind), pydantic.AfterValidator(convert)]
 
 
 RISING = _require_steps(operator.gt, "values that rise")
 NOT_FALLING = _require_steps(operator.ge, "values that do not fall")
 
 StiffnessMatrix = Annotated[
-    Annotated[PerDof[_Stiffness, _TurnStiffness], Tag("diagonal")]
-    | Annotated[SixBySix[_Stiffness, _CrossStiffness, _TurnStiffness], Tag("matrix")],
-    Discriminator(_form_tag),
-    AfterValidator(_require_symmetric),
-    AfterValidator(_require_semidefinite),
+    Annotated[PerDof[_Stiffness, _TurnStiffness], pydantic.Tag("diagonal")]
+    | Annotated[SixBySix[_Stiffness, _CrossStiffness, _TurnStiffness], pydantic.Tag("matrix")],
+    pydantic.Discriminator(_form_tag),
+    pydantic.AfterValidator(_require_symmetric),
+    pydantic.AfterValidator(_require_semidefinite),
 ]
 DampingMatrix = Annotated[
-    Annotated[PerDof[_Damping, _TurnDamping], Tag("diagonal")]
-    | Annotated[SixBySix[_Damping, _CrossDamping, _TurnDamping], Tag("matrix")],
-    Discriminator(_form_tag),
-    AfterValidator(_require_symmetric),
-    AfterValidator(_require_semidefinite),
+    Annotated[PerDof[_Damping, _TurnDamping], pydantic.Tag("diagonal")]
+    | Annotated[SixBySix[_Damping, _CrossDamping, _TurnDamping], pydantic.Tag("matrix")],
+    pydantic.Discriminator(_form_tag),
+    pydantic.AfterValidator(_require_symmetric),
+    pydantic.AfterValidator(_require_semidefinite),
 ]
 QuadraticMatrix = Annotated[
-    Annotated[PerDof[_Drag, _TurnDrag], Tag("diagonal")]
+    Annotated[PerDof[_Drag, _TurnDrag], pydantic.Tag("diagonal")]
     | Annotated[
         Six[Six[_Drag, _CrossDrag], Six[_DragMoment, _TurnDrag]],
-        Tag("matrix"),
+        pydantic.Tag("matrix"),
     ],
-    Discriminator(_form_tag),
-    AfterValidator(_refuse_driving),
+    pydantic.Discriminator(_form_tag),
+    pydantic.AfterValidator(_refuse_driving),
 ]
 AddedMassMatrix = Annotated[
-    Annotated[PerDof[_Mass, _Inertia], Tag("diagonal")]
-    | Annotated[SixBySix[_Mass, _MassMoment, _Inertia], Tag("matrix")],
-    Discriminator(_form_tag),
-    AfterValidator(_require_symmetric),
-    AfterValidator(_require_semidefinite),
+    Annotated[PerDof[_Mass, _Inertia], pydantic.Tag("diagonal")]
+    | Annotated[SixBySix[_Mass, _MassMoment, _Inertia], pydantic.Tag("matrix")],
+    pydantic.Discriminator(_form_tag),
+    pydantic.AfterValidator(_require_symmetric),
+    pydantic.AfterValidator(_require_semidefinite),
 ]
 MassMatrix = Annotated[
     SixBySix[_Mass, _MassMoment, _Inertia],
-    AfterValidator(_require_symmetric),
-    AfterValidator(_require_definite),
+    pydantic.AfterValidator(_require_symmetric),
+    pydantic.AfterValidator(_require_definite),
 ]
 InertiaMatrix = Annotated[
-    Annotated[PerTurn[_Inertia], Tag("diagonal")]
-    | Annotated[Vector[Vector[_Inertia]], Tag("matrix")],
-    Discriminator(_form_tag),
-    AfterValidator(_diagonal),
-    AfterValidator(_require_symmetric),
-    AfterValidator(_require_definite),
+    Annotated[PerTurn[_Inertia], pydantic.Tag("diagonal")]
+    | Annotated[Vector[Vector[_Inertia]], pydantic.Tag("matrix")],
+    pydantic.Discriminator(_form_tag),
+    pydantic.AfterValidator(_diagonal),
+    pydantic.AfterValidator(_require_symmetric),
+    pydantic.AfterValidator(_require_definite),
 ]
-Name = Annotated[str, AfterValidator(_valid_name)]
+Name = Annotated[str, pydantic.AfterValidator(_valid_name)]
 if TYPE_CHECKING:  # types after reading; a file may give names in place of a list
     Offsets = Six[float, float]
     Velocities = Six[float, float]
@@ -386,22 +377,26 @@ else:
     Radii = _or_by_name(Vector[Radius], PerTurn[Radius], _listed_turns)
 Point = Vector[Length]
 Direction = Vector[Component]
-Times = Annotated[tuple[Instant, ...], AfterValidator(require_entries), RISING]
-Frequencies = Annotated[tuple[TableFrequency, ...], AfterValidator(require_two_entries), RISING]
+Times = Annotated[tuple[Instant, ...], pydantic.AfterValidator(require_entries), RISING]
+Frequencies = Annotated[
+    tuple[TableFrequency, ...], pydantic.AfterValidator(require_two_entries), RISING
+]
 WaveDensities = tuple[WaveDensity, ...]
 Position = tuple[Length, Length]
 Headings = Annotated[
     tuple[Angle, ...],
-    AfterValidator(require_entries),
+    pydantic.AfterValidator(require_entries),
     RISING,
-    AfterValidator(_require_full_headings),
+    pydantic.AfterValidator(_require_full_headings),
 ]
 StreamForces = tuple[_StreamForce, ...]
 StreamMoments = tuple[_StreamMoment, ...]
-Compressions = Annotated[tuple[Length, ...], RISING, AfterValidator(require_start_at_zero)]
+Compressions = Annotated[tuple[Length, ...], RISING, pydantic.AfterValidator(require_start_at_zero)]
 Extensions = Annotated[tuple[Length, ...], RISING]
 Angles = Annotated[tuple[Angle, ...], RISING]
-NormalForces = Annotated[tuple[Force, ...], NOT_FALLING, AfterValidator(require_start_at_zero)]
+NormalForces = Annotated[
+    tuple[Force, ...], NOT_FALLING, pydantic.AfterValidator(require_start_at_zero)
+]
 
 
 # Keys of a mesh file: transformation of its coordinates to the database's frame.
@@ -425,7 +420,7 @@ class MeshKeys(SchemaModel):
     waterline: Length = 0.0
     """Height of the still water above z = 0, after scale, axes and offset."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_axes(self) -> Self:
         if round(np.linalg.det(self._turn())) != 1:
             found_text = f"axes [{', '.join(self.axes)}]"

@@ -23,17 +23,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from hydrosim.files import text as texts
 from hydrosim.files.outputs import Output, as_output
 from hydrosim.files.series import columns_of, select
-from hydrosim.files.text import (
-    TIME_COLUMN,
-    Source,
-    escape_unprintable,
-    fault,
-    name_and_unit,
-    parse,
-    readable_unit,
-)
 from hydrosim.files.units import value_text
 
 # `Recording`: columns of a file, by name or number, with their units if the file has them.
@@ -53,7 +45,7 @@ class Recording:
     """All columns of a file, including the time, of one length. ``form`` is the format of the file,
     ``lines`` are the line numbers of a text, and ``left_out`` names data that are not over time."""
 
-    source: Source
+    source: texts.Source
     form: str
     columns: Sequence[RecordedColumn]
     lines: Sequence[int] | None = None
@@ -68,7 +60,7 @@ class Recording:
                 self.source.wrong(text)
             return self.columns[key - 1]
         named = [column for column in self.columns if column.name == key]
-        named = named or [c for c in self.columns if name_and_unit(c.name)[0] == key]
+        named = named or [c for c in self.columns if texts.name_and_unit(c.name)[0] == key]
         if len(named) > 1:
             self.source.wrong(f"found more than one column {value_text(key)}; use its number")
         if not named:
@@ -82,11 +74,14 @@ class Recording:
 
 def is_time(name: str) -> bool:
     """Whether a name is "time", "Time (s)", "test3.t" or similar."""
-    return TIME_COLUMN.fullmatch(name_and_unit(name)[0].rsplit(".")[-1]) is not None
+    return texts.TIME_COLUMN.fullmatch(texts.name_and_unit(name)[0].rsplit(".")[-1]) is not None
 
 
 def of_arrays(
-    source: Source, form: str, arrays: Mapping[str, np.ndarray], units: Mapping[str, str | None]
+    source: texts.Source,
+    form: str,
+    arrays: Mapping[str, np.ndarray],
+    units: Mapping[str, str | None],
 ) -> Recording:
     """Recording from the arrays of a file. It keeps arrays that are as long as the array of the
     time, or else of the most frequent length. An array (n, m) or (m, n) gives m columns, with their
@@ -124,12 +119,14 @@ def _columns_over_time(array: np.ndarray, count: int) -> list[np.ndarray]:
 # Recordings in text: csv, columns separated by blanks or tabs, and tables of aNySIM.
 
 
-def read_text(source: Source) -> Recording:
+def read_text(source: texts.Source) -> Recording:
     """Columns of a text file; columns without names are called "column 2" and so on."""
-    table = parse(source)
+    table = texts.parse(source)
     names = table.names or [f"column {i}" for i in range(1, table.rows.shape[1] + 1)]
     columns = [
-        RecordedColumn(name, name_and_unit(name)[1] if unit is None else readable_unit(unit), value)
+        RecordedColumn(
+            name, texts.name_and_unit(name)[1] if unit is None else texts.readable_unit(unit), value
+        )
         for name, unit, value in zip_longest(names, table.units, table.rows.T)
     ]
     return Recording(source, "text", columns, table.lines)
@@ -151,7 +148,7 @@ _DAMAGE = (
 )
 
 
-def read_matlab5(source: Source) -> Recording:
+def read_matlab5(source: texts.Source) -> Recording:
     """Arrays over time in a MATLAB file; arrays in a struct are named "struct.field"."""
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
@@ -162,7 +159,9 @@ def read_matlab5(source: Source) -> Recording:
         source.wrong(f"cannot be read as MATLAB file ({error}); save it again")
     named = ((name, value) for name, value in content.items() if not name.startswith("__"))
     arrays = {name: array for variable in named for name, array in _arrays_of_item(*variable)}
-    return of_arrays(source, "MATLAB", arrays, {name: name_and_unit(name)[1] for name in arrays})
+    return of_arrays(
+        source, "MATLAB", arrays, {name: texts.name_and_unit(name)[1] for name in arrays}
+    )
 
 
 def _arrays_of_item(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -175,7 +174,7 @@ def _arrays_of_item(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
 # Recordings in netCDF. Columns of a run have the names of `hydrosim.files.series`.
 
 
-def read_netcdf(source: Source) -> Recording:
+def read_netcdf(source: texts.Source) -> Recording:
     """Variables over time, ``VARIABLE.SELECTION``. Entries of a dimension without names are
     numbered from 1 on."""
     try:
@@ -216,7 +215,7 @@ def _label_dimensions(dataset: xr.Dataset, time: str) -> xr.Dataset:
 
 def _unit_of_attribute(text: str | None) -> str | None:
     """Unit from an attribute, such as "s" from "seconds since 2020-01-01"."""
-    return None if text is None else readable_unit(text.split(" since ")[0])
+    return None if text is None else texts.readable_unit(text.split(" since ")[0])
 
 
 # Recordings in HDF5: plain, as MATLAB 7.3 writes them, and netCDF.
@@ -225,9 +224,9 @@ UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit")  # attributes that may give
 OF_NETCDF = "_NCProperties"
 
 
-def read_hdf5(source: Source) -> Recording:
+def read_hdf5(source: texts.Source) -> Recording:
     """Datasets over time in an HDF5 file, named by their paths, "group.dataset"."""
-    if reason := fault(source.file):
+    if reason := texts.fault(source.file):
         source.wrong(f"cannot be read as HDF5 ({reason}); is it complete?")
     with h5py.File(source.file) as file:
         if OF_NETCDF not in file.attrs:
@@ -235,15 +234,15 @@ def read_hdf5(source: Source) -> Recording:
     return read_netcdf(source)
 
 
-def read_matlab(source: Source) -> Recording:
+def read_matlab(source: texts.Source) -> Recording:
     """Arrays over time in a MATLAB 7.3 file, with structs as groups."""
-    if reason := fault(source.file):
+    if reason := texts.fault(source.file):
         source.wrong(f"cannot be read as MATLAB 7.3 file ({reason}); is it complete?")
     with h5py.File(source.file) as file:
         return _read_format(source, "MATLAB 7.3", file)
 
 
-def _read_format(source: Source, form: str, file: h5py.File) -> Recording:
+def _read_format(source: texts.Source, form: str, file: h5py.File) -> Recording:
     arrays, units = dict[str, np.ndarray](), dict[str, str | None]()
 
     def take(path: str, item: h5py.Group | h5py.Dataset) -> None:
@@ -255,7 +254,7 @@ def _read_format(source: Source, form: str, file: h5py.File) -> Recording:
                 (item.attrs[key] for key in UNIT_ATTRIBUTES if key in item.attrs), None
             )
             text = unit_text.decode() if isinstance(unit_text, bytes) else unit_text
-            units[name] = None if text is None else readable_unit(str(text))
+            units[name] = None if text is None else texts.readable_unit(str(text))
 
     file.visititems(take)
     return of_arrays(source, form, arrays, units)
@@ -263,7 +262,7 @@ def _read_format(source: Source, form: str, file: h5py.File) -> Recording:
 
 # `read_recording`: recognises the kind of file from its beginning, and reads it.
 
-Reader = Callable[[Source], Recording]
+Reader = Callable[[texts.Source], Recording]
 READERS: Mapping[bytes, Reader] = {  # by the first bytes of a file; all other files are text
     b"MATLAB 5.0 MAT-file": read_matlab5,
     b"MATLAB 7.3 MAT-file": read_matlab,
@@ -278,7 +277,7 @@ def read_recording(path: Path | str) -> Recording:
 
     Raises InputError with the file, the line of a text, the value found and the value expected.
     """
-    source = Source(Path(path))
+    source = texts.Source(Path(path))
     head = source.head(max(map(len, READERS)))
     return next((read for mark, read in READERS.items() if head.startswith(mark)), read_text)(
         source
@@ -304,24 +303,24 @@ def write_recording(
     The file appears under its name when it is complete. Raises InputError for unknown channels.
     """
     output = as_output(target, "recording")
-    columns = [select(Source(output.path), run, channel) for channel in channels]
+    columns = [select(texts.Source(output.path), run, channel) for channel in channels]
     time, rows = run.time.values, np.stack([values for values, _ in columns], axis=1)
     if step is not None:
         at = time[0] + step * np.arange(int((time[-1] - time[0]) / step * (1.0 + 1e-12)) + 1)
         time, rows = at, scipy.interpolate.CubicSpline(time, rows)(at)
-    names = ["time", *map(escape_unprintable, channels)]
+    names = ["time", *map(texts.escape_unprintable, channels)]
     column_units = [unit for _, unit in columns]
     if shown is not None:
         rows = rows * np.array([shown(unit)[1] for unit in column_units])
         column_units = [shown(unit)[0] for unit in column_units]
-    units = [f"[{escape_unprintable(unit)}]" for unit in ("s", *column_units)]
+    units = [f"[{texts.escape_unprintable(unit)}]" for unit in ("s", *column_units)]
     text = "SI and radians" if shown is None else "units of the case"
     number = digits + 7  # sign, point and exponent are 7 at most
     widths = [
         GAP + max(number, len(name), len(unit)) for name, unit in zip(names, units, strict=True)
     ]
     heading = [
-        f"# {escape_unprintable(str(run.attrs.get('title', '')))}".rstrip(),
+        f"# {texts.escape_unprintable(str(run.attrs.get('title', '')))}".rstrip(),
         f"# {output.mark}; {text}; {digits} significant digits",
         *("".join(map(str.rjust, row, widths)) for row in (names, units)),
     ]

@@ -40,20 +40,7 @@ from typing import (
 )
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
-    SerializerFunctionWrapHandler,
-    TypeAdapter,
-    ValidationError,
-    ValidationInfo,
-    model_serializer,
-    model_validator,
-)
+import pydantic
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema, to_jsonable_python
 
@@ -69,7 +56,7 @@ def add_example(schema: dict[str, Any], model: Any) -> None:
         schema["examples"] = [example]
 
 
-CONFIG = ConfigDict(
+CONFIG = pydantic.ConfigDict(
     extra="forbid",
     arbitrary_types_allowed=True,
     populate_by_name=True,
@@ -103,7 +90,7 @@ class CheckedClass(type):
             made = object.__new__(cls)
             try:
                 validator.validate_python(plain, self_instance=made, context=readers)
-            except ValidationError as error:
+            except pydantic.ValidationError as error:
                 problems = validation_problems(error, plain, readers)
                 texts = [
                     ": ".join((".".join(map(str, (cls.__name__, *keys))), text))
@@ -113,7 +100,7 @@ class CheckedClass(type):
             return made
 
 
-@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, Field))
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, pydantic.Field))
 def schema_class(cls: C) -> C:
     """Make a frozen dataclass of ``cls``, a `SchemaClass`. A class may extend the configuration by
     its ``__pydantic_config__``."""
@@ -140,11 +127,11 @@ class SchemaClass(metaclass=CheckedClass):
         __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
 
     @classmethod
-    def type_adapter(cls) -> TypeAdapter[Any]:
+    def type_adapter(cls) -> pydantic.TypeAdapter[Any]:
         """pydantic's schema of the class, made at its first use."""
         if "adapter" not in cls._schema:
-            cls._schema["adapter"] = TypeAdapter(cls)
-        adapter: TypeAdapter[Any] = cls._schema["adapter"]
+            cls._schema["adapter"] = pydantic.TypeAdapter(cls)
+        adapter: pydantic.TypeAdapter[Any] = cls._schema["adapter"]
         return adapter
 
     @classmethod
@@ -170,9 +157,11 @@ class SchemaClass(metaclass=CheckedClass):
         vars(made).update(_keys=frozenset(), _forms={})
         return made
 
-    @model_validator(mode="wrap")
+    @pydantic.model_validator(mode="wrap")
     @classmethod
-    def _tell_who_reads(cls, value: Any, read: Callable[[Any], Self], info: ValidationInfo) -> Self:
+    def _tell_who_reads(
+        cls, value: Any, read: Callable[[Any], Self], info: pydantic.ValidationInfo
+    ) -> Self:
         if info.context is not None:
             info.context.update({id(value): cls, cls.__name__: cls})
         made = read(value)
@@ -208,8 +197,10 @@ class SchemaClass(metaclass=CheckedClass):
         """The value of a key in the form that a file gives it in."""
         return vars(self).get("_forms", {}).get(key, getattr(self, key))
 
-    @model_serializer(mode="wrap")
-    def _write_keys(self, write: SerializerFunctionWrapHandler, info: Any) -> dict[str, Any]:
+    @pydantic.model_serializer(mode="wrap")
+    def _write_keys(
+        self, write: pydantic.SerializerFunctionWrapHandler, info: Any
+    ) -> dict[str, Any]:
         names = fields_of(type(self))
         given = vars(self).get("_keys", ())
         forms = {name: _plain_form(form, info) for name, form in vars(self)["_forms"].items()}
@@ -252,7 +243,9 @@ class ReadAs:
         """True if a value is the scene's, not a form."""
         return self.built(value) if isfunction(self.built) else isinstance(value, self.built)
 
-    def __get_pydantic_core_schema__(self, _: Any, get: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, _: Any, get: pydantic.GetCoreSchemaHandler
+    ) -> CoreSchema:
         def read(value: Any, read_form: Callable[[Any], Any]) -> Any:
             return value if self.has_value(value) else read_form(value)
 
@@ -277,7 +270,7 @@ def _plain_form(value: Any, info: Any) -> Any:
     """A value as JSON has it."""
     if isinstance(value, np.ndarray):
         return value.tolist()
-    if isinstance(value, BaseModel):
+    if isinstance(value, pydantic.BaseModel):
         return value.model_dump(mode="json", exclude_unset=info.exclude_unset, warnings=False)
     if isinstance(value, SchemaClass):
         serializer = value.type_adapter().serializer
@@ -291,7 +284,9 @@ class ArrayOf:
 
     rows: Any
 
-    def __get_pydantic_core_schema__(self, _: Any, get: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, _: Any, get: pydantic.GetCoreSchemaHandler
+    ) -> CoreSchema:
         return core_schema.no_info_after_validator_function(
             lambda rows: np.array(rows, float),
             get.generate_schema(self.rows),
@@ -306,10 +301,12 @@ class ByKind:
 
     key: str
 
-    def __get_pydantic_core_schema__(self, source: Any, _: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: Any, _: pydantic.GetCoreSchemaHandler
+    ) -> CoreSchema:
         classes = get_args(source)
 
-        def read(value: Any, info: ValidationInfo) -> Any:
+        def read(value: Any, info: pydantic.ValidationInfo) -> Any:
             if isinstance(value, classes):
                 return value
             if not isinstance(value, dict):
@@ -324,7 +321,7 @@ class ByKind:
                 about |= {"tag": str(kind), "expected_tags": expected}
                 raise PydanticKnownError("union_tag_invalid", about)
             cls = kinds[kind]
-            if issubclass(cls, BaseModel):
+            if issubclass(cls, pydantic.BaseModel):
                 return cls.model_validate(value, context=info.context)
             return cls.type_adapter().validate_python(value, context=info.context)
 
@@ -340,6 +337,6 @@ class ByKind:
         kinds: tuple[str, ...] = get_args(fields_of(cls)[self.key].annotation)
         return kinds
 
-    def _as_json(self, source: Any, _: CoreSchema, get: GetJsonSchemaHandler) -> Any:
-        union = Annotated[source, Discriminator(self.key)]
-        return get(TypeAdapter(union).core_schema)
+    def _as_json(self, source: Any, _: CoreSchema, get: pydantic.GetJsonSchemaHandler) -> Any:
+        union = Annotated[source, pydantic.Discriminator(self.key)]
+        return get(pydantic.TypeAdapter(union).core_schema)

@@ -19,18 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.dofs import DOFS
-from hydrosim.files.text import (
-    TIME_COLUMN,
-    Source,
-    TextTable,
-    name_and_unit,
-    parse,
-    readable_unit,
-    require_finite,
-    require_rising,
-    require_usual,
-    unit_of_column,
-)
+from hydrosim.files import text as texts
 from hydrosim.files.units import value_text
 
 if TYPE_CHECKING:
@@ -57,15 +46,15 @@ class Series:
     label: str | None = None
 
 
-def read_series(source: Source, columns: Sequence[Column]) -> Series:
+def read_series(source: texts.Source, columns: Sequence[Column]) -> Series:
     """The sum of ``columns`` over time. Raises InputError with the mistake in the file and its
     place."""
     read = _read_run if source.head(4).startswith(NETCDF) else _read_text
     return read(source, columns)
 
 
-def _read_text(source: Source, columns: Sequence[Column]) -> Series:
-    text = parse(source)
+def _read_text(source: texts.Source, columns: Sequence[Column]) -> Series:
+    text = texts.parse(source)
     time = text.rows[:, _time_column(source, text)]
     picked = [_pick_column(source, text, column) for column in columns]
     _check_series(source, time, text.rows[:, picked], text.lines)
@@ -74,22 +63,22 @@ def _read_text(source: Source, columns: Sequence[Column]) -> Series:
     return Series(time.copy(), text.rows[:, picked].sum(axis=1), label=labels[0])
 
 
-def _label_of_column(text: TextTable, k: int) -> str | None:
+def _label_of_column(text: texts.TextTable, k: int) -> str | None:
     """The unit of a column of a text file; None where the file says none that is known."""
-    unit = unit_of_column(text, k) if text.names else None
-    return (readable_unit(unit) or None) if unit else None
+    unit = texts.unit_of_column(text, k) if text.names else None
+    return (texts.readable_unit(unit) or None) if unit else None
 
 
-def _require_one_unit(source: Source, units: Sequence[str | None]) -> None:
+def _require_one_unit(source: texts.Source, units: Sequence[str | None]) -> None:
     if len(set(units)) > 1:
         units_text = " and ".join(unit or "no unit" for unit in units)
         source.wrong(f"found columns in {units_text}; expected one unit for all")
 
 
-def _time_column(source: Source, text: TextTable) -> int:
+def _time_column(source: texts.Source, text: texts.TextTable) -> int:
     for i, name in enumerate(text.names):
-        bare, unit = name_and_unit(name)
-        if TIME_COLUMN.fullmatch(bare):
+        bare, unit = texts.name_and_unit(name)
+        if texts.TIME_COLUMN.fullmatch(bare):
             unit_text = text.units[i].strip("[]()") if text.units else unit
             if unit_text not in (None, "", "s", "sec", "seconds"):
                 column_text = value_text(name if unit else f"{name} {text.units[i]}")
@@ -98,7 +87,7 @@ def _time_column(source: Source, text: TextTable) -> int:
     return 0
 
 
-def _pick_column(source: Source, text: TextTable, column: Column) -> int:
+def _pick_column(source: texts.Source, text: texts.TextTable, column: Column) -> int:
     if isinstance(column, str) and text.names.count(column) == 1:
         return text.names.index(column)
     if isinstance(column, int):
@@ -114,7 +103,7 @@ def _pick_column(source: Source, text: TextTable, column: Column) -> int:
     source.unknown("column", column, text.names)
 
 
-def _read_run(source: Source, columns: Sequence[Column]) -> Series:
+def _read_run(source: texts.Source, columns: Sequence[Column]) -> Series:
     import xarray as xr
 
     try:
@@ -146,7 +135,7 @@ def columns_of(run: xr.Dataset, modes: bool = False) -> Iterator[str]:
             yield from (".".join([str(name), *chosen]) for chosen in product(*labels))
 
 
-def select(source: Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, str]:
+def select(source: texts.Source, run: xr.Dataset, column: str) -> tuple[np.ndarray, str]:
     """Values (n,) and unit of ``VARIABLE.SELECTION.SELECTION``."""
     name, _, rest = column.partition(".")
     labels = list[str]()
@@ -229,13 +218,13 @@ def _other_dims(values: xr.Variable) -> Iterator[str]:
 
 
 def _check_series(
-    source: Source, time: np.ndarray, values: np.ndarray, lines: Sequence[int] | None = None
+    source: texts.Source, time: np.ndarray, values: np.ndarray, lines: Sequence[int] | None = None
 ) -> None:
     """Refuses times that do not rise, numbers outside the usual range, and too few numbers."""
     for numbers in (time, *values.T):
-        require_finite(source, numbers, lines)
-        require_usual(source, numbers, lines=lines)
-    require_rising(source, time, lines)
+        texts.require_finite(source, numbers, lines)
+        texts.require_usual(source, numbers, lines=lines)
+    texts.require_rising(source, time, lines)
     if time.size < MIN_CUBIC_VALUES:
         source.wrong(
             f"found {time.size} times; expected {MIN_CUBIC_VALUES} or more, for a smooth curve"

@@ -27,15 +27,8 @@ from __future__ import annotations
 from hydrosim.elements import events
 from hydrosim.elements.joint import locks
 from hydrosim.elements.joint.locks import CLOSED, LOCK_IMPULSE, LOCK_LOSS, NO_RATCHET, RATCHETING
+from hydrosim.integrate import state as states
 from hydrosim.integrate.dynamics import add_constraints, find_inertia, solve_held
-from hydrosim.integrate.state import (
-    DRIVEN_APART,
-    NEXT_STEP,
-    ROW_RANK,
-    ROW_RANK_TIME,
-    SINGULAR,
-    STATUS,
-)
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving
 from hydrosim.modes import MODE, NO_INDEX, SEGMENT
 from hydrosim.multibody.constraints import DROPPED, find_rank
@@ -61,7 +54,7 @@ def project_state(t, run):
         project_places_and_rates(run.state.y, run.state.modes, model, run.work)
         _check_rank(t, run)
         if run.work.holds.driven.shape[0] > 0 and _drives_part_joint(run.state, model, run.work):
-            run.counters[STATUS] = DRIVEN_APART
+            run.counters[states.STATUS] = states.DRIVEN_APART
 
 
 @root
@@ -84,10 +77,10 @@ def apply_impacts(t, run):
             _test_contacts(t, run)
         if not joins:
             break
-    run.scratch.pace[ROW_RANK_TIME] = t
-    run.scratch.pace[ROW_RANK] = choose_rows(state.y, state.modes, model, run.work)
+    run.scratch.pace[states.ROW_RANK_TIME] = t
+    run.scratch.pace[states.ROW_RANK] = choose_rows(state.y, state.modes, model, run.work)
     if _opposes_drives(state.y, model, run.work):
-        run.counters[STATUS] = DRIVEN_APART
+        run.counters[states.STATUS] = states.DRIVEN_APART
     project_places_and_rates(state.y, state.modes, model, run.work)
 
 
@@ -396,14 +389,14 @@ def _check_rank(t, run):
     the sine between them, continued in a straight line, reaches zero."""
     pace = run.scratch.pace
     now = _smallest_sine(run)
-    before = pace[ROW_RANK]
-    h = t - pace[ROW_RANK_TIME]
-    ahead = pace[NEXT_STEP] if run.clock.control.adaptive else run.clock.step
+    before = pace[states.ROW_RANK]
+    h = t - pace[states.ROW_RANK_TIME]
+    ahead = pace[states.NEXT_STEP] if run.clock.control.adaptive else run.clock.step
     falls = h > 0.0 and now < before and now * h <= (before - now) * ahead
     if now == 0.0 or falls:
-        run.counters[STATUS] = SINGULAR
-    pace[ROW_RANK] = now
-    pace[ROW_RANK_TIME] = t
+        run.counters[states.STATUS] = states.SINGULAR
+    pace[states.ROW_RANK] = now
+    pace[states.ROW_RANK_TIME] = t
 
 
 @root_giving(float)

@@ -10,51 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from hydrosim.elements import events
+from hydrosim.integrate import event_location
+from hydrosim.integrate import state as states
 from hydrosim.integrate.constraint_projection import project_state
 from hydrosim.integrate.dynamics import may_hold, project_velocities, update_contents
-from hydrosim.integrate.event_location import (
-    make_consistent,
-    store_slip_directions,
-    switch_modes,
-    truncate_at_event,
-)
 from hydrosim.integrate.methods import error_norm, step_factor
 from hydrosim.integrate.record import write_record
-from hydrosim.integrate.state import (
-    ACCEPTED,
-    AFTER_STEP,
-    BEFORE_STEP,
-    CAPSIZED,
-    CHATTERING,
-    EARLIER_EVENTS,
-    EARLIER_STEPS,
-    END,
-    END_SLOPE,
-    ERROR_INTEGRAL,
-    EVALUATIONS,
-    EVENTS,
-    GRID_POINT,
-    GUARD_EVALUATIONS,
-    IN_PROGRESS,
-    LAST_ERROR,
-    MAY_END,
-    NEXT_STEP,
-    NO_SAMPLE,
-    NOT_FINITE,
-    PROGRESS_TIME,
-    REACHED_TIME,
-    RECORDS,
-    REJECTED,
-    SLOPE,
-    STALE,
-    STALE_SLIP_ONLY,
-    START_MARGINS,
-    START_SLOPE,
-    STATUS,
-    STEP_ROUNDING,
-    STEP_TOO_SMALL,
-    TIME_ROUNDING,
-)
 from hydrosim.integrate.step import find_start_slope, knows_end_slope, take_step
 from hydrosim.jit.kernels import assign, clear, kernel, root, root_giving, summing
 from hydrosim.multibody.heading import accelerations_in_heading
@@ -93,34 +54,34 @@ def advance_until(evaluations, until, run):
     counters = run.counters
     pace = run.scratch.pace
     enough = count_evaluations(counters) + evaluations
-    if counters[RECORDS] == 0:
+    if counters[states.RECORDS] == 0:
         t = grid_time(0, clock)
-        pace[REACHED_TIME] = pace[PROGRESS_TIME] = t
+        pace[states.REACHED_TIME] = pace[states.PROGRESS_TIME] = t
         if clock.block > 0:
             _begin_block(t, run)
-        make_consistent(t, run)
+        event_location.make_consistent(t, run)
         if events.has_sampled_functions(run.model.elements):
             take_samples(t, False, run)
         append_velocity_history(t, run)
         write_record(t, run)
-    while counters[GRID_POINT] < clock.points and count_evaluations(counters) < enough:
-        goal = grid_time(counters[GRID_POINT] + 1, clock)
+    while counters[states.GRID_POINT] < clock.points and count_evaluations(counters) < enough:
+        goal = grid_time(counters[states.GRID_POINT] + 1, clock)
         _advance_to_gridpoint(min(goal, until), enough, run)
-        if counters[STATUS] != IN_PROGRESS or pace[REACHED_TIME] < goal:
+        if counters[states.STATUS] != states.IN_PROGRESS or pace[states.REACHED_TIME] < goal:
             break
-        counters[GRID_POINT] += 1
-        n = counters[GRID_POINT]
+        counters[states.GRID_POINT] += 1
+        n = counters[states.GRID_POINT]
         if clock.block > 0 and (clock.first + n) % clock.block == 0:
             _next_block(goal, run)
         if n % clock.every == 0 or n == clock.points:
             write_record(goal, run)
-    return pace[REACHED_TIME]
+    return pace[states.REACHED_TIME]
 
 
 @kernel
 def count_evaluations(counters):
     """Cost of a run: evaluations of the right hand side plus evaluations of margins."""
-    return counters[EVALUATIONS] + counters[GUARD_EVALUATIONS]
+    return counters[states.EVALUATIONS] + counters[states.GUARD_EVALUATIONS]
 
 
 @root
@@ -130,8 +91,8 @@ def _next_block(t, run):
     model = run.model
     cache = run.scratch.step_cache
     begin_block(t, run.state.y[model.slow :], model.following)
-    cache[START_SLOPE] = 0
-    cache[START_MARGINS] = STALE
+    cache[states.START_SLOPE] = 0
+    cache[states.START_MARGINS] = states.STALE
     if remove_newest_node(t, run.state.history):
         append_velocity_history(t, run)
 
@@ -160,9 +121,13 @@ def _advance_to_gridpoint(goal, enough, run):
     state = run.state
     scratch = run.scratch
     counters = run.counters
-    t = scratch.pace[REACHED_TIME]
+    t = scratch.pace[states.REACHED_TIME]
     events.begin_drives(t, run.model.elements, run.work.holds)
-    while t < goal and count_evaluations(counters) < enough and counters[STATUS] == IN_PROGRESS:
+    while (
+        t < goal
+        and count_evaluations(counters) < enough
+        and counters[states.STATUS] == states.IN_PROGRESS
+    ):
         stop = _breakpoint_after(t, goal, clock)
         paced = t + _adapt_step(t, stop - t, run)
         if stop - paced > rounding_of_step(t, stop):
@@ -170,11 +135,11 @@ def _advance_to_gridpoint(goal, enough, run):
         recount_integrals(state.history)
         accepted, reached, left = _attempt_step(t, stop, run)
         if not accepted:
-            counters[REJECTED] += 1
+            counters[states.REJECTED] += 1
             continue
         t = _round_event(t, reached, stop) if left else reached
-        counters[ACCEPTED] += 1
-        assign(state.y, scratch.states[END])
+        counters[states.ACCEPTED] += 1
+        assign(state.y, scratch.states[states.END])
         if events.stores_step_values(run.model.elements):
             _record_largest(t, run)
         _reuse_end_slope(t, left, run)
@@ -182,25 +147,28 @@ def _advance_to_gridpoint(goal, enough, run):
         if events.any_joints(run.model.elements):
             project_state(t, run)
         if left:
-            counters[EVENTS] += 1
+            counters[states.EVENTS] += 1
             append_velocity_history(t, run)  # as it was before the event
-            switch_modes(t, run)
+            event_location.switch_modes(t, run)
         elif run.work.constraints.force.size > events.joint_rows(run.model.elements):
             project_velocities(state.y, state.modes, run.model, run.work)
         check(state.y, run.model, counters)
         if run.model.bodies.tree.branches.size > 0:
             _check_joints(run)
-        if events.has_sampled_functions(run.model.elements) and counters[STATUS] == IN_PROGRESS:
+        if (
+            events.has_sampled_functions(run.model.elements)
+            and counters[states.STATUS] == states.IN_PROGRESS
+        ):
             take_samples(t, left, run)
         append_velocity_history(t, run)
         _check_progress(t, run)
-    scratch.pace[REACHED_TIME] = t
+    scratch.pace[states.REACHED_TIME] = t
 
 
 @kernel
 def rounding_of_step(t, stop):
     """Time [s] that is rounding beside a step from ``t`` to ``stop``: no step is that short."""
-    return max(STEP_ROUNDING * (stop - t), TIME_ROUNDING * abs(stop))
+    return max(states.STEP_ROUNDING * (stop - t), states.TIME_ROUNDING * abs(stop))
 
 
 @kernel
@@ -221,7 +189,7 @@ def _record_largest(t, run):
     motion = run.work.motion
     n = model.bodies.active.size
     place_bodies(y[:n], y[n : 2 * n], model.bodies, motion)
-    watched = run.scratch.watched[MAY_END]
+    watched = run.scratch.watched[states.MAY_END]
     events.record_largest(t, y, run.state.modes, motion, model.bodies, model.elements, watched)
 
 
@@ -240,8 +208,8 @@ def take_samples(t, jumped, run):
     if not events.sample_user_functions(
         t, jumped, ahead, y, motion, model.bodies, elements, wrench
     ):
-        run.counters[STATUS] = NO_SAMPLE
-    run.scratch.step_cache[START_SLOPE] = 0
+        run.counters[states.STATUS] = states.NO_SAMPLE
+    run.scratch.step_cache[states.START_SLOPE] = 0
 
 
 @kernel
@@ -250,17 +218,20 @@ def _check_progress(t, run):
     in the time of one step of the solver."""
     counters = run.counters
     pace = run.scratch.pace
-    if t - pace[PROGRESS_TIME] > run.clock.solver_step:
-        pace[PROGRESS_TIME] = t
+    if t - pace[states.PROGRESS_TIME] > run.clock.solver_step:
+        pace[states.PROGRESS_TIME] = t
         clear(run.scratch.switches)
-        counters[EARLIER_EVENTS] = counters[EVENTS]
-        counters[EARLIER_STEPS] = counters[ACCEPTED] + counters[REJECTED]
-    if counters[EVENTS] - counters[EARLIER_EVENTS] > MAX_EVENTS_PER_INTERVAL * (
+        counters[states.EARLIER_EVENTS] = counters[states.EVENTS]
+        counters[states.EARLIER_STEPS] = counters[states.ACCEPTED] + counters[states.REJECTED]
+    if counters[states.EVENTS] - counters[states.EARLIER_EVENTS] > MAX_EVENTS_PER_INTERVAL * (
         1 + run.state.modes.shape[0]
     ):
-        counters[STATUS] = CHATTERING
-    if counters[ACCEPTED] + counters[REJECTED] - counters[EARLIER_STEPS] > MAX_STEPS_PER_INTERVAL:
-        counters[STATUS] = STEP_TOO_SMALL
+        counters[states.STATUS] = states.CHATTERING
+    if (
+        counters[states.ACCEPTED] + counters[states.REJECTED] - counters[states.EARLIER_STEPS]
+        > MAX_STEPS_PER_INTERVAL
+    ):
+        counters[states.STATUS] = states.STEP_TOO_SMALL
 
 
 @root_giving(bool, float, bool)
@@ -270,17 +241,21 @@ def _attempt_step(t, stop, run):
     clock = run.clock
     counters = run.counters
     if run.scratch.headings.size > 0:
-        store_slip_directions(t, run)
+        event_location.store_slip_directions(t, run)
     take_step(t, stop - t, run)
     located = clock.events and not clock.control.adaptive
-    if located and run.model.liquids.each.size > 0 and counters[STATUS] == IN_PROGRESS:
+    if (
+        located
+        and run.model.liquids.each.size > 0
+        and counters[states.STATUS] == states.IN_PROGRESS
+    ):
         stop = _cut_at_corner(t, stop, run)
     if clock.control.adaptive and not _is_accepted(t, stop - t, run):
         return False, t, False
     left = False
-    if counters[STATUS] == IN_PROGRESS:
-        stop, left = truncate_at_event(t, stop, clock.events, run)
-    accepted = counters[STATUS] == IN_PROGRESS
+    if counters[states.STATUS] == states.IN_PROGRESS:
+        stop, left = event_location.truncate_at_event(t, stop, clock.events, run)
+    accepted = counters[states.STATUS] == states.IN_PROGRESS
     if not accepted:
         _shorten_step(t, 0.5 * (stop - t), run)
     return accepted, stop, left
@@ -293,7 +268,7 @@ def _cut_at_corner(t, stop, run):
     order in the step, and its effect of fifth order."""
     clearances = run.work.clearances
     _find_clearances(run.state.y, run, clearances[0])
-    _find_clearances(run.scratch.states[END], run, clearances[1])
+    _find_clearances(run.scratch.states[states.END], run, clearances[1])
     part = first_passage(clearances[0], clearances[1])
     if part < 1.0:
         stop = t + part * (stop - t)
@@ -324,7 +299,7 @@ def _adapt_step(t, whole, run):
         longest = clock.held_step
     if h <= longest:
         return planned
-    parts = np.ceil(whole / longest * (1.0 - STEP_ROUNDING))
+    parts = np.ceil(whole / longest * (1.0 - states.STEP_ROUNDING))
     return whole / parts if parts > 1.0 else 2.0 * whole
 
 
@@ -335,7 +310,7 @@ def _planned_step(t, h, run):
     clock = run.clock
     tanks = run.model.tanks
     if clock.control.adaptive:
-        h = run.scratch.pace[NEXT_STEP]
+        h = run.scratch.pace[states.NEXT_STEP]
     if tanks.flows.size > 0:
         share = share_of_step(clock.step, run.state.y, run.state.modes, tanks)
         if share < 1.0:
@@ -357,18 +332,18 @@ def _is_accepted(t, h, run):
     pace = run.scratch.pace
     counters = run.counters
     y = run.state.y
-    end = scratch.states[END]
+    end = scratch.states[states.END]
     error = np.inf
-    if counters[STATUS] == IN_PROGRESS:
+    if counters[states.STATUS] == states.IN_PROGRESS:
         error = error_norm(h, method, scratch.k, y, end, run.clock.control)
-    factor = step_factor(error, pace[LAST_ERROR], method.order)
-    planned = pace[NEXT_STEP]
+    factor = step_factor(error, pace[states.LAST_ERROR], method.order)
+    planned = pace[states.NEXT_STEP]
     if error <= 1.0:
-        pace[NEXT_STEP] = factor * h
+        pace[states.NEXT_STEP] = factor * h
         if h < 0.999 * planned:  # by the grid or a breakpoint: no reason for a shorter next step
-            pace[NEXT_STEP] = max(factor * h, planned)
-        pace[LAST_ERROR] = error
-        pace[ERROR_INTEGRAL] += h * error
+            pace[states.NEXT_STEP] = max(factor * h, planned)
+        pace[states.LAST_ERROR] = error
+        pace[states.ERROR_INTEGRAL] += h * error
         return True
     _shorten_step(t, factor * h, run)
     return False
@@ -378,11 +353,11 @@ def _is_accepted(t, h, run):
 def _shorten_step(t, h, run):
     """Continue with a step of ``h``, unless it is negligible compared with the time."""
     counters = run.counters
-    run.scratch.pace[NEXT_STEP] = h
+    run.scratch.pace[states.NEXT_STEP] = h
     if h > MIN_STEP * max(abs(t), 1.0):
-        counters[STATUS] = IN_PROGRESS
-    elif counters[STATUS] == IN_PROGRESS:
-        counters[STATUS] = STEP_TOO_SMALL
+        counters[states.STATUS] = states.IN_PROGRESS
+    elif counters[states.STATUS] == states.IN_PROGRESS:
+        counters[states.STATUS] = states.STEP_TOO_SMALL
 
 
 @kernel
@@ -445,22 +420,22 @@ def _reuse_end_slope(t, left, run):
     slope is the one from inside, and the next step may begin with another."""
     scratch = run.scratch
     cache = run.scratch.step_cache
-    end_slope = cache[END_SLOPE] != 0
-    cache[START_SLOPE] = 0
-    cache[END_SLOPE] = 0
-    cache[START_MARGINS] = STALE
+    end_slope = cache[states.END_SLOPE] != 0
+    cache[states.START_SLOPE] = 0
+    cache[states.END_SLOPE] = 0
+    cache[states.START_MARGINS] = states.STALE
     if left or may_hold(run.state.modes, run.model, run.work):
         return
-    assign(scratch.margins[BEFORE_STEP], scratch.margins[AFTER_STEP])
-    cache[START_MARGINS] = STALE_SLIP_ONLY  # their headings are new at each step
+    assign(scratch.margins[states.BEFORE_STEP], scratch.margins[states.AFTER_STEP])
+    cache[states.START_MARGINS] = states.STALE_SLIP_ONLY  # their headings are new at each step
     if _is_breakpoint(t, run.clock):
         return
     if end_slope:
-        assign(scratch.k[0], scratch.states[SLOPE])
-        cache[START_SLOPE] = 1
+        assign(scratch.k[0], scratch.states[states.SLOPE])
+        cache[states.START_SLOPE] = 1
     elif knows_end_slope(run):
         assign(scratch.k[0], scratch.k[-1])
-        cache[START_SLOPE] = 1
+        cache[states.START_SLOPE] = 1
 
 
 @kernel
@@ -470,16 +445,16 @@ def check(y, model, counters):
     bodies = model.bodies
     for j in model.hulls.roll:
         if abs(y[j]) > LARGEST_TILT:
-            counters[STATUS] = CAPSIZED
+            counters[states.STATUS] = states.CAPSIZED
     for j in model.liquids.roll:
         if abs(y[j]) > LARGEST_TILT:
-            counters[STATUS] = CAPSIZED
+            counters[states.STATUS] = states.CAPSIZED
     own_dofs = bodies.active.size - bodies.tree.coordinates
     for j in range(own_dofs if bodies.exact else 0):
         if bodies.active[j] % 6 == PITCH_DOF and abs(y[j]) > LARGEST_TILT:
-            counters[STATUS] = CAPSIZED
+            counters[states.STATUS] = states.CAPSIZED
     if zero_if_finite(y) != 0.0:
-        counters[STATUS] = NOT_FINITE
+        counters[states.STATUS] = states.NOT_FINITE
 
 
 @root
@@ -493,16 +468,16 @@ def _check_joints(run):
     cache = run.scratch.step_cache
     n = bodies.active.size
     if switch_rotation_chart(state.y[:n], bodies):
-        cache[START_SLOPE] = 0
-        cache[START_MARGINS] = STALE
+        cache[states.START_SLOPE] = 0
+        cache[states.START_MARGINS] = states.STALE
     if bodies.exact:
         place_bodies(state.y[:n], state.y[n : 2 * n], bodies, motion)
         for b in model.hulls.body:
             if motion.rotation[b, 2, 2] < MIN_PITCH_COSINE:
-                run.counters[STATUS] = CAPSIZED
+                run.counters[states.STATUS] = states.CAPSIZED
         for k in range(model.liquids.each.size):
             if motion.rotation[model.liquids.each[k].body, 2, 2] < MIN_PITCH_COSINE:
-                run.counters[STATUS] = CAPSIZED
+                run.counters[states.STATUS] = states.CAPSIZED
 
 
 @summing

@@ -18,6 +18,7 @@ import numpy as np
 
 from hydrosim.elements import events, new_modes
 from hydrosim.elements.kind import RecordedStates
+from hydrosim.integrate import state
 from hydrosim.integrate.dynamics import (
     Model,
     find_mass,
@@ -26,15 +27,6 @@ from hydrosim.integrate.dynamics import (
     stored_energies,
     subtract_gyroscopic,
     total_force,
-)
-from hydrosim.integrate.state import (
-    AT_START,
-    EVENTS,
-    RECORDS,
-    START_SLOPE,
-    Clock,
-    Record,
-    RecordColumns,
 )
 from hydrosim.integrate.step import keep_reactions
 from hydrosim.jit.kernels import assign, kernel, root
@@ -96,19 +88,19 @@ def channels(model: Model) -> dict[str, tuple[int, ...]]:
 
 
 def new_record(
-    model: Model, clock: Clock, accelerations: bool = False, spacing: int = MEMORY_SPACING
-) -> Record:
+    model: Model, clock: state.Clock, accelerations: bool = False, spacing: int = MEMORY_SPACING
+) -> state.Record:
     """Room for all output times, the first included, with or without ``accelerations``. Every
     ``spacing``-th has radiation states."""
     # the end is always recorded, even between output times
     nt = -(-clock.points // clock.every) + 1
     shapes = channels(model).values()
     *places, width = accumulate(map(prod, shapes), initial=0)
-    at = RecordColumns(*places[: len(RecordColumns._fields)])
+    at = state.RecordColumns(*places[: len(state.RecordColumns._fields)])
     modes = new_modes(model)
     rates = np.zeros((nt if accelerations else 0, 6 * model.bodies.each.size))
     remembered = np.full(-(-nt // spacing) + 1, -1)
-    return Record(
+    return state.Record(
         at,
         np.zeros((nt, width)),
         np.zeros((nt, *modes.shape), np.int32),
@@ -119,7 +111,9 @@ def new_record(
     )
 
 
-def unpack_channels(model: Model, record: Record, count: int, first: int = 0) -> dict[str, Any]:
+def unpack_channels(
+    model: Model, record: state.Record, count: int, first: int = 0
+) -> dict[str, Any]:
     """Channels by name, (count - first, ...) each, of the records ``first`` <= i < ``count``. The
     states "y" are `RecordedStates`."""
     recorded = record.channels[first:count]
@@ -133,13 +127,13 @@ def unpack_channels(model: Model, record: Record, count: int, first: int = 0) ->
     return values
 
 
-def with_states(record: Record, count: int) -> np.ndarray:
+def with_states(record: state.Record, count: int) -> np.ndarray:
     """Numbers, rising, of the first ``count`` records that have all states."""
     remembered = record.remembered
     return np.unique(remembered[(remembered >= 0) & (remembered < count)])
 
 
-def states_at(model: Model, record: Record, which: np.ndarray) -> np.ndarray:
+def states_at(model: Model, record: state.Record, which: np.ndarray) -> np.ndarray:
     """The states y (n, ny) of the n records ``which``, each of which has all states."""
     rows = np.array([np.flatnonzero(record.remembered == i)[0] for i in which], dtype=np.int64)
     others = record.channels[which][:, record.at.y : record.at.coordinates]
@@ -164,21 +158,21 @@ def write_record(t, run):
     modes = run.state.modes
     motion = work.motion
     at = run.record.at
-    row = run.record.channels[counters[RECORDS]]
-    record_modes = run.record.modes[counters[RECORDS]]
+    row = run.record.channels[counters[state.RECORDS]]
+    record_modes = run.record.modes[counters[state.RECORDS]]
     stored = row[at.stored : at.wrench]
     row[at.kinetic] = stored_energies(t, y, modes, model, work, stored)
     if model.impulse < model.size:
         momentum(work, row[at.momentum :])
     rhs(t, y, modes, run.state.history, model, work, scratch.k[0])
-    scratch.step_cache[START_SLOPE] = 1
-    keep_reactions(AT_START, run)
+    scratch.step_cache[state.START_SLOPE] = 1
+    keep_reactions(state.AT_START, run)
     if run.record.accelerations.size > 0:
         n = model.bodies.active.size
-        changes = run.record.accelerations[counters[RECORDS]]
+        changes = run.record.accelerations[counters[state.RECORDS]]
         accelerations(scratch.k[0][n : 2 * n], model.bodies, motion, changes)
     row[at.time] = t
-    row[at.events] = counters[EVENTS]
+    row[at.events] = counters[state.EVENTS]
     _write_states(y, run, row[at.y :])
     assign(row[at.coordinates :], motion.coordinates)
     if model.bodies.tree.branches.size > 0:
@@ -203,7 +197,7 @@ def write_record(t, run):
     gusts = events.gusts_of(elements)
     if has_gusts(gusts):
         row[at.wind] = gusts.mean + gust_at(t, 0, gusts)
-    counters[RECORDS] += 1
+    counters[state.RECORDS] += 1
 
 
 @kernel
@@ -212,7 +206,7 @@ def _write_states(y, run, row):
     and for every `Record.spacing`-th."""
     model = run.model
     record = run.record
-    number = run.counters[RECORDS]
+    number = run.counters[state.RECORDS]
     first = model.radiation
     last = first + model.states.decay.size
     assign(row, y[:first])

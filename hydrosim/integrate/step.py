@@ -7,17 +7,8 @@ again in every process.
 from __future__ import annotations
 
 from hydrosim.elements.events import has_load_friction
+from hydrosim.integrate import methods
 from hydrosim.integrate.dynamics import fill_jacobian, may_hold, rhs
-from hydrosim.integrate.methods import (
-    MAX_ITERATIONS,
-    READY,
-    SLOW_ITERATIONS,
-    STALE,
-    advance_state,
-    factorise_iteration_matrix,
-    newton_iteration,
-    stage_state,
-)
 from hydrosim.integrate.state import (
     AT_START,
     END,
@@ -46,7 +37,7 @@ def take_step(t, h, run):
     if scratch.step_cache[START_SLOPE] == 0:
         find_start_slope(t, run)
     for i in range(1, method.c.size):
-        stage_state(i, method, h, y, k, stage)
+        methods.stage_state(i, method, h, y, k, stage)
         at, weight = min(t + method.c[i] * h, last), h * method.a[i, i]
         if weight == 0.0:
             find_slope(at, stage, run, k[i])
@@ -54,7 +45,7 @@ def take_step(t, h, run):
             _solve_stage(i, at, weight, run)
             if run.counters[STATUS] == NO_SOLUTION:
                 return
-    advance_state(method, h, y, k, scratch.states[END])
+    methods.advance_state(method, h, y, k, scratch.states[END])
     scratch.step_cache[END_SLOPE] = 0
 
 
@@ -102,19 +93,19 @@ def _solve_stage(i, t, weight, run):
     """Find k[i] = f(t, stage + weight k[i]); retried with a new Jacobian if necessary."""
     newton, state = run.scratch.newton, run.state
     for _ in range(2):
-        if newton.status[0] == STALE:
+        if newton.status[0] == methods.STALE:
             y, modes, history = state.y, state.modes, state.history
             states, shifts, room, J = newton.states, newton.shifts, newton.shifted, newton.J
             model, work, offset = run.model, run.work, JACOBIAN_OFFSET
             fill_jacobian(t, y, modes, history, model, work, states, shifts, offset, room, J)
             run.counters[EVALUATIONS] += 2 * states.size
             newton.weight[0] = 0.0
-            newton.status[0] = READY
+            newton.status[0] = methods.READY
         if newton.weight[0] != weight:
-            factorise_iteration_matrix(weight, newton)
+            methods.factorise_iteration_matrix(weight, newton)
         if _iterate_stage(i, t, weight, run):
             return
-        newton.status[0] = STALE
+        newton.status[0] = methods.STALE
     run.counters[STATUS] = NO_SOLUTION
 
 
@@ -125,12 +116,17 @@ def _iterate_stage(i, t, weight, run):
     k, stage = scratch.k, scratch.states[STAGE]
     guess, f = scratch.states[END], scratch.states[SPARE]
     assign(k[i], k[i - 1])
-    for n in range(MAX_ITERATIONS):
+    for n in range(methods.MAX_ITERATIONS):
         for m in range(guess.size):
             guess[m] = stage[m] + weight * k[i, m]
         find_slope(t, guess, run, f)
-        if newton_iteration(k[i], f, run.state.y, weight, scratch.newton, run.clock.control) <= 1.0:
-            if n >= SLOW_ITERATIONS:
-                scratch.newton.status[0] = STALE
+        if (
+            methods.newton_iteration(
+                k[i], f, run.state.y, weight, scratch.newton, run.clock.control
+            )
+            <= 1.0
+        ):
+            if n >= methods.SLOW_ITERATIONS:
+                scratch.newton.status[0] = methods.STALE
             return True
     return False

@@ -51,12 +51,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import InlineOverloads, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
 
-from hydrosim.files.interrupts import (
-    called_by_machine_code,
-    catching,
-    delay_interrupts,
-    raise_waiting,
-)
+from hydrosim.files import interrupts
 from hydrosim.jit.disk import KernelFiles, Name
 from hydrosim.jit.ingredients import describe_type
 from hydrosim.jit.refs import struct_reference
@@ -75,7 +70,7 @@ NO_CODE_STATUS = -9  # a status that numba itself does not use
 
 # LLVM passes machine code in callbacks. An exception there would be lost, and the code with it. So
 # the exception that a signal raises is delayed until the callback has returned.
-JitEngine.finalize_object = delay_interrupts()(JitEngine.finalize_object)
+JitEngine.finalize_object = interrupts.delay_interrupts()(JitEngine.finalize_object)
 
 
 class _PartCode(JITCodeLibrary):
@@ -181,20 +176,20 @@ def _called_kernels(library: Any) -> list[Name]:
     return [(d.whole.py_func.__module__, d.whole.py_func.__qualname__, d.args) for d in doors]
 
 
-@called_by_machine_code
+@interrupts.called_by_machine_code
 def _open(address: int) -> None:
     """Load or compile the whole of a door; machine code calls this where the door holds zero."""
     begin = perf_counter()
     door = _doors_at[address]
-    before = catching.catches
+    before = interrupts.catching.catches
     try:
-        catching.catches = True
+        interrupts.catching.catches = True
         door.open()
     except BaseException as error:  # also for an interrupt: machine code knows no exceptions
-        catching.catches = before
+        interrupts.catching.catches = before
         door.code.value = None
         waiting.error = error
-    catching.catches = before
+    interrupts.catching.catches = before
     waiting.seconds += perf_counter() - begin
 
 
@@ -237,7 +232,7 @@ class _Kernel(CPUDispatcher):
             returned = super().__call__(*map(struct_reference, args))
         except SystemError:  # numba raises it for a status that it does not know
             raise _reason() from None
-        raise_waiting()
+        interrupts.raise_waiting()
         return returned
 
     def __reduce__(self) -> str:  # type: ignore[override]

@@ -19,20 +19,9 @@ from hydrosim.report.evidence import EvidenceLine, Feature, features_of, lines_a
 from hydrosim.report.page import records_per_interval
 from hydrosim.report.replay import replay_document, replay_nodes
 from hydrosim.report.scenery import scene_of
-from hydrosim.report.sentences import sections, series, statistics
-from hydrosim.report.sentences.comparison import (
-    comparison_document,
-    is_comparison,
-    is_of_studies,
-    studies_document,
-)
+from hydrosim.report.sentences import comparison, sections, series, statistics
+from hydrosim.report.sentences import run as run_sentences
 from hydrosim.report.sentences.limits import is_limits, limits_document
-from hydrosim.report.sentences.run import (
-    convergence,
-    result_tables,
-    solution_verdicts,
-    solver_tables,
-)
 from hydrosim.report.sentences.study import study_document
 from hydrosim.results.dataset import RUN_FILE_HINT, read_run
 from hydrosim.results.runs_file import RUN, is_of_runs, open_runs
@@ -111,9 +100,9 @@ def _describe_results(of: ReportData) -> Iterator[Node]:
 
 def _describe_computation(run: xr.Dataset) -> Iterator[Node]:
     """Verdicts on the solution, the solver, what was assessed, and what could be run next."""
-    yield from solution_verdicts(run)
-    yield from solver_tables(run)
-    yield from convergence(run)
+    yield from run_sentences.solution_verdicts(run)
+    yield from run_sentences.solver_tables(run)
+    yield from run_sentences.convergence(run)
     yield from statistics.next_steps(run)
 
 
@@ -153,7 +142,7 @@ def _describe_series(run: xr.Dataset) -> Iterator[Node]:
 RUN_SECTIONS: sections.Sections[ReportData] = {
     "results": ("Results", _describe_results),
     "arrangement": ("Arrangement", lambda of: arrangement_nodes(of.run, of.scene)),
-    "outcome": ("Motions and contacts", lambda of: result_tables(of.run)),
+    "outcome": ("Motions and contacts", lambda of: run_sentences.result_tables(of.run)),
     "case": ("Case", lambda of: sections.case_nodes(of.run)),
     "assumptions": ("Assumptions and warnings", lambda of: sections.assumption_nodes(of.run)),
     "statistics": ("Statistics", lambda of: statistics.statistics_nodes(of.run, of.statistics)),
@@ -169,8 +158,8 @@ RUN_SECTIONS: sections.Sections[ReportData] = {
 RESULT_KINDS: tuple[tuple[Callable[[xr.Dataset], bool], Callable[[xr.Dataset], Document]], ...] = (
     (is_of_runs, study_document),
     (is_limits, limits_document),
-    (is_comparison, comparison_document),
-    (is_of_studies, studies_document),
+    (comparison.is_comparison, comparison.comparison_document),
+    (comparison.is_of_studies, comparison.studies_document),
 )
 """Kinds of results besides runs."""
 EXPECTED_RESULTS = "expected the result of `hydrosim run`, `sweep`, `operability` or `compare`"

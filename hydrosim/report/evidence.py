@@ -9,40 +9,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from hydrosim.elements import (
-    Bushing,
-    Catenary,
-    Compensator,
-    Contact,
-    Coulomb,
-    CurrentLoad,
-    Drive,
-    Fender,
-    FrictionSlope,
-    Landing,
-    LinearDamping,
-    LinearMooring,
-    StickSlip,
-    Winch,
-    WindLoad,
-)
-from hydrosim.scene import (
-    Body,
-    Coefficients,
-    ConstantRadiation,
-    Family,
-    ForceElement,
-    GivenComponents,
-    Kinematics,
-    Method,
-    Place,
-    RadiationModel,
-    RegularWave,
-    Scene,
-    SecondOrder,
-    WaveTrain,
-    Weight,
-)
+from hydrosim import elements
+from hydrosim import scene as scenes
 from hydrosim.scene.damping import QuadraticDamping, ViscousRoll
 from hydrosim.scene.links import Link, Spring
 from hydrosim.scene.loads import AppliedForce
@@ -104,119 +72,123 @@ class Feature(StrEnum):
     HULLS = "databases that come with the program"
 
 
-def features_of(scene: Scene, attributes: Mapping[str, object] | None = None) -> set[Feature]:
+def features_of(
+    scene: scenes.Scene, attributes: Mapping[str, object] | None = None
+) -> set[Feature]:
     """Features that a scene uses. ``attributes`` of its run tell how it was solved."""
     used = {feature for feature, is_used in OF_SCENES.items() if is_used(scene)}
     told = attributes or {}
     return used | {feature for feature, is_used in OF_RUNS.items() if is_used(told)}
 
 
-def _methods(*methods: Method) -> Callable[[Scene], bool]:
+def _methods(*methods: scenes.Method) -> Callable[[scenes.Scene], bool]:
     return lambda scene: scene.solver.method in methods
 
 
-def _elements(*classes: type[ForceElement]) -> Callable[[Scene], bool]:
+def _elements(*classes: type[scenes.ForceElement]) -> Callable[[scenes.Scene], bool]:
     return lambda scene: any(isinstance(element, classes) for element in scene.forces.values())
 
 
-def _has_friction_law(law: type) -> Callable[[Scene], bool]:
+def _has_friction_law(law: type) -> Callable[[scenes.Scene], bool]:
     return lambda scene: any(isinstance(contact.friction, law) for contact in _all_contacts(scene))
 
 
-def _all_contacts(scene: Scene) -> Iterator[Contact]:
-    return (element for element in scene.forces.values() if isinstance(element, Contact))
+def _all_contacts(scene: scenes.Scene) -> Iterator[elements.Contact]:
+    return (element for element in scene.forces.values() if isinstance(element, elements.Contact))
 
 
-def _any_body_is(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+def _any_body_is(is_so: Callable[[scenes.Body], bool]) -> Callable[[scenes.Scene], bool]:
     return lambda scene: any(is_so(body) for body in scene.bodies)
 
 
-def _second_order(*orders: SecondOrder) -> Callable[[Scene], bool]:
+def _second_order(*orders: scenes.SecondOrder) -> Callable[[scenes.Scene], bool]:
     return _is_so_in_waves(lambda body: body.wave_forces.second_order in orders)
 
 
-def _is_so_in_waves(is_so: Callable[[Body], bool]) -> Callable[[Scene], bool]:
+def _is_so_in_waves(is_so: Callable[[scenes.Body], bool]) -> Callable[[scenes.Scene], bool]:
     return lambda scene: any(_is_wet(b) and is_so(b) for b in scene.bodies if _wave_trains(scene))
 
 
-def _is_wet(body: Body) -> bool:
+def _is_wet(body: scenes.Body) -> bool:
     """True if the body has a database."""
-    return body.hydrodynamics is not None and not isinstance(body.hydrodynamics, Coefficients)
+    return body.hydrodynamics is not None and not isinstance(
+        body.hydrodynamics, scenes.Coefficients
+    )
 
 
-def _has_memory(body: Body) -> bool:
-    constant = isinstance(body.radiation, ConstantRadiation)
-    return _is_wet(body) and not constant and body.radiation != RadiationModel.NONE
+def _has_memory(body: scenes.Body) -> bool:
+    constant = isinstance(body.radiation, scenes.ConstantRadiation)
+    return _is_wet(body) and not constant and body.radiation != scenes.RadiationModel.NONE
 
 
-def _has_following_loads(body: Body) -> bool:
+def _has_following_loads(body: scenes.Body) -> bool:
     places = (body.wave_forces.headings, body.wave_forces.position)
-    return any(place in (Place.SLOW, Place.INSTANTANEOUS) for place in places)
+    return any(place in (scenes.Place.SLOW, scenes.Place.INSTANTANEOUS) for place in places)
 
 
-def _wave_trains(scene: Scene) -> tuple[WaveTrain, ...]:
+def _wave_trains(scene: scenes.Scene) -> tuple[scenes.WaveTrain, ...]:
     return scene.environment.waves
 
 
-def _is_random(scene: Scene) -> bool:
-    given = RegularWave | GivenComponents
+def _is_random(scene: scenes.Scene) -> bool:
+    given = scenes.RegularWave | scenes.GivenComponents
     gusty = scene.environment.gusts is not None
     return gusty or any(not isinstance(w.spectrum, given) for w in _wave_trains(scene))
 
 
-OF_SCENES: Mapping[Feature, Callable[[Scene], bool]] = {
-    Feature.STEPS: _methods(Method.RK2, Method.HEUN, Method.RK4),
-    Feature.ADAPTIVE: _methods(Method.DOPRI5, Method.AUTOMATIC),
-    Feature.IMPLICIT: _methods(Method.ESDIRK4),
-    Feature.ROTATIONS: lambda scene: scene.solver.kinematics == Kinematics.EXACT,
+OF_SCENES: Mapping[Feature, Callable[[scenes.Scene], bool]] = {
+    Feature.STEPS: _methods(scenes.Method.RK2, scenes.Method.HEUN, scenes.Method.RK4),
+    Feature.ADAPTIVE: _methods(scenes.Method.DOPRI5, scenes.Method.AUTOMATIC),
+    Feature.IMPLICIT: _methods(scenes.Method.ESDIRK4),
+    Feature.ROTATIONS: lambda scene: scene.solver.kinematics == scenes.Kinematics.EXACT,
     Feature.RESTART: lambda scene: scene.initial is not None,
     Feature.STIFFNESS: _any_body_is(lambda body: _is_wet(body) and body.hydrostatics is None),
     Feature.HULL: _any_body_is(lambda body: body.hydrostatics is not None),
     Feature.RADIATION: _any_body_is(_has_memory),
-    Feature.DRAUGHTS: _any_body_is(lambda body: isinstance(body.hydrodynamics, Family)),
+    Feature.DRAUGHTS: _any_body_is(lambda body: isinstance(body.hydrodynamics, scenes.Family)),
     Feature.COUPLED: _any_body_is(lambda body: body.database_body > 1),
     Feature.WAVES: _is_so_in_waves(lambda body: body.wave_forces.first_order),
     Feature.SEA: _is_random,
     Feature.SPREADING: lambda scene: any(
         train.spreading is not None for train in _wave_trains(scene)
     ),
-    Feature.MEAN_DRIFT: _second_order(SecondOrder.MEAN_DRIFT),
-    Feature.NEWMAN: _second_order(SecondOrder.NEWMAN, SecondOrder.NEWMAN_SQUARE_ROOT),
-    Feature.QTF: _second_order(SecondOrder.QTF),
+    Feature.MEAN_DRIFT: _second_order(scenes.SecondOrder.MEAN_DRIFT),
+    Feature.NEWMAN: _second_order(scenes.SecondOrder.NEWMAN, scenes.SecondOrder.NEWMAN_SQUARE_ROOT),
+    Feature.QTF: _second_order(scenes.SecondOrder.QTF),
     Feature.SUM: _is_so_in_waves(lambda body: body.wave_forces.sum_frequency),
     Feature.FOLLOWING: _is_so_in_waves(_has_following_loads),
-    Feature.FENDERS: _elements(Fender),
-    Feature.LANDINGS: _elements(Landing),
+    Feature.FENDERS: _elements(elements.Fender),
+    Feature.LANDINGS: _elements(elements.Landing),
     Feature.GUIDES: lambda scene: any(
-        isinstance(element, Landing) and element.wall is not None
+        isinstance(element, elements.Landing) and element.wall is not None
         for element in scene.forces.values()
     ),
-    Feature.STICK_SLIP: _has_friction_law(StickSlip),
-    Feature.COULOMB: _has_friction_law(Coulomb),
-    Feature.SLOPE: _has_friction_law(FrictionSlope),
+    Feature.STICK_SLIP: _has_friction_law(elements.StickSlip),
+    Feature.COULOMB: _has_friction_law(elements.Coulomb),
+    Feature.SLOPE: _has_friction_law(elements.FrictionSlope),
     Feature.SPRINGS: _elements(Spring),
-    Feature.CATENARIES: _elements(Catenary),
+    Feature.CATENARIES: _elements(elements.Catenary),
     Feature.STRUTS: lambda scene: any(
-        isinstance(e, Link) and not isinstance(e, Spring | Compensator)
+        isinstance(e, Link) and not isinstance(e, Spring | elements.Compensator)
         for e in scene.forces.values()
     ),
-    Feature.WINCHES: _elements(Winch, Compensator),
-    Feature.BUSHINGS: _elements(Bushing),
-    Feature.MOORINGS: _elements(LinearMooring),
+    Feature.WINCHES: _elements(elements.Winch, elements.Compensator),
+    Feature.BUSHINGS: _elements(elements.Bushing),
+    Feature.MOORINGS: _elements(elements.LinearMooring),
     Feature.APPLIED: _elements(AppliedForce),
-    Feature.DAMPING: _elements(LinearDamping),
+    Feature.DAMPING: _elements(elements.LinearDamping),
     Feature.DRAG: _elements(QuadraticDamping),
     Feature.ROLL: _elements(ViscousRoll),
     Feature.CURRENT: lambda scene: (
-        scene.environment.current.speed != 0.0 or _elements(CurrentLoad)(scene)
+        scene.environment.current.speed != 0.0 or _elements(elements.CurrentLoad)(scene)
     ),
-    Feature.WIND: _elements(WindLoad),
-    Feature.WEIGHT: _any_body_is(lambda body: body.weight == Weight.CARRIED),
+    Feature.WIND: _elements(elements.WindLoad),
+    Feature.WEIGHT: _any_body_is(lambda body: body.weight == scenes.Weight.CARRIED),
     Feature.TANKS: _any_body_is(lambda body: bool(body.tanks)),
     Feature.PUMPS: _any_body_is(lambda body: bool(body.pumps)),
     Feature.TRIGGERS: lambda scene: any(element.active for element in scene.forces.values()),
     Feature.JOINTS: lambda scene: bool(scene.joints),
-    Feature.DRIVES: _elements(Drive),
+    Feature.DRIVES: _elements(elements.Drive),
     Feature.EXTREMES: _is_random,
 }
 """Features of scenes, and whether a scene uses them."""

@@ -14,21 +14,8 @@ from hydrosim.errors import InputError
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_nodes import Heading, Node, Replay
+from hydrosim.report import scenery
 from hydrosim.report.page import base64_of_floats
-from hydrosim.report.scenery import (
-    NO_BODY,
-    SUPPORTS_NOTE,
-    TANKS_NOTE,
-    Shape,
-    column,
-    keel_of,
-    scene_of,
-    shape_of,
-    shapes_in,
-    supports_of,
-    tanks_of,
-    waves_of,
-)
 from hydrosim.report.scenery import POINTS_PER_REPLAY_LINE as POINTS_OF_LINE
 from hydrosim.report.sentences.sections import title_of
 from hydrosim.results.channels import COORDINATE_LINKS
@@ -69,7 +56,7 @@ AXIAL_JOINTS = {JointType.HINGE, JointType.SLIDER, JointType.CYLINDRICAL, JointT
 
 def replay_document(run: xr.Dataset) -> Document:
     """Document with the replay of a run only."""
-    nodes = list(replay_nodes(run, scene_of(run)))
+    nodes = list(replay_nodes(run, scenery.scene_of(run)))
     if not nodes:
         raise InputError("the run has fewer than two recorded times: there is nothing to replay.")
     lasts = f"{run.time.values[-1]:g} s"
@@ -82,11 +69,11 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
     if run.time.size < 2:
         return
     shapes = (
-        [shape_of(body, keel_of(scene, body.name)) for body in scene.bodies]
+        [scenery.shape_of(body, scenery.keel_of(scene, body.name)) for body in scene.bodies]
         if scene
-        else [shape_of(None) for _ in run.body]
+        else [scenery.shape_of(None) for _ in run.body]
     )
-    waves, water = waves_of(scene, run)
+    waves, water = scenery.waves_of(scene, run)
     size = max(float(np.linalg.norm(shape.triangles, axis=-1).max()) for shape in shapes)
     step = _records_per_moment(run)
     frames = run.isel(time=slice(None, None, step))
@@ -116,14 +103,16 @@ def replay_nodes(run: xr.Dataset, scene: Scene | None) -> Iterator[Node]:
         else _magnification(_displacement_frames(frames), size),
         "waves": [_wave_data(components) for components in waves],
         "planes": list(_plane_shapes(scene, size)) if scene else [],
-        "supports": supports_of(scene, [s.triangles for s in shapes], size) if scene else [],
+        "supports": scenery.supports_of(scene, [s.triangles for s in shapes], size)
+        if scene
+        else [],
         **_contact_frames(frames, scene),
         **_line_frames(frames, scene),
         "joints": list(_joint_shapes(scene, shapes, size)) if scene else [],
-        **tanks_of(frames, scene),
+        **scenery.tanks_of(frames, scene),
     }
-    notes += [TANKS_NOTE] if data["tanks"] else []
-    notes += [SUPPORTS_NOTE] if data["supports"] else []
+    notes += [scenery.TANKS_NOTE] if data["tanks"] else []
+    notes += [scenery.SUPPORTS_NOTE] if data["supports"] else []
     notes += [ENLARGED_NOTE] if data["joints"] else []
     yield Replay(data, notes)
 
@@ -166,7 +155,9 @@ def _has_connections(run: xr.Dataset, scene: Scene | None) -> bool:
     return "fender_mode" in run or bool(scene and scene.joints)
 
 
-def _joint_shapes(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterator[dict[str, Any]]:
+def _joint_shapes(
+    scene: Scene, shapes: Sequence[scenery.Shape], size: float
+) -> Iterator[dict[str, Any]]:
     """Joints as bars along their axes, a little longer than their body, or as cubes if they have no
     axis; each on its body."""
     for name, joint in scene.joints.items():
@@ -177,7 +168,7 @@ def _joint_shapes(scene: Scene, shapes: Sequence[Shape], size: float) -> Iterato
         long = float(np.ptp(shapes[number].triangles.reshape(-1, 3) @ along))
         half = JOINT_HALF_LENGTH * long if joint.type in AXIAL_JOINTS else JOINT_HALF_WIDTH * size
         place = np.array(joint.point)
-        bar = column(place - half * along, place + half * along, JOINT_HALF_WIDTH * size)
+        bar = scenery.column(place - half * along, place + half * along, JOINT_HALF_WIDTH * size)
         yield {
             "name": name,
             "body": number,
@@ -192,7 +183,7 @@ def _wave_data(waves: Any) -> dict[str, Any]:
 
 
 def _body_number(scene: Scene, name: str | None) -> int:
-    return NO_BODY if name is None else [body.name for body in scene.bodies].index(name)
+    return scenery.NO_BODY if name is None else [body.name for body in scene.bodies].index(name)
 
 
 def _contact_frames(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
@@ -251,7 +242,9 @@ def _line_frames(frames: xr.Dataset, scene: Scene | None) -> dict[str, Any]:
     if scene is None or not drawn:
         return {"lines": [], "tensions": ""}
     loads = [_load_frames(frames, scene, name) for name in drawn]
-    shapes = {name: base64_of_floats(shape.ravel()) for name, _, shape in shapes_in(frames, scene)}
+    shapes = {
+        name: base64_of_floats(shape.ravel()) for name, _, shape in scenery.shapes_in(frames, scene)
+    }
     return {
         "lines": [
             {

@@ -24,16 +24,8 @@ from numpy.lib.recfunctions import repack_fields
 
 from hydrosim.errors import InputError
 from hydrosim.files.outputs import Output, has_mark, is_regular_file, remove_folder
+from hydrosim.results import runs_file
 from hydrosim.results.dataset import differing
-from hydrosim.results.runs_file import (
-    BY_RUN,
-    COMPLETE,
-    LARGE,
-    MISSING,
-    RUN,
-    common_attributes,
-    open_runs,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -316,7 +308,7 @@ def runs_at(path: Path) -> xr.Dataset | None:
             f"{path}: does not exist. An unfinished study that adds seeds until a mean is precise"
             f" keeps its last round in {rounds[-1]}."
         )
-    return read_unfinished(path) if os.path.isdir(path) else open_runs(path)
+    return read_unfinished(path) if os.path.isdir(path) else runs_file.open_runs(path)
 
 
 def _round_files(path: Path) -> list[Path]:
@@ -363,12 +355,12 @@ def _earlier(folder: Path, text: str) -> InputError:
 def _gather_runs(
     folder: Path, layout: xr.Dataset, first: xr.Dataset | None, file: BinaryIO
 ) -> xr.Dataset:
-    count = layout.sizes[RUN]
+    count = layout.sizes[runs_file.RUN]
     status, messages, warnings = (
         layout[name].values.astype(object) for name in ("status", "status_message", "warnings")
     )
     whole = np.dtype([]) if first is None else form_of(first)
-    small = [name for name in whole.names or () if whole[name].itemsize < 8 * LARGE]
+    small = [name for name in whole.names or () if whole[name].itemsize < 8 * runs_file.LARGE]
     chosen = whole[small]
     table = _empty_rows(count, repack_fields(chosen))
     common: dict[str, object] | None = None
@@ -377,15 +369,15 @@ def _gather_runs(
         if values and first is None:
             continue
         run = entry["run"]
-        status[run] = entry.get("status", COMPLETE)
+        status[run] = entry.get("status", runs_file.COMPLETE)
         messages[run] = entry.get("message", "")
         warnings[run] = entry.get("warnings", "")
         if values:
             table[run] = np.frombuffer(values, chosen)[0]
-            common = common_attributes(
+            common = runs_file.common_attributes(
                 entry["attributes"] if common is None else common, entry["attributes"]
             )
-    done = int(np.sum(status == COMPLETE))
+    done = int(np.sum(status == runs_file.COMPLETE))
     failed = [f"run {k}: {messages[k]}" for k in np.flatnonzero(status == "failed")]
     summary = f"{done:,} of {count:,} runs are complete" + (
         f", {len(failed):,} failed" if failed else ""
@@ -397,9 +389,11 @@ def _gather_runs(
         )
     texts = {"status": status, "status_message": messages, "warnings": warnings}
     gathered = layout.assign({name: layout[name].copy(data=text) for name, text in texts.items()})
-    parts = {name: ((RUN, *first[name].dims), _column_values(table[name])) for name in small}
+    parts = {
+        name: ((runs_file.RUN, *first[name].dims), _column_values(table[name])) for name in small
+    }
     gathered = gathered.assign({n: (*part, first[n].attrs) for n, part in parts.items()})
-    by_run = [name for name in str(layout.attrs.get(BY_RUN, "")).split() if name in small]
+    by_run = [name for name in str(layout.attrs.get(runs_file.BY_RUN, "")).split() if name in small]
     gathered = gathered.assign_coords(first.coords).set_coords(by_run)
     return gathered.assign_attrs({**(common or {}), GATHERED: summary})
 
@@ -409,7 +403,7 @@ def _column_values(column: np.ndarray) -> np.ndarray:
     if column.dtype.kind == "f":
         return np.ascontiguousarray(column)
     values = column.astype(np.promote_types(column.dtype, np.float32))
-    values[column == MISSING] = np.nan
+    values[column == runs_file.MISSING] = np.nan
     return values
 
 
@@ -417,7 +411,7 @@ def _empty_rows(count: int, form: np.dtype[np.void]) -> np.ndarray:
     """An empty row for each run."""
     row = np.zeros((), form)
     for name in form.names or ():
-        row[name] = np.nan if form[name].base.kind == "f" else MISSING
+        row[name] = np.nan if form[name].base.kind == "f" else runs_file.MISSING
     return np.full(count, row)
 
 

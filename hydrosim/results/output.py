@@ -26,24 +26,10 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.elements import ELEMENT_KINDS, kinds_of, losses, modes_of_kind
+from hydrosim.elements import kind as kinds
 from hydrosim.elements.contact.kind import group_of_points, remembered_groups
-from hydrosim.elements.kind import (
-    Columns,
-    HasImpulses,
-    ModeRows,
-    RecordedStates,
-    UnitKind,
-    UnitRecord,
-)
+from hydrosim.integrate import names
 from hydrosim.integrate.draught_interpolation import DRAUGHT_STATES as STATES_OF_DRAUGHT
-from hydrosim.integrate.names import (
-    StateKind,
-    StateLayout,
-    force_names,
-    is_work_row,
-    may_dissipate,
-    may_store_energy,
-)
 from hydrosim.integrate.record import states_at, unpack_channels, with_states
 from hydrosim.modes import RISING, SEGMENT
 from hydrosim.results import memory
@@ -66,10 +52,10 @@ if TYPE_CHECKING:
 
 def coordinates(scene: Scene) -> dict[str, object]:
     """Names of forces."""
-    return {"force": ("force", list(force_names(scene)))} if scene.output_impulses else {}
+    return {"force": ("force", list(names.force_names(scene)))} if scene.output_impulses else {}
 
 
-def unit_tallies(model: Model, y: RecordedStates, units: int) -> np.ndarray:
+def unit_tallies(model: Model, y: kinds.RecordedStates, units: int) -> np.ndarray:
     """Further integrals (nt, units, k) of units, from the states y."""
     forces = 2 * model.rows * 6 * model.bodies.each.size
     return y[model.impulse + forces :].reshape(len(y), units, -1)
@@ -99,7 +85,7 @@ MOTION = ("time", "body", "dof")
 def to_dataset(
     scene: Scene,
     model: Model,
-    layout: StateLayout,
+    layout: names.StateLayout,
     sea: Sequence[WaveComponents],
     record: Record,
     count: int,
@@ -110,7 +96,7 @@ def to_dataset(
     probes, and the velocity ``history`` at the end."""
     values = unpack_channels(model, record, count)
     time = values["time"]
-    data: Columns = {
+    data: kinds.Columns = {
         "position": (MOTION, _reshape_by_body(values["coordinates"])),
         "velocity": (MOTION, _reshape_by_body(values["velocity"])),
         "reference_position": (("body", "axis"), model.bodies.each["origin"]),
@@ -120,7 +106,7 @@ def to_dataset(
         data["wind_speed"] = (("time",), values["wind"][:, 0])
     if record.accelerations.size:
         data["acceleration"] = (MOTION, _reshape_by_body(record.accelerations[:count]))
-    for row, name in enumerate(force_names(scene)):
+    for row, name in enumerate(names.force_names(scene)):
         data[f"force_{name}"] = (MOTION, _reshape_by_body(values["wrench"][:, row]))
     data.update(_draught_columns(model, values["y"]))
     modes = record.modes[:count]
@@ -154,8 +140,8 @@ def _reshape_by_body(flat: np.ndarray) -> np.ndarray:
 
 
 def _state_columns(
-    scene: Scene, model: Model, layout: StateLayout, record: Record, count: int
-) -> tuple[Columns, dict[str, object]]:
+    scene: Scene, model: Model, layout: names.StateLayout, record: Record, count: int
+) -> tuple[kinds.Columns, dict[str, object]]:
     """State that a run can start from, at every output time or at the last one that has radiation
     states, and its coordinates. That is the end, unless the run blew up and was cut off."""
     records = with_states(record, count)
@@ -163,7 +149,9 @@ def _state_columns(
         records = records[-1:]
     time = unpack_channels(model, record, count)["time"][records]
     modes = record.modes[records]
-    of_memory = (q for entry in layout.entries_of(StateKind.RADIATION) for q in entry.coordinates)
+    of_memory = (
+        q for entry in layout.entries_of(names.StateKind.RADIATION) for q in entry.coordinates
+    )
     remembered = dict.fromkeys(q.name for q in of_memory)
     rates = np.zeros(model.size)
     rates[model.radiation :][: model.states.decay.size] = input_rates(model.states)
@@ -179,7 +167,7 @@ def _state_columns(
             {"long_name": "component that the state describes"},
         ),
     }
-    states: Columns = {
+    states: kinds.Columns = {
         "state_value": (("state_time", "state"), states_at(model, record, records)),
         "state_input": (("state",), rates),
     }
@@ -188,9 +176,9 @@ def _state_columns(
     return states, coords
 
 
-def _mode_columns(unit: str, rows: ModeRows, modes: np.ndarray) -> Columns:
+def _mode_columns(unit: str, rows: kinds.ModeRows, modes: np.ndarray) -> kinds.Columns:
     """Data of the ``modes`` (nt, n, 3) of units that a run can start from, besides the states."""
-    columns: Columns = {}
+    columns: kinds.Columns = {}
     if rows.size and rows.first is not None:
         large = rows.last is not None and rows.last.max() > np.iinfo(np.int16).max
         segments = modes[:, :, SEGMENT] - rows.first
@@ -203,18 +191,18 @@ def _mode_columns(unit: str, rows: ModeRows, modes: np.ndarray) -> Columns:
 
 
 def _unit_records(
-    kind: UnitKind, p: Any, model: Model, values: Mapping[str, Any], modes: np.ndarray
-) -> UnitRecord:
+    kind: kinds.UnitKind, p: Any, model: Model, values: Mapping[str, Any], modes: np.ndarray
+) -> kinds.UnitRecord:
     """Data of the units of a kind that are kept."""
     y = values["y"]
     rows = kind.modes(p).size
     observed = values.get(kind.unit, np.zeros((len(y), rows, 0)))
-    tallied = isinstance(kind, HasImpulses) and model.impulse < model.size
+    tallied = isinstance(kind, kinds.HasImpulses) and model.impulse < model.size
     tallies = unit_tallies(model, y, rows) if tallied else np.zeros((len(y), rows, 0))
-    return UnitRecord(values["time"], y, modes_of_kind(kind, p, modes), observed, tallies)
+    return kinds.UnitRecord(values["time"], y, modes_of_kind(kind, p, modes), observed, tallies)
 
 
-def _phase_columns(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
+def _phase_columns(scene: Scene, time: np.ndarray, data: kinds.Columns) -> kinds.Columns:
     """Phases of the operation, from its contacts."""
     if "fender_mode" not in data:
         return {}
@@ -223,7 +211,7 @@ def _phase_columns(scene: Scene, time: np.ndarray, data: Columns) -> Columns:
     return {"contact_phase": (("time", "contact_group"), phases)}
 
 
-def _draught_columns(model: Model, y: RecordedStates) -> Columns:
+def _draught_columns(model: Model, y: kinds.RecordedStates) -> kinds.Columns:
     """Slow draughts (nt, nb) of bodies with a family of databases; NaN for other bodies."""
     family = model.family
     if family.body.size == 0:
@@ -234,7 +222,7 @@ def _draught_columns(model: Model, y: RecordedStates) -> Columns:
     return {"slow_draught": (MOTION[:2], draughts)}
 
 
-def _probe_columns(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> Columns:
+def _probe_columns(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray) -> kinds.Columns:
     """Elevation at the probes: a sum over the components, computed afterwards because no motion
     depends on it."""
     if not scene.wave_probes:
@@ -244,9 +232,9 @@ def _probe_columns(scene: Scene, sea: Sequence[WaveComponents], time: np.ndarray
     return {"wave_elevation_at_probe": (("time", "probe"), elevation)}
 
 
-def _point_columns(scene: Scene, model: Model, coordinates: np.ndarray) -> Columns:
+def _point_columns(scene: Scene, model: Model, coordinates: np.ndarray) -> kinds.Columns:
     """Named points and clearances."""
-    columns: Columns = {}
+    columns: kinds.Columns = {}
     if not (memory.point_names(scene) or scene.clearances):
         return columns
     frames = memory.frames_of(model, coordinates)
@@ -268,14 +256,14 @@ def _ledger_values(
     besides = losses(model, values)
     ledger = {"energy_kinetic": values["kinetic"]}
     total = values["kinetic"].copy()
-    for row, name in enumerate(force_names(scene)):
-        if may_store_energy(scene, row):
+    for row, name in enumerate(names.force_names(scene)):
+        if names.may_store_energy(scene, row):
             ledger[f"energy_stored_{name}"] = values["stored"][:, row]
             total += values["stored"][:, row]
-        if is_work_row(scene, row):
+        if names.is_work_row(scene, row):
             ledger[f"energy_work_{name}"] = integrals[:, row]
             total -= integrals[:, row]
-        elif may_dissipate(scene, row):
+        elif names.may_dissipate(scene, row):
             lost = integrals[:, row] + besides.get(row, 0.0)
             ledger[f"energy_dissipated_{name}"] = lost
             total += lost

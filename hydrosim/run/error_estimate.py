@@ -49,21 +49,9 @@ from hydrosim.elements import modes_of_kind
 from hydrosim.elements.contact.fender import NORMAL_FORCE
 from hydrosim.elements.contact.kind import CONTACT_KIND as CONTACTS
 from hydrosim.elements.contact.law import OPEN
+from hydrosim.integrate import state as states
 from hydrosim.integrate.loop import advance
 from hydrosim.integrate.record import new_record, unpack_channels
-from hydrosim.integrate.state import (
-    ACCEPTED,
-    ERROR_INTEGRAL,
-    EVALUATIONS,
-    GRID_POINT,
-    IN_PROGRESS,
-    REACHED_TIME,
-    RECORDS,
-    STATUS,
-    Clock,
-    Run,
-    new_run,
-)
 from hydrosim.jit.refs import StructReference
 from hydrosim.modes import MODE
 from hydrosim.multibody.vectors import rotation_vectors
@@ -123,27 +111,29 @@ class Companion:
     """A companion of a ``run`` of the ``compiled`` scene, by the ``clock`` and with the
     ``stride``."""
 
-    def __init__(self, compiled: Compiled, run: Run, clock: Clock, stride: Stride) -> None:
+    def __init__(
+        self, compiled: Compiled, run: states.Run, clock: states.Clock, stride: Stride
+    ) -> None:
         self.stride = stride
         self.clock = clock
         self._every = lcm(stride.long, run.clock.every) // run.clock.every
-        self._last = int(run.counters[RECORDS]) - 1
+        self._last = int(run.counters[states.RECORDS]) - 1
         room = clock._replace(points=min(clock.points, EVALUATIONS_AT_ONCE * clock.every))
         record = new_record(compiled.model, room)
         state = compiled.first_state()
-        self._run = new_run(clock, compiled.model, compiled.method, state, record)
+        self._run = states.new_run(clock, compiled.model, compiled.method, state, record)
         self._held = StructReference(self._run)
         self._seen = 0
 
     @property
     def evaluations(self) -> int:
         """Evaluations of the equation of motion so far."""
-        return int(self._run.counters[EVALUATIONS])
+        return int(self._run.counters[states.EVALUATIONS])
 
     @property
     def has_failed(self) -> bool:
         """Whether the companion cannot continue."""
-        return bool(self._run.counters[STATUS] != IN_PROGRESS)
+        return bool(self._run.counters[states.STATUS] != states.IN_PROGRESS)
 
     @property
     def local_errors(self) -> float:
@@ -153,15 +143,18 @@ class Companion:
     def sample_motions(self, watch: Watch | None = None) -> Iterator[SampledMotion]:
         """Advance to the end; yields motions piece by piece, for all common output times."""
         run = self._run
-        while run.counters[GRID_POINT] < self.clock.points and run.counters[STATUS] == IN_PROGRESS:
+        while (
+            run.counters[states.GRID_POINT] < self.clock.points
+            and run.counters[states.STATUS] == states.IN_PROGRESS
+        ):
             advance(EVALUATIONS_AT_ONCE, self._held)
-            count = int(run.counters[RECORDS])
+            count = int(run.counters[states.RECORDS])
             if count > min(self._seen, 1):
                 yield self._take_samples(count)
             # the first record stays, because an empty record would begin the run anew
-            run.counters[RECORDS] = min(count, 1)
+            run.counters[states.RECORDS] = min(count, 1)
             if watch is not None:
-                watch(float(run.scratch.pace[REACHED_TIME]))
+                watch(float(run.scratch.pace[states.REACHED_TIME]))
 
     def _take_samples(self, count: int) -> SampledMotion:
         begin = min(self._seen, 1)
@@ -171,14 +164,16 @@ class Companion:
         return SampledMotion(np.minimum(index, self._last), coordinates, force)
 
 
-def sampled_channels(run: Run, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
+def sampled_channels(run: states.Run, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (nt, 6 nb) and normal forces of contacts (nt, nf) of records ``begin`` to
     ``end``, the latter not included. They are copies."""
     values = unpack_channels(run.model, run.record, end, begin)
     return values["coordinates"].copy(), _normal_forces(run, values, begin, end)
 
 
-def _normal_forces(run: Run, values: dict[str, np.ndarray], begin: int, end: int) -> np.ndarray:
+def _normal_forces(
+    run: states.Run, values: dict[str, np.ndarray], begin: int, end: int
+) -> np.ndarray:
     """Normal forces of all contact points (nt, nf) [N]."""
     if values[CONTACTS.unit].size == 0:
         return np.zeros((end - begin, 0))
@@ -186,13 +181,13 @@ def _normal_forces(run: Run, values: dict[str, np.ndarray], begin: int, end: int
     return np.where(modes[:, :, MODE] == OPEN, 0.0, values[CONTACTS.unit][:, :, NORMAL_FORCE])
 
 
-def local_errors(run: Run) -> float:
+def local_errors(run: states.Run) -> float:
     """Integral over time of the estimated error of the steps of an adaptive method, in the units of
     its relative tolerance. Its global error grows with it."""
-    return float(run.scratch.pace[ERROR_INTEGRAL]) * run.clock.control.relative
+    return float(run.scratch.pace[states.ERROR_INTEGRAL]) * run.clock.control.relative
 
 
-def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companion:
+def new_companion(compiled: Compiled, run: states.Run, finer: bool = False) -> Companion:
     """The companion of a ``run`` that has ended; a ``finer`` one where the coarser one fails."""
     clock = run.clock
     if not clock.control.adaptive:
@@ -202,13 +197,13 @@ def new_companion(compiled: Compiled, run: Run, finer: bool = False) -> Companio
     for stride in map(Stride._make, WIDER_GRIDS):
         if _is_stride_possible(stride, run):
             return _with_stride(compiled, run, stride, LOOSE_TOLERANCE_RATIO)
-    limited = run.counters[ACCEPTED] < LIMITED_STEPS * clock.points
+    limited = run.counters[states.ACCEPTED] < LIMITED_STEPS * clock.points
     if limited:
         return _with_stride(compiled, run, Stride(1, 2), 1.0)
     return _with_stride(compiled, run, Stride(1, 1), LOOSE_TOLERANCE_RATIO)
 
 
-def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) -> Companion:
+def _with_stride(compiled: Compiled, run: states.Run, stride: Stride, looser: float) -> Companion:
     """The companion with this stride, and tolerances that are ``looser`` by this factor."""
     clock = run.clock
     step = clock.step * stride.ratio
@@ -232,7 +227,7 @@ def _with_stride(compiled: Compiled, run: Run, stride: Stride, looser: float) ->
     return Companion(compiled, run, wider, stride)
 
 
-def _fixed_stride(compiled: Compiled, run: Run, finer: bool) -> Stride:
+def _fixed_stride(compiled: Compiled, run: states.Run, finer: bool) -> Stride:
     """The stride for a fixed step: the first coarser one that is stable and fits the grid, else a
     ``finer`` one."""
     clock = run.clock
@@ -247,7 +242,7 @@ def _fixed_stride(compiled: Compiled, run: Run, finer: bool) -> Stride:
     return Stride(1, 2)
 
 
-def _is_stride_possible(stride: Stride, run: Run) -> bool:
+def _is_stride_possible(stride: Stride, run: states.Run) -> bool:
     """True if slow paths in waves are renewed at the same times, and if the memory of a convolution
     has room for steps of that length."""
     clock = run.clock
@@ -257,7 +252,7 @@ def _is_stride_possible(stride: Stride, run: Run) -> bool:
     return clock.block % stride.long == 0 and _steps_since_renewal(clock) % stride.long == 0
 
 
-def _steps_since_renewal(clock: Clock) -> int:
+def _steps_since_renewal(clock: states.Clock) -> int:
     """Steps of the grid since a slow path in waves was renewed, before the run."""
     return clock.first % clock.block if clock.block else 0
 
@@ -299,7 +294,9 @@ class Distances(NamedTuple):
 
 
 @one_thread
-def estimate_error(compiled: Compiled, run: Run, watch: Watch | None = None) -> ErrorEstimate:
+def estimate_error(
+    compiled: Compiled, run: states.Run, watch: Watch | None = None
+) -> ErrorEstimate:
     """Error of a ``run`` of the compiled scene, which has ended. ``watch`` is called with the time
     that the companion has reached."""
     companion = new_companion(compiled, run)
@@ -340,11 +337,11 @@ def wave_error(compiled: Compiled) -> float:
     return wave_load_error(compiled.scene.solver)
 
 
-def compare_motions(scene: Scene, run: Run, pieces: Iterable[SampledMotion]) -> Distances:
+def compare_motions(scene: Scene, run: states.Run, pieces: Iterable[SampledMotion]) -> Distances:
     """Distances from a run of the ``pieces`` of another."""
     exact = scene.solver.kinematics == Kinematics.EXACT
     ranges = motion_ranges(scene, run)
-    coordinates, forces = sampled_channels(run, 0, int(run.counters[RECORDS]))
+    coordinates, forces = sampled_channels(run, 0, int(run.counters[states.RECORDS]))
     indices = []
     relative = []
     largest = np.zeros((len(ranges), 6))
@@ -372,7 +369,7 @@ def motion_gaps(ours: np.ndarray, theirs: np.ndarray, exact: bool) -> np.ndarray
     return np.abs(gaps)
 
 
-def motion_ranges(scene: Scene, run: Run) -> np.ndarray:
+def motion_ranges(scene: Scene, run: states.Run) -> np.ndarray:
     """Ranges (nb, 2) of each body's positions [m] and angles [rad], with a lower bound."""
     solver = scene.solver
     least = np.full(2, MIN_RANGE)
@@ -381,7 +378,7 @@ def motion_ranges(scene: Scene, run: Run) -> np.ndarray:
     elif solver.method.adapts:
         tolerances = np.array([solver.tolerance.position, solver.tolerance.angle])
         least = np.maximum(least, TOLERANCES_IN_RANGE * tolerances)
-    coordinates, _ = sampled_channels(run, 0, int(run.counters[RECORDS]))
+    coordinates, _ = sampled_channels(run, 0, int(run.counters[states.RECORDS]))
     return np.maximum(np.ptp(coordinates, axis=0).reshape(-1, 2, 3).max(axis=2), least)
 
 
@@ -407,7 +404,7 @@ def errors_of_run(time: np.ndarray, apart: np.ndarray, share: float) -> np.ndarr
     return errors
 
 
-def error_share(compiled: Compiled, run: Run, companion: Companion) -> float:
+def error_share(compiled: Compiled, run: states.Run, companion: Companion) -> float:
     """Ratio of the distance of a companion to the error of its run."""
     if not compiled.method.adapts:
         return float(abs(companion.stride.ratio**compiled.method.order - 1.0))
@@ -523,12 +520,12 @@ def repeat_until_accurate(
     that has none; else those of a run that was made again."""
     estimate = measure(course)
     accuracy = course.compiled.scene.solver.accuracy
-    first = int(course.run.counters[EVALUATIONS])
+    first = int(course.run.counters[states.EVALUATIONS])
     allowed = max(MAX_COST * first, FREE_EVALUATIONS)
     spent = estimate.evaluations
     while accuracy is not None and estimate.relative > SAFE_SHARE * accuracy:
         factor = max(ERROR_MARGIN * accuracy / estimate.relative, MAX_TIGHTENING)
-        cost = int(course.run.counters[EVALUATIONS])
+        cost = int(course.run.counters[states.EVALUATIONS])
         expected = cost * factor ** (-1.0 / (course.compiled.method.order - 1))
         finer = with_tighter_steps(course.compiled, factor)
         if finer is None or expected > allowed:
@@ -538,7 +535,7 @@ def repeat_until_accurate(
         if not course.complete:
             course = earlier
             break
-        allowed -= int(course.run.counters[EVALUATIONS])
+        allowed -= int(course.run.counters[states.EVALUATIONS])
         spent += cost
         estimate = measure(course)
         spent += estimate.evaluations

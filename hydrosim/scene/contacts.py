@@ -11,22 +11,16 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    ConfigDict,
-    Discriminator,
-    StrictBool,
-    StrictStr,
-    model_validator,
-)
+import pydantic
 
-from hydrosim.dofs import MIRROR_SIGN, foot_of_perpendicular, mirrored_vector
+from hydrosim.dofs import MIRROR_SIGN, mirrored_vector
 from hydrosim.files import quantities as of
 from hydrosim.files.messages import Keys
 from hydrosim.files.quantities import SchemaModel
 from hydrosim.files.schema_class import ArrayOf, ReadAs, SchemaClass, schema_class
 from hydrosim.files.units import problem
 from hydrosim.scene.force import BuildContext, ForceElement
+from hydrosim.scene.plane import Plane
 from hydrosim.scene.signal import NormalOverTime, RecordedColumns, Signal, scale_signal, signal_of
 
 SEAT = 2.0  # m: default radius of a seat, or its width beside the mouth of its wall
@@ -54,7 +48,7 @@ class LoadPowers(SchemaClass):
     slip_damping: of.Power = 0.0
     """Power of the normal force that the slip damping goes with."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_powers(self) -> Self:
         if max(self.damping, self.slip_damping) > self.stiffness:
             found_text = f"damping {self.damping:g}, slip_damping {self.slip_damping:g}"
@@ -104,10 +98,10 @@ class StickSlip(FrictionLaw):
     """Damping C3 of the slip velocity."""
     load: LoadPowers | None = None
     """Powers of the normal force that stiffness and damping go with."""
-    total: StrictBool = False
+    total: pydantic.StrictBool = False
     """Whether values are of all points together and are shared equally."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_law(self) -> Self:
         _check_coefficients(self.static, self.kinetic)
         if self.load and not self.damping + self.slip_damping:
@@ -140,7 +134,7 @@ class Coulomb(FrictionLaw):
     kinetic: of.Factor
     """Friction coefficient while slipping."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_law(self) -> Self:
         _check_coefficients(self.static, self.kinetic)
         return self
@@ -162,7 +156,7 @@ class FrictionSlope(FrictionLaw):
     """Friction coefficient."""
     slope: of.Slope
     """Friction force per velocity while below the full value."""
-    total: StrictBool = False
+    total: pydantic.StrictBool = False
     """Whether the slope is of all points together and is shared equally."""
 
     def build_for(self, contact: Contact, where: BuildContext) -> FrictionSlope:
@@ -177,13 +171,15 @@ class Frictionless(FrictionLaw):
 
     has_valid_defaults: ClassVar[bool] = True
 
-    __pydantic_config__: ClassVar = ConfigDict(extra="ignore")
+    __pydantic_config__: ClassVar = pydantic.ConfigDict(extra="ignore")
     example: ClassVar[dict[str, Any]] = {"law": "none"}
     law: Literal["none"] = field(default="none", kw_only=True)
     """No friction."""
 
 
-Friction = Annotated[StickSlip | Coulomb | FrictionSlope | Frictionless, Discriminator("law")]
+Friction = Annotated[
+    StickSlip | Coulomb | FrictionSlope | Frictionless, pydantic.Discriminator("law")
+]
 Law = StickSlip | FrictionSlope | Coulomb | Frictionless
 
 
@@ -239,7 +235,7 @@ class Unloading(SchemaModel):
     stiffness: of.Stiffness
     """Stiffness of the line between the way there and the way back."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_table(self) -> Self:
         check_lengths(self.compression, self.force)
         return self
@@ -260,10 +256,10 @@ class Normal(SchemaModel):
     """Normal force over time, whatever the compression."""
     damping: of.Damping = 0.0
     """Damping of compression."""
-    total: StrictBool = False
+    total: pydantic.StrictBool = False
     """Whether values are of all points together and are shared equally."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_curve(self) -> Self:
         given = self.keys_with_value("stiffness", "compression", "force", "prescribed")
         if given not in (["stiffness"], ["compression", "force"], ["prescribed"]):
@@ -308,7 +304,8 @@ NormalForce = NormalCurve | NormalLoop | PrescribedNormal
 
 ContactNormal = Annotated[NormalForce, ReadAs(Normal, NormalForce)]
 Points = Annotated[
-    np.ndarray, ArrayOf(Annotated[tuple[of.Point, ...], AfterValidator(of.require_entries)])
+    np.ndarray,
+    ArrayOf(Annotated[tuple[of.Point, ...], pydantic.AfterValidator(of.require_entries)]),
 ]
 
 
@@ -355,78 +352,6 @@ class Contact(ForceElement):
 
 
 @schema_class
-class Plane(SchemaClass):
-    """The other side of a contact, in the earth frame or in that of a body."""
-
-    point: of.Point
-    """A point of the plane, in the earth frame or the frame of its body."""
-    normal: of.Direction
-    """Direction away from the plane, to the free side. Example: [0, -1, 0]."""
-    body: StrictStr | None = None
-    """Body that the plane is fixed to. Without it the plane is fixed to the earth. Example:
-    topside."""
-    corners: tuple[of.Point, ...] = ()
-    """Corners of a polygon in the plane, outside of which there is no contact."""
-
-    @model_validator(mode="after")
-    def _check_normal(self) -> Self:
-        if not any(self.normal):
-            raise problem("the normal [0, 0, 0]", "a direction", "point it to the free side")
-        return self
-
-    @model_validator(mode="after")
-    def _check_corners(self) -> Self:
-        if len({*self.corners}) < len(self.corners):
-            raise problem("a corner twice", "each once", "a polygon is closed by itself")
-        if len(self.corners) > 2 and not _goes_round_once(np.array(self.corners), self.normal):
-            expected = "each beside the one before it, once round the polygon"
-            raise problem("corners whose sides cross each other", expected, "put them in order")
-        return self
-
-    def canonical_form(self, y: float) -> Plane:
-        """The same plane given by the foot of the perpendicular from the origin, relative to the
-        plane at ``y`` [m]; its corners are in a canonical order."""
-        y = 0.0 if self.body else y
-        corners = np.subtract(self.corners, (0.0, y, 0.0)) if self.corners else np.zeros((0, 3))
-        point = foot_of_perpendicular(self.point, self.normal, y)
-        return replace(self, point=point, corners=_sorted_corners(corners, self.normal))
-
-    def mirror_image(self) -> Plane:
-        """The mirror image in the plane y = 0."""
-        normal = mirrored_vector(self.normal)
-        corners = np.array([mirrored_vector(corner) for corner in self.corners]).reshape(-1, 3)
-        return replace(
-            self,
-            point=mirrored_vector(self.point),
-            normal=normal,
-            corners=_sorted_corners(corners, normal),
-        )
-
-
-def _goes_round_once(corners: np.ndarray, normal: Sequence[float]) -> bool:
-    """Whether corners (n, 3) are in the order of their angles about their middle, either way."""
-    across = np.delete(corners - corners.mean(axis=0), np.argmax(np.abs(normal)), axis=1)
-    angle = np.arctan2(across[:, 1], across[:, 0])
-    turns = np.mod(np.diff(angle, append=angle[:1]), 2.0 * np.pi).sum() / (2.0 * np.pi)
-    return round(turns) in (1, len(corners) - 1)
-
-
-def _sorted_corners(corners: np.ndarray, normal: Sequence[float]) -> tuple[of.Point, ...]:
-    """Corners of a convex polygon, once round it, in an order that does not depend on the first
-    corner nor on the sense."""
-    if not len(corners):
-        return ()
-    across = np.delete(corners - corners.mean(axis=0), np.argmax(np.abs(normal)), axis=1)
-    corners = corners[np.argsort(np.arctan2(across[:, 1], across[:, 0]))]
-    fine = np.round(corners / max(np.abs(corners).max(), 1.0), 6)
-    rank = np.argsort(np.lexsort(fine.T))
-    first = int(rank.argmin())
-    step = 1 if rank[(first + 1) % len(rank)] < rank[first - 1] else -1
-    order = [(first + step * k) % len(rank) for k in range(len(rank))]
-    return tuple((x, y, z) for x, y, z in corners[order].tolist())
-
-
-@schema_class
 class Fender(Contact):
     """Points of a body against a plane."""
 
@@ -455,13 +380,13 @@ class Fender(Contact):
     capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
     """Allowable force, which statistics compare with."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_corners(self) -> Self:
         if self.plane.corners and getattr(self.normal, "prescribed", None):
             raise problem("plane.corners and normal.prescribed", "one of them")
         return self
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_rate_free(self) -> Self:
         law = self.friction
         rate_free = isinstance(law, StickSlip) and not law.damping + law.slip_damping
@@ -503,13 +428,13 @@ class Seats(SchemaClass):
     """Seats, one for each point, in the earth frame or the frame of their body."""
     axis: of.Direction = (0.0, 0.0, 1.0)
     """Direction in which seats carry, from seat to point. Example: [0, 0, 1]."""
-    body: StrictStr | None = None
+    body: pydantic.StrictStr | None = None
     """Body that the seats are fixed to. Without it they are fixed to the earth. Example:
     barge."""
     extent: of.LineLength | None = None
     """Distance from the middle of a seat beyond which it does not carry."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_axis(self) -> Self:
         if not any(self.axis):
             raise problem("the axis [0, 0, 0]", "a direction", "point it from seat to point")
@@ -533,7 +458,7 @@ class Wall(SchemaClass):
     depth: of.LineLength | None = None
     """Height of the wall above the seat."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_wall(self) -> Self:
         given = self.keys_with_value("stiffness", "compression", "force")
         if given not in (["stiffness"], ["compression", "force"]):
@@ -597,7 +522,7 @@ class Landing(Contact):
     capacity: of.ReferenceForce | None = field(default=None, kw_only=True)
     """Allowable force, which statistics compare with."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_seats(self) -> Self:
         if len(self.points) != len(self.on.points):
             found_text = f"{len(self.points)} points and {len(self.on.points)} seats in on.points"

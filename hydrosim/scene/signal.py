@@ -11,15 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Generic, Self
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Discriminator,
-    StrictInt,
-    StrictStr,
-    Tag,
-    model_validator,
-)
+import pydantic
 
 from hydrosim.errors import InputError
 from hydrosim.files import quantities as of
@@ -121,10 +113,10 @@ class TableOverTime(SchemaModel, Generic[T]):
 
     time: of.Times
     """Times that rise."""
-    force: Annotated[tuple[T, ...], AfterValidator(of.require_entries)]
+    force: Annotated[tuple[T, ...], pydantic.AfterValidator(of.require_entries)]
     """Force at each time, with straight lines between."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_table(self) -> Self:
         if len(self.time) != len(self.force):
             found_text = f"{len(self.time)} times and {len(self.force)} forces"
@@ -136,15 +128,15 @@ class RecordedColumns(SchemaModel):
     """Columns of a file, added together and multiplied by a factor; the file is the run of ``case``
     if that is given."""
 
-    file: StrictStr
+    file: pydantic.StrictStr
     """Text file or result file with the series, relative to the case file. Example:
     lift.csv."""
-    case: StrictStr | None = None
+    case: pydantic.StrictStr | None = None
     """Case file whose run is the file. Commands run it first. Example: lift.yaml."""
     column: Annotated[
-        tuple[StrictStr | StrictInt, ...],
-        of.one_or_more(StrictStr | StrictInt),
-        AfterValidator(of.require_entries),
+        tuple[pydantic.StrictStr | pydantic.StrictInt, ...],
+        of.one_or_more(pydantic.StrictStr | pydantic.StrictInt),
+        pydantic.AfterValidator(of.require_entries),
     ]
     """Column or list of columns to add up: names or numbers. Example: My."""
     factor: Annotated[Scale, AnyQuantity("factor", "98100 kN/m")] | None = None
@@ -173,7 +165,7 @@ def _form_tag(value: object) -> str:
     return "table" if {"time", "force"} & value.keys() else "harmonic"
 
 
-def only_forms(key: str, unit: str, *forms: type) -> BeforeValidator:
+def only_forms(key: str, unit: str, *forms: type) -> pydantic.BeforeValidator:
     """Annotation: the value is a mapping, or one of ``forms`` already."""
 
     def check(value: object) -> object:
@@ -186,28 +178,28 @@ def only_forms(key: str, unit: str, *forms: type) -> BeforeValidator:
             )
         return value
 
-    return BeforeValidator(check)
+    return pydantic.BeforeValidator(check)
 
 
 ForceOverTime = Annotated[
-    Annotated[tuple[of.Force, ...], of.one_or_more(of.Force), Tag("values")]
-    | Annotated[TableOverTime[of.Force], Tag("table")]
-    | Annotated[RecordedColumns, Tag("recorded")]
-    | Annotated[HarmonicEntry[of.Force], Tag("harmonic")],
-    Discriminator(_form_tag),
+    Annotated[tuple[of.Force, ...], of.one_or_more(of.Force), pydantic.Tag("values")]
+    | Annotated[TableOverTime[of.Force], pydantic.Tag("table")]
+    | Annotated[RecordedColumns, pydantic.Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Force], pydantic.Tag("harmonic")],
+    pydantic.Discriminator(_form_tag),
 ]
 MomentOverTime = Annotated[
-    Annotated[tuple[of.Moment, ...], of.one_or_more(of.Moment), Tag("values")]
-    | Annotated[TableOverTime[of.Moment], Tag("table")]
-    | Annotated[RecordedColumns, Tag("recorded")]
-    | Annotated[HarmonicEntry[of.Moment], Tag("harmonic")],
-    Discriminator(_form_tag),
+    Annotated[tuple[of.Moment, ...], of.one_or_more(of.Moment), pydantic.Tag("values")]
+    | Annotated[TableOverTime[of.Moment], pydantic.Tag("table")]
+    | Annotated[RecordedColumns, pydantic.Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Moment], pydantic.Tag("harmonic")],
+    pydantic.Discriminator(_form_tag),
 ]
 NormalOverTime = Annotated[
-    Annotated[TableOverTime[of.Force], Tag("table")]
-    | Annotated[RecordedColumns, Tag("recorded")]
-    | Annotated[HarmonicEntry[of.Force], Tag("harmonic")],
-    Discriminator(_form_tag),
+    Annotated[TableOverTime[of.Force], pydantic.Tag("table")]
+    | Annotated[RecordedColumns, pydantic.Tag("recorded")]
+    | Annotated[HarmonicEntry[of.Force], pydantic.Tag("harmonic")],
+    pydantic.Discriminator(_form_tag),
     only_forms("force", "kN", TableOverTime, RecordedColumns, HarmonicEntry),
 ]
 Form = TableOverTime[float] | RecordedColumns | HarmonicEntry[float]

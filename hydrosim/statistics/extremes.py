@@ -33,28 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.statistics import gaussian
-from hydrosim.statistics.gumbel import (
-    INTERVAL_ENDS,
-    PARTS_PER_WINDOW,
-    Gumbel,
-    fit_record,
-    sliding_maxima,
-)
-from hydrosim.statistics.series import (
-    Tail,
-    changes_of_moments,
-    exponential_misfit,
-    fit_tail,
-    fit_upper_tail,
-    has_initial_transient,
-    independent_samples,
-    low_frequency_share,
-    peaks,
-    skewness_and_kurtosis,
-    slow_part,
-    upcrossings,
-)
+from hydrosim.statistics import gaussian, gumbel, series
 
 MEMORIES_PER_WINDOW = 4  # in a window, at least
 MIN_WINDOWS, MAX_WINDOWS = 8, 50  # windows
@@ -164,7 +143,7 @@ class _RecordProperties(NamedTuple):
     skewness: float
     ratio: float
     contacts: bool
-    ends: tuple[float, float] = INTERVAL_ENDS
+    ends: tuple[float, float] = gumbel.INTERVAL_ENDS
 
     def half_record(self) -> _RecordProperties:
         """Properties of half of the record, whose law must predict the largest value of the other
@@ -192,19 +171,23 @@ def extremes(
         return undefined_extremes(reason), undefined_extremes(reason)
     middle, size = float(np.median(x)), float(np.ptp(x))
     z = (x - middle) / size
-    long = independent_samples(z)
-    changing = changes_of_moments(z, long)
+    long = series.independent_samples(z)
+    changing = series.changes_of_moments(z, long)
     if any(changing):
         reason = ExtremeModel.MEAN_CHANGES if changing[0] else ExtremeModel.STD_CHANGES
         return undefined_extremes(reason), undefined_extremes(reason)
-    if has_initial_transient(z, long):
+    if series.has_initial_transient(z, long):
         return undefined_extremes(ExtremeModel.TRANSIENT), undefined_extremes(
             ExtremeModel.TRANSIENT
         )
     ratio = 1.0 if exposure is None else exposure / (step * x.size)
-    share, few = low_frequency_share(z, step, slowest)
+    share, few = series.low_frequency_share(z, step, slowest)
     slow = share > SLOW_FRACTION and few < MIN_MEMORIES
-    third, fourth = skewness_and_kurtosis(slow_part(z, step, slowest)) if slow else (np.nan, np.nan)
+    third, fourth = (
+        series.skewness_and_kurtosis(series.slow_part(z, step, slowest))
+        if slow
+        else (np.nan, np.nan)
+    )
     record = _RecordProperties(long, slow, third, ratio, contacts)
     if fourth < MIN_SLOW_KURTOSIS and not _is_regular_series(z):
         return undefined_extremes(ExtremeModel.BOUNDED), undefined_extremes(ExtremeModel.BOUNDED)
@@ -241,7 +224,7 @@ def refusal_reason(x: np.ndarray) -> ExtremeModel | None:
         return ExtremeModel.NOT_FINITE
     if not np.ptp(x) > RECORD_ROUNDING_FRACTION * np.abs(x).max():
         return ExtremeModel.CONSTANT
-    return ExtremeModel.TOO_SHORT if upcrossings(x - x.mean()).size <= MIN_WAVES else None
+    return ExtremeModel.TOO_SHORT if series.upcrossings(x - x.mean()).size <= MIN_WAVES else None
 
 
 def _extremes_of_halves(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
@@ -271,17 +254,19 @@ def _by_law(x: np.ndarray, record: _RecordProperties) -> RecordExtremes:
     if _stays_at(x, x.max()):
         return undefined_extremes(ExtremeModel.CLIPPED)
     windows = min(
-        int(record.memories / MEMORIES_PER_WINDOW), x.size // (2 * PARTS_PER_WINDOW), MAX_WINDOWS
+        int(record.memories / MEMORIES_PER_WINDOW),
+        x.size // (2 * gumbel.PARTS_PER_WINDOW),
+        MAX_WINDOWS,
     )
     if windows < MIN_WINDOWS:
         return undefined_extremes(ExtremeModel.TOO_SHORT)
     count = _window_count(x, windows, record)
     clipped = _stays_at(x, x.min())
-    if clipped and sliding_maxima(x, windows).min() == x.min():
+    if clipped and gumbel.sliding_maxima(x, windows).min() == x.min():
         windows //= 2
-        if windows < MIN_WINDOWS or sliding_maxima(x, windows).min() == x.min():
+        if windows < MIN_WINDOWS or gumbel.sliding_maxima(x, windows).min() == x.min():
             return undefined_extremes(ExtremeModel.RARE)
-    if not np.ptp(sliding_maxima(x, count)) > 0.0:
+    if not np.ptp(gumbel.sliding_maxima(x, count)) > 0.0:
         return undefined_extremes(ExtremeModel.CLIPPED)
     fit = None if record.slow else gaussian.fit_gaussian(x, record.memories, windows)
     doubted = fit is None or fit.is_doubtful() or fit.is_unlikely(x.max())
@@ -304,7 +289,7 @@ def _stays_at(x: np.ndarray, value: float) -> bool:
 def _window_count(x: np.ndarray, windows: int, record: _RecordProperties) -> int:
     """Number of windows for Gumbel's law. Waves come in groups, which matter less at higher levels,
     so short windows contain too few large values."""
-    waves = upcrossings(x - x.mean()).size
+    waves = series.upcrossings(x - x.mean()).size
     most = (
         windows if record.slow else min(windows, max(waves // WAVES_PER_WINDOW, SUFFICIENT_WINDOWS))
     )
@@ -316,7 +301,7 @@ def _extremes_by_windows(x: np.ndarray, count: int, record: _RecordProperties) -
     origin)^shape, whose tail is exponential."""
     if record.slow:
         return _extremes_of_slow_part(x, count, record)
-    tail = _upper_tail(x, fit_upper_tail)
+    tail = _upper_tail(x, series.fit_upper_tail)
     if tail.shape > TAIL_SHAPE_RANGE[1]:
         return undefined_extremes(ExtremeModel.CLIPPED)
     if np.isnan(tail.shape):
@@ -330,15 +315,16 @@ def _extremes_by_windows(x: np.ndarray, count: int, record: _RecordProperties) -
     return extreme
 
 
-def _is_curved(x: np.ndarray, tail: Tail) -> bool:
+def _is_curved(x: np.ndarray, tail: series.Tail) -> bool:
     """Whether the highest crests of a record, in the power that makes its tail exponential, are not
     exponential: a force that ends near a weight, and now and then jumps beyond it."""
     z = x - tail.origin
-    crests = np.sort(peaks(np.sign(z) * np.abs(z) ** max(tail.shape, TAIL_SHAPE_RANGE[0])))
+    crests = np.sort(series.peaks(np.sign(z) * np.abs(z) ** max(tail.shape, TAIL_SHAPE_RANGE[0])))
     if crests.size < TESTED_CRESTS * MIN_CRESTS_RATIO:
         return False
     return (
-        exponential_misfit(crests[-TESTED_CRESTS:] - crests[-TESTED_CRESTS - 1]) > MAX_CREST_MISFIT
+        series.exponential_misfit(crests[-TESTED_CRESTS:] - crests[-TESTED_CRESTS - 1])
+        > MAX_CREST_MISFIT
     )
 
 
@@ -349,7 +335,7 @@ def _extremes_of_slow_part(x: np.ndarray, count: int, record: _RecordProperties)
     between one (exponential) and the shape at the often crossed levels. If skewness and levels
     disagree, intervals span both."""
     exponential = partial(_extremes_by_shape, x, float(x.mean()), 1.0, 0.0, count, record)
-    tail = _upper_tail(x, fit_tail)
+    tail = _upper_tail(x, series.fit_tail)
     leans = record.skewness > 0.0 and not _stays_at(x, x.min())
     if np.isnan(tail.shape) or (leans and tail.shape < GAUSSIAN_SHAPE):
         return exponential().widen_lower_end() if record.contacts else exponential()
@@ -371,7 +357,7 @@ def _span_both(first: RecordExtremes, second: RecordExtremes) -> RecordExtremes:
 
 
 def _extremes_by_tail(
-    x: np.ndarray, tail: Tail, count: int, record: _RecordProperties
+    x: np.ndarray, tail: series.Tail, count: int, record: _RecordProperties
 ) -> RecordExtremes:
     """Extremes by Gumbel's law of windows of (x - origin)^shape, with the shape of the tail."""
     shape = max(tail.shape, TAIL_SHAPE_RANGE[0])
@@ -413,14 +399,14 @@ def _gumbel_of_power(
 ) -> np.ndarray | None:
     """Values (5,) by Gumbel's law of z^shape, with z from the origin of the tail; None if the
     largest value does not fit the law."""
-    law = fit_record(np.sign(z) * np.abs(z) ** shape, count, record.memories)
+    law = gumbel.fit_record(np.sign(z) * np.abs(z) ** shape, count, record.memories)
     if law.exceedances(z.max() ** shape, count) < MIN_EXCEEDANCES:
         return None
     values = np.array(_extremes_by_law(law, record, count, ExtremeModel.GUMBEL)[:-1])
     return np.asarray(np.sign(values) * np.abs(values) ** (1.0 / shape))
 
 
-def _upper_tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail:
+def _upper_tail(x: np.ndarray, fit: Callable[[np.ndarray, float], series.Tail]) -> series.Tail:
     """Upper tail of a record x (nt,) about its mean. If it appears nearly cut off from there, the
     origin is the median of the values above the mean. Friction in slip is an example: it is equally
     large both ways, and seldom close to its mean."""
@@ -432,7 +418,7 @@ def _upper_tail(x: np.ndarray, fit: Callable[[np.ndarray, float], Tail]) -> Tail
 
 def _is_regular_series(x: np.ndarray) -> bool:
     """Whether the largest values and the periods of all waves are equal."""
-    crossings = upcrossings(x - x.mean())
+    crossings = series.upcrossings(x - x.mean())
     periods, first = np.diff(crossings), np.ceil(crossings).astype(int)
     maxima = np.maximum.reduceat(x, first)[:-1]
     alike = np.ptp(maxima) <= EQUAL_MAXIMA_FRACTION * np.ptp(x)
@@ -440,7 +426,7 @@ def _is_regular_series(x: np.ndarray) -> bool:
 
 
 def _extremes_by_law(
-    law: gaussian.GaussianFit | Gumbel | gaussian.Impacts,
+    law: gaussian.GaussianFit | gumbel.Gumbel | gaussian.Impacts,
     record: _RecordProperties,
     count: float,
     basis: ExtremeModel,

@@ -20,14 +20,7 @@ from hydrosim.files.messages import suggestion
 from hydrosim.files.yaml_nodes import with_hint
 from hydrosim.results import phases
 from hydrosim.results.phases import STAGE_TIME, STAGES, Phase
-from hydrosim.statistics.explain import (
-    DIRECTION_AXES,
-    EXPLAINED_PHASES,
-    FRICTION_PARTS,
-    IN_CONTACT,
-    WHOLE_RUN,
-    explain_run,
-)
+from hydrosim.statistics import explain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -137,9 +130,9 @@ SIGNED_RESULTS = ("end_clearance", "displacement", "mean_force", "friction", "mo
 LOWEST_ATTRIBUTE = "lowest"
 """Attribute of figures that cannot be below that value."""
 SPAN_NAMES = (
-    WHOLE_RUN,
-    IN_CONTACT,
-    *EXPLAINED_PHASES,
+    explain.WHOLE_RUN,
+    explain.IN_CONTACT,
+    *explain.EXPLAINED_PHASES,
     *(f"{first} to {second}" for first, second in pairwise(STAGES)),
 )
 """The stages over which it is explained why a body moved."""
@@ -159,7 +152,7 @@ class RunResults:
     def explanation(self) -> xr.Dataset:
         """What `explain_run` says of the run."""
         if self._explanation is None:
-            self._explanation = explain_run(self.run)
+            self._explanation = explain.explain_run(self.run)
         return self._explanation
 
     def group(self, name: str | None) -> str:
@@ -233,7 +226,7 @@ class StageResult(ChannelFreeResult):
         """The number with its unit, NaN where the run does not come to it."""
         group = results.group(self.group)
         run = results.run.sel(contact_group=group)
-        if self.stage in EXPLAINED_PHASES:
+        if self.stage in explain.EXPLAINED_PHASES:
             number = phase_durations(results.run).sel(contact_group=group, phase=self.stage)
             return _scalar_result(float(number), "s", self)
         if STAGE_TIME not in run:
@@ -260,7 +253,7 @@ class MotionCauseResult(ChannelFreeResult):
 
     name: str
     result: str
-    stage: str = WHOLE_RUN
+    stage: str = explain.WHOLE_RUN
     direction: str = "surge"
     body: str | None = None
     force: str | None = None
@@ -307,9 +300,11 @@ class MotionCauseResult(ChannelFreeResult):
     def _of_contacts(self, results: RunResults, why: xr.Dataset) -> xr.DataArray:
         group = results.group(self.group)
         group_values = why.sel(fender=why.fender_group == group, span=self._span(why, group))
-        along = group_values.sel(direction=DIRECTION_AXES[self.direction])
+        along = group_values.sel(direction=explain.DIRECTION_AXES[self.direction])
         if self.result == "friction":
-            part = along.friction_part.sel(part=[self.part] if self.part else list(FRICTION_PARTS))
+            part = along.friction_part.sel(
+                part=[self.part] if self.part else list(explain.FRICTION_PARTS)
+            )
             return _scalar_result(_sum_of_values(part), "N", self)
         if self.result == "time_share":
             return _scalar_result(

@@ -42,14 +42,7 @@ from hydrosim.run.checkpoint import digest
 from hydrosim.scene import Scene
 from hydrosim.simulation import prepare_scene, simulate
 from hydrosim.statistics import effects
-from hydrosim.study.executors import (
-    Pool,
-    RunOutcome,
-    Threads,
-    collected_here,
-    pad_to_layout,
-    reduce_run,
-)
+from hydrosim.study import executors
 from hydrosim.study.run_layout import TRIAL_STEPS, RunLayout, merge_layouts, one_scene_of_each_kind
 from hydrosim.study.shared import SceneCache, folder_of, identity, is_complete, locked_journal
 from hydrosim.study.sweep import ParameterStudy, check_figures, check_units, scenes_with_seeds
@@ -87,7 +80,7 @@ def simulate_many(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     resume: bool = False,
-    pool: Pool | None = None,
+    pool: executors.Pool | None = None,
     first: int = 0,
 ) -> xr.Dataset:
     """Run all cases, files of cases or scenes, on as many cores as there are ``workers``, by
@@ -135,7 +128,7 @@ def simulate_many(
         name: _new_variable(values) for name, values in along.items()
     } | _source_labels(scenes)
     digest: Digest = partial(
-        reduce_run,
+        executors.reduce_run,
         variables=list(variables),
         start=start,
         figures=tuple(figures),
@@ -145,7 +138,7 @@ def simulate_many(
     if not _has_requested(form, [*variables, *(f.name for f in figures)], channels):
         _check_requested(scenes[0], digest)
     if form is not None:
-        digest = partial(pad_to_layout, form=form, keep=partial(digest, lenient=True))
+        digest = partial(executors.pad_to_layout, form=form, keep=partial(digest, lenient=True))
 
     shared = SceneCache()
     result = None if output is None else outputs.as_output(output, "sweep")
@@ -166,8 +159,8 @@ def simulate_many(
     def write(path: Path, journal: Journal | None) -> Path:
         file = file_at(path)
         work = _RunSet(scenes, shared, digest, file, journal, first)
-        with _close_at_end(file), collected_here():
-            _run_all(work, pool or Threads(workers or os.cpu_count() or 1), progress)
+        with _close_at_end(file), executors.collected_here():
+            _run_all(work, pool or executors.Threads(workers or os.cpu_count() or 1), progress)
         return path
 
     if result is None:
@@ -304,12 +297,12 @@ def _close_at_end(file: RunsWriter) -> Iterator[None]:
     file.close()
 
 
-def _run_all(work: _RunSet, pool: Pool, progress: Progress | None) -> None:
+def _run_all(work: _RunSet, pool: executors.Pool, progress: Progress | None) -> None:
     """Run the scenes by a pool; what it finds is kept by this thread as it comes, and written in
     order."""
     done = 0
     due = 0.0
-    pending: deque[tuple[int, Future[RunOutcome]]] = deque()
+    pending: deque[tuple[int, Future[executors.RunOutcome]]] = deque()
 
     def take() -> None:
         nonlocal done, due
@@ -390,21 +383,23 @@ class _RunSet(NamedTuple):
         subject = "The run is" if count == 1 else f"All {count} runs are"
         raise InputError(f"{messages}\n{subject} refused before the first step.")
 
-    def start_run(self, run: int, scene: Scene, pool: Pool) -> Future[RunOutcome]:
+    def start_run(
+        self, run: int, scene: Scene, pool: executors.Pool
+    ) -> Future[executors.RunOutcome]:
         """A run that is done, or is being done by the pool."""
         if self.journal is None or run not in self.journal:
             estimates = (self.first + run) % ESTIMATE_INTERVAL == 0
             return pool.submit(self.shared.compile_task(scene, estimates), self.digest)
         dataset, attributes, warnings = self.journal.read(run)
-        future: Future[RunOutcome] = Future()
-        future.set_result(RunOutcome(COMPLETE, "", warnings, dataset, attributes))
+        future: Future[executors.RunOutcome] = Future()
+        future.set_result(executors.RunOutcome(COMPLETE, "", warnings, dataset, attributes))
         return future
 
     def has_run(self, run: int) -> bool:
         """Whether a run is on the disk."""
         return self.journal is not None and run in self.journal
 
-    def keep(self, pending: Iterable[tuple[int, Future[RunOutcome]]]) -> None:
+    def keep(self, pending: Iterable[tuple[int, Future[executors.RunOutcome]]]) -> None:
         """Put what is complete by now on the disk."""
         for run, future in pending:
             if self.journal is None or run in self.journal or not future.done():
@@ -414,12 +409,14 @@ class _RunSet(NamedTuple):
                 with delay_interrupts():
                     self.journal.add(run, stored)
 
-    def write(self, run: int, outcome: RunOutcome) -> None:
+    def write(self, run: int, outcome: executors.RunOutcome) -> None:
         """Put a run into the file, or why there is none."""
         dataset = outcome.found
         file = self.file
         if dataset is not None and (name := file.differs(dataset)):
-            outcome = RunOutcome("failed", f"its {name} is not that of the runs before it")
+            outcome = executors.RunOutcome(
+                "failed", f"its {name} is not that of the runs before it"
+            )
         if outcome.found is not None:
             file.add(run, outcome.found, outcome.attributes, outcome.warnings)
             return
@@ -437,7 +434,7 @@ def run_study(
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
-    pool: Pool | None = None,
+    pool: executors.Pool | None = None,
 ) -> xr.Dataset:
     """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
     runs have no such figures."""

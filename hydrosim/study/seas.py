@@ -18,12 +18,7 @@ from hydrosim.compile.symmetry import not_mirrored, plane_of, without_image
 from hydrosim.dofs import DOFS, MIRROR_SIGN
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.scene import Jonswap, Scene, Tma, Torsethaugen, WaveTrain
-from hydrosim.statistics.weather import (
-    MIRROR_REASON,
-    MIRRORED_ATTRIBUTE,
-    SAME_HEADING_RAD,
-    images_of,
-)
+from hydrosim.statistics import weather
 
 if TYPE_CHECKING:
     from hydrosim.statistics.figures import RequestedStatistic
@@ -93,13 +88,13 @@ def add_mirrored_limits(
     """The ``limits`` with those to the other side, if these are the same; attributes say
     which they are, or why there are none."""
     headings = limits.heading.values
-    images = images_of(headings)
+    images = weather.images_of(headings)
     if not images:
         return limits
     reasons = [*_criteria_asymmetries(figures, swells, scene), *_scene_asymmetries(scene, headings)]
     if reasons:
         text = f"Limits are not mirrored to the other side: {'; '.join(reasons)}."
-        return limits.assign_attrs({MIRROR_REASON: text})
+        return limits.assign_attrs({weather.MIRROR_REASON: text})
     mirrored = limits.sel(heading=[heading for heading, _ in images])
     mirrored = mirrored.assign_coords(
         heading=("heading", [at for _, at in images], limits.heading.attrs)
@@ -112,7 +107,7 @@ def add_mirrored_limits(
         " without runs of their own."
     )
     return both.assign_attrs(
-        {MIRROR_REASON: text, MIRRORED_ATTRIBUTE: np.sort([at for _, at in images])}
+        {weather.MIRROR_REASON: text, weather.MIRRORED_ATTRIBUTE: np.sort([at for _, at in images])}
     )
 
 
@@ -123,7 +118,7 @@ def _criteria_asymmetries(
     names = [str(figure) for figure in figures if not _is_even(figure)]
     names += [name for figure in figures for name in figure.elements if _is_asymmetric(name, scene)]
     oblique_swells = [
-        s for s in swells if s is not None and abs(np.sin(s.heading)) > SAME_HEADING_RAD
+        s for s in swells if s is not None and abs(np.sin(s.heading)) > weather.SAME_HEADING_RAD
     ]
     return names + [f"swell to {np.degrees(swell.heading):g} deg" for swell in oblique_swells]
 

@@ -7,33 +7,15 @@ import re
 from math import degrees
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Discriminator,
-    Field,
-    StrictBool,
-    StrictInt,
-    StrictStr,
-    Tag,
-    model_validator,
-)
+import pydantic
 
 from hydrosim.case.criteria import CONTACT_RESULTS, PHASE_NAMES, STATISTIC_NAMES, RunCriterion
 from hydrosim.files import quantities as of
 from hydrosim.files.units import AnyQuantity, Quantity, Scale, problem
 from hydrosim.results.phases import STAGES
+from hydrosim.statistics import results
 from hydrosim.statistics.explain import EXPLAINED_PHASES, FRICTION_PARTS, WHOLE_RUN
 from hydrosim.statistics.figures import STATISTICS, ScalarResult
-from hydrosim.statistics.results import (
-    ALL_STAGE_NAMES,
-    REQUIRED_KEYS,
-    RESULT_KEYS,
-    RESULTS_OF_CONTACTS,
-    SPAN_NAMES,
-    MotionCauseResult,
-    StageResult,
-)
 
 # Limits of operation.
 
@@ -45,14 +27,14 @@ class Heights(of.SchemaModel):
     """Significant heights among which a limit is looked for: from the first to the last, so far
     ``apart``."""
 
-    low: of.Length = Field(alias="from")
+    low: of.Length = pydantic.Field(alias="from")
     """Lowest significant height."""
-    high: of.Length = Field(alias="to")
+    high: of.Length = pydantic.Field(alias="to")
     """Highest significant height."""
     apart: of.LineLength
     """Step between heights."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_order(self) -> Self:
         if not 0.0 < self.low < self.high or self.high - self.low < self.apart:
             found_text = f"from {self.low:g} to {self.high:g} m, {self.apart:g} m apart"
@@ -95,7 +77,7 @@ class AlphaFile(of.SchemaModel):
     """A table of alpha factors: ``source`` says which, with its edition; a row of ``factors`` for
     planned times up to each of ``planned``, a column for each of the ``heights`` of the limit."""
 
-    source: StrictStr
+    source: pydantic.StrictStr
     """Document and edition that the factors are from. Example: Company standard 12, 2024."""
     planned: tuple[of.Period, ...]
     """Planned times that the rows go up to."""
@@ -104,7 +86,7 @@ class AlphaFile(of.SchemaModel):
     factors: tuple[tuple[of.Factor, ...], ...]
     """A row of factors for each planned time."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_sizes(self) -> Self:
         sizes = {len(row) for row in self.factors}
         if sizes != {len(self.heights)} or len(self.factors) != len(self.planned):
@@ -127,7 +109,7 @@ class Operability(of.SchemaModel):
 
     heights: Heights
     """Significant heights among which the limit is looked for."""
-    peak_periods: Annotated[tuple[of.Period, ...], Field(min_length=1)]
+    peak_periods: Annotated[tuple[of.Period, ...], pydantic.Field(min_length=1)]
     """Peak periods of the wind sea."""
     headings: tuple[of.Angle, ...] = ()
     """Directions that the wind sea goes to. Without them that of the case."""
@@ -135,16 +117,16 @@ class Operability(of.SchemaModel):
     """Swells beside the wind sea."""
     probability: Annotated[float, Quantity("probability", "", "90 %", above=0, at_most=0.999)] = 0.9
     """Probability with which criteria must hold."""
-    scatter: StrictStr | None = None
+    scatter: pydantic.StrictStr | None = None
     """File with a scatter diagram of heights and periods. Example: scatter.csv."""
-    hindcast: StrictStr | None = None
+    hindcast: pydantic.StrictStr | None = None
     """File with a hindcast of seas over time. Example: hindcast.nc."""
     bearing: of.Angle | None = None
     """Compass bearing of the x axis, by which directions of the hindcast become headings."""
     operation: Operation | None = None
     """Time that the operation takes, for the wait for weather."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_periods(self) -> Self:
         turned = [degrees(heading) for heading in self.headings]
         for name, values in (("peak_periods", self.peak_periods), ("headings", turned)):
@@ -188,21 +170,21 @@ def _check_distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
     return values
 
 
-Seed = Annotated[StrictInt, Field(ge=0)]
+Seed = Annotated[pydantic.StrictInt, pydantic.Field(ge=0)]
 Seeds = Annotated[
     tuple[Seed, ...],
-    AfterValidator(_check_distinct),
-    BeforeValidator(_expand_seeds, json_schema_input_type=Seed | str | tuple[Seed, ...]),
+    pydantic.AfterValidator(_check_distinct),
+    pydantic.BeforeValidator(_expand_seeds, json_schema_input_type=Seed | str | tuple[Seed, ...]),
 ]
-Values = Annotated[tuple[Any, ...], AfterValidator(_check_distinct)]
+Values = Annotated[tuple[Any, ...], pydantic.AfterValidator(_check_distinct)]
 
 
 class Range(of.SchemaModel):
     """From one value to another, all between equally likely, or all of their logarithms."""
 
-    low: Any = Field(alias="from")
+    low: Any = pydantic.Field(alias="from")
     """Lower end of the range. Example: 100 kN."""
-    high: Any = Field(alias="to")
+    high: Any = pydantic.Field(alias="to")
     """Upper end of the range. Example: 400 kN."""
     scale: Literal["linear", "logarithmic"] = "linear"
     """Whether all values are equally likely, or all logarithms of values."""
@@ -213,20 +195,20 @@ def _spread_tag(value: Any) -> str:
 
 
 Spread = Annotated[
-    Annotated[tuple[Any, ...], Tag("values")] | Annotated[Range, Tag("range")],
-    Discriminator(_spread_tag),
+    Annotated[tuple[Any, ...], pydantic.Tag("values")] | Annotated[Range, pydantic.Tag("range")],
+    pydantic.Discriminator(_spread_tag),
 ]
 
 
 class LinkedKeys(of.SchemaModel):
     """Keys of the case that are varied together, and what their values are called."""
 
-    keys: Annotated[dict[StrictStr, Spread], Field(min_length=1)]
+    keys: Annotated[dict[pydantic.StrictStr, Spread], pydantic.Field(min_length=1)]
     """Values or ranges by key of the case. They change together."""
-    called: tuple[StrictStr, ...] | None = None
+    called: tuple[pydantic.StrictStr, ...] | None = None
     """Names of the values, for tables and plots. Example: [soft, stiff]."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_alike(self) -> Self:
         ranges = [isinstance(spread, Range) for spread in self.keys.values()]
         sizes = [len(spread) for spread in self.keys.values() if isinstance(spread, tuple)]
@@ -246,10 +228,10 @@ def _parameter_tag(value: Any) -> str:
 
 
 Parameter = Annotated[
-    Annotated[Values, Tag("values")]
-    | Annotated[Range, Tag("range")]
-    | Annotated[LinkedKeys, Tag("linked")],
-    Discriminator(_parameter_tag),
+    Annotated[Values, pydantic.Tag("values")]
+    | Annotated[Range, pydantic.Tag("range")]
+    | Annotated[LinkedKeys, pydantic.Tag("linked")],
+    pydantic.Discriminator(_parameter_tag),
 ]
 
 
@@ -257,16 +239,16 @@ class DesignPlan(of.SchemaModel):
     """Parameters, keys of the case as with `--set` or names of what is linked, and how values of
     several are combined; of ranges, so many ``samples``, drawn with the seed ``random``."""
 
-    parameters: dict[StrictStr, Parameter] = Field(default_factory=dict)
+    parameters: dict[pydantic.StrictStr, Parameter] = pydantic.Field(default_factory=dict)
     """Values or ranges by key of the case, such as environment.waves.significant_height."""
     design: Literal["grid", "one_at_a_time", "latin_hypercube", "sobol", "sobol_indices"] = "grid"
     """How values of several parameters are combined."""
-    samples: Annotated[StrictInt, Field(ge=2)] | None = None
+    samples: Annotated[pydantic.StrictInt, pydantic.Field(ge=2)] | None = None
     """Number of samples that are drawn from ranges. Example: 64."""
     random: Seed = 0
     """Number that samples are drawn with. Example: 5."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_design(self) -> Self:
         drawn = self.design not in ("grid", "one_at_a_time")
         for name, parameter in self.parameters.items():
@@ -289,11 +271,11 @@ class OutputSettings(of.SchemaModel):
 
     step: of.Period | None = None
     """Time between records that are kept. Without it that of the case."""
-    impulses: StrictBool | None = None
+    impulses: pydantic.StrictBool | None = None
     """Whether the impulses that hydrosim explain needs are kept."""
-    variables: tuple[StrictStr, ...] = ("position",)
+    variables: tuple[pydantic.StrictStr, ...] = ("position",)
     """Variables of each run that are kept. Example: [position]."""
-    channels: tuple[StrictStr, ...] = ()
+    channels: tuple[pydantic.StrictStr, ...] = ()
     """Channels of each run that there are statistics of, or patterns. Example: [clearance.*]."""
     start: of.Instant = 0.0
     """Time from which statistics are taken."""
@@ -335,9 +317,9 @@ STAGE_NAMES = Literal[
 ]
 for names, keys in (
     (STATISTIC_NAMES, STATISTICS),
-    (RESULT_NAMES, RESULT_KEYS),
+    (RESULT_NAMES, results.RESULT_KEYS),
     (PART_NAMES, FRICTION_PARTS),
-    (STAGE_NAMES, ALL_STAGE_NAMES),
+    (STAGE_NAMES, results.ALL_STAGE_NAMES),
 ):
     assert set(names.__args__) == set(keys)  # type: ignore[attr-defined]
 
@@ -345,7 +327,7 @@ for names, keys in (
 class OfChannel(of.SchemaModel):
     """A figure of each run: a statistic of a channel, over all times or in a phase."""
 
-    channel: StrictStr
+    channel: pydantic.StrictStr
     """Channel of the run. Example: position.barge.surge."""
     statistic: STATISTIC_NAMES
     """Statistic of the channel. Crawl is change, or change_absolute, of a position; end counts from
@@ -364,26 +346,26 @@ class OfStages(of.SchemaModel):
 
     result: RESULT_NAMES
     """Result of stages, or of what hydrosim explain says. Example: recontact_force."""
-    group: StrictStr | None = None
+    group: pydantic.StrictStr | None = None
     """Group of contacts. Without it the only one. Example: legs."""
     stage: STAGE_NAMES | None = None
     """Stage that the result is of. Without it the whole run."""
     until: STAGE_NAMES | None = None
     """Stage at which a duration ends."""
-    body: StrictStr | None = None
+    body: pydantic.StrictStr | None = None
     """Body that moves. Without it the only one. Example: barge."""
     direction: Literal["surge", "sway", "heave"] | None = None
     """Direction of a motion or a force. Without it surge."""
-    force: StrictStr | None = None
+    force: pydantic.StrictStr | None = None
     """Force element, or row of forces, of a mean force. Example: interface."""
     part: PART_NAMES | None = None
     """Part of friction that has one cause. Without it all of them."""
     mode: Literal["open", "stick", "slip"] | None = None
     """Contact mode."""
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_keys(self) -> Self:
-        keys = RESULT_KEYS[self.result]
+        keys = results.RESULT_KEYS[self.result]
         given = {
             *self.keys_with_value("group", "stage", "until", "body", "direction", "force", "part")
         }
@@ -391,7 +373,7 @@ class OfStages(of.SchemaModel):
         if unknown := given - keys:
             found_text = f"{', '.join(sorted(unknown))} of the result {self.result}"
             raise problem(found_text, f"only: {', '.join(sorted(keys))}")
-        if lacking := REQUIRED_KEYS.get(self.result, set()) - given:
+        if lacking := results.REQUIRED_KEYS.get(self.result, set()) - given:
             raise problem(f"the result {self.result} without {', '.join(lacking)}", "both")
         if self.stage is not None and self.stage not in (names := self._stages()):
             raise problem(f"the stage {self.stage} of {self.result}", f"one of: {', '.join(names)}")
@@ -406,13 +388,13 @@ class OfStages(of.SchemaModel):
         """The names of stages that the result may be of."""
         if self.result == "time":
             return STAGES
-        return (*EXPLAINED_PHASES, *STAGES) if self.result == "duration" else SPAN_NAMES
+        return (*EXPLAINED_PHASES, *STAGES) if self.result == "duration" else results.SPAN_NAMES
 
-    def figure(self, name: str, start: float) -> StageResult | MotionCauseResult:
+    def figure(self, name: str, start: float) -> results.StageResult | results.MotionCauseResult:
         """The same, as what is computed of a run, from its start on."""
-        if self.result in RESULTS_OF_CONTACTS:
-            return StageResult(name, self.result, self.group, self.stage, self.until)
-        return MotionCauseResult(
+        if self.result in results.RESULTS_OF_CONTACTS:
+            return results.StageResult(name, self.result, self.group, self.stage, self.until)
+        return results.MotionCauseResult(
             name,
             self.result,
             self.stage or WHOLE_RUN,
@@ -435,10 +417,12 @@ class Limited(of.SchemaModel):
     """Side of the limit on which the figure holds it. Without it at least for the statistic
     smallest and the result end_clearance, and at most for others."""
 
-    source: StrictStr = ""
+    source: pydantic.StrictStr = ""
     """Where the limit comes from: a document and its clause. Example: Fender data sheet 7."""
 
-    def is_lower_limit(self, figure: ScalarResult | StageResult | MotionCauseResult) -> bool:
+    def is_lower_limit(
+        self, figure: ScalarResult | results.StageResult | results.MotionCauseResult
+    ) -> bool:
         """Whether the limit is the least that a figure may be."""
         return figure.at_least if self.side is None else self.side == "at least"
 
@@ -473,12 +457,14 @@ def _figure_tag(value: Any) -> str:
 
 
 Asked = Annotated[
-    Annotated[OfChannel, Tag("of a channel")] | Annotated[OfStages, Tag("of stages")],
-    Discriminator(_figure_tag),
+    Annotated[OfChannel, pydantic.Tag("of a channel")]
+    | Annotated[OfStages, pydantic.Tag("of stages")],
+    pydantic.Discriminator(_figure_tag),
 ]
 Criterion = Annotated[
-    Annotated[ChannelCriterion, Tag("of a channel")] | Annotated[StageCriterion, Tag("of stages")],
-    Discriminator(_figure_tag),
+    Annotated[ChannelCriterion, pydantic.Tag("of a channel")]
+    | Annotated[StageCriterion, pydantic.Tag("of stages")],
+    pydantic.Discriminator(_figure_tag),
 ]
 
 
@@ -486,11 +472,11 @@ class SeedTarget(of.SchemaModel):
     """More seeds, up to ``most``, until the 90 % interval of the mean of a ``figure`` is at most
     so ``wide``, for all values of the parameters."""
 
-    figure: StrictStr
+    figure: pydantic.StrictStr
     """Name of the figure whose mean must be known well enough. Example: largest_surge."""
     wide: Annotated[Scale, AnyQuantity("width", "0.1 m", above=0.0)]
     """Largest width of the 90 % interval of its mean."""
-    most: Annotated[StrictInt, Field(ge=2)] = 1000
+    most: Annotated[pydantic.StrictInt, pydantic.Field(ge=2)] = 1000
     """Largest number of seeds. Example: 500."""
 
 
@@ -498,9 +484,9 @@ class StudyFile(DesignPlan):
     """A whole study file: one plan, or several ``studies`` by name, of one case and with the same
     seeds; ``figures`` of each run, to compare."""
 
-    case: StrictStr
+    case: pydantic.StrictStr
     """Case file that is varied, relative to the study file. Example: ../base.yaml."""
-    studies: dict[StrictStr, DesignPlan] = Field(default_factory=dict)
+    studies: dict[pydantic.StrictStr, DesignPlan] = pydantic.Field(default_factory=dict)
     """Several plans by name, in place of parameters."""
     seeds: Seeds | None = None
     """Seeds of the sea: 1-100, a list, or one number. Example: 1-100."""
@@ -510,14 +496,14 @@ class StudyFile(DesignPlan):
     """Length of each run, in place of that of the case."""
     output: OutputSettings = OutputSettings()
     """Results that are kept of each run."""
-    figures: dict[StrictStr, Asked] = Field(default_factory=dict)
+    figures: dict[pydantic.StrictStr, Asked] = pydantic.Field(default_factory=dict)
     """Figures of each run by name."""
-    criteria: dict[StrictStr, Criterion] = Field(default_factory=dict)
+    criteria: dict[pydantic.StrictStr, Criterion] = pydantic.Field(default_factory=dict)
     """Figures with limits by name."""
     operability: Operability | None = None
     """Seas in which limits of the operation are looked for."""
 
-    @model_validator(mode="before")
+    @pydantic.model_validator(mode="before")
     @classmethod
     def _check_kind(cls, data: Any) -> Any:
         if isinstance(data, dict) and "bodies" in data:
@@ -525,7 +511,7 @@ class StudyFile(DesignPlan):
             raise problem("a case, with the key bodies", "a study", remedy)
         return data
 
-    @model_validator(mode="after")
+    @pydantic.model_validator(mode="after")
     def _check_plans(self) -> Self:
         if self.studies and self.parameters:
             raise problem("parameters and studies", "either one plan or several by name")

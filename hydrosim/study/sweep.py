@@ -35,18 +35,8 @@ from hydrosim.simulation import NotAskable, prepare_scene, simulate
 from hydrosim.statistics.effects import CYCLIC
 from hydrosim.statistics.figures import RequestedStatistic, ScalarResult
 from hydrosim.statistics.results import MotionCauseResult, RunResults, StageResult
-from hydrosim.study import designs
+from hydrosim.study import designs, study_file
 from hydrosim.study.designs import CaseValue, label_values, value_at_key
-from hydrosim.study.study_file import (
-    Criterion,
-    DesignPlan,
-    LinkedKeys,
-    OutputSettings,
-    Range,
-    SeedTarget,
-    StudyFile,
-    as_study_criterion,
-)
 
 if TYPE_CHECKING:
     from hydrosim.scene import Scene
@@ -72,28 +62,28 @@ class ParameterStudy:
 
     scenes: tuple[Scene, ...]
     labels: dict[str, xr.Variable]
-    kept: OutputSettings
+    kept: study_file.OutputSettings
     inputs: tuple[Path, ...] = ()
     figures: tuple[ScalarResult | StageResult | MotionCauseResult, ...] = ()
     design: str = "{}"
     seeds: tuple[int, ...] = ()
-    until: SeedTarget | None = None
+    until: study_file.SeedTarget | None = None
     settings: str = ""
     bounds: Mapping[str, tuple[str, Scale]] = field(default_factory=dict)
     first: int = 0
 
 
-def read_study(path: Path) -> StudyFile:
+def read_study(path: Path) -> study_file.StudyFile:
     """The study in a YAML file; InputError says what is not valid, also what is too much."""
 
-    def further(data: StudyFile) -> Iterator[Problem]:
+    def further(data: study_file.StudyFile) -> Iterator[Problem]:
         yield from _find_problems(data)
         if not os.path.isfile(path.parent / data.case):
             place = os.path.normpath(path.parent / data.case)
             text = f"found no such file at {place}; expected a case file; {RELATIVE}"
             yield Problem(("case",), text)
 
-    return validate_document(read_case(path)[1], StudyFile, further)
+    return validate_document(read_case(path)[1], study_file.StudyFile, further)
 
 
 def load_study(path: Path | str) -> ParameterStudy:
@@ -108,7 +98,7 @@ def load_study(path: Path | str) -> ParameterStudy:
         return _build_study(path, data)
 
 
-def _build_study(path: Path, data: StudyFile) -> ParameterStudy:
+def _build_study(path: Path, data: study_file.StudyFile) -> ParameterStudy:
     builder = _Builder(path, data)
     data = with_criteria_of(builder.base(), data)
     rows = [row for name, plan in data.plans().items() for row in builder.rows(name, plan)]
@@ -128,20 +118,20 @@ def _build_study(path: Path, data: StudyFile) -> ParameterStudy:
     )
 
 
-def with_criteria_of(case: Case, data: StudyFile) -> StudyFile:
+def with_criteria_of(case: Case, data: study_file.StudyFile) -> study_file.StudyFile:
     """A study that also holds its runs against the criteria of its ``case``, under their names,
     where the study does not use these itself."""
     names = {*data.figures, *data.criteria, *RESERVED_NAMES}
     of_case = case.data.criteria
     taken = {
-        name: as_study_criterion(criterion)
+        name: study_file.as_study_criterion(criterion)
         for name, criterion in of_case.items()
         if name not in names
     }
     return data.model_copy(update={"criteria": {**taken, **data.criteria}}) if taken else data
 
 
-def settings_with(data: StudyFile, case: Case) -> str:
+def settings_with(data: study_file.StudyFile, case: Case) -> str:
     """What the result of a study is made with: all that its file sets, and one of its cases."""
     study = data.model_dump(mode="json", exclude_unset=True, warnings=False)
     of_case = json.loads(case.settings())
@@ -149,14 +139,14 @@ def settings_with(data: StudyFile, case: Case) -> str:
 
 
 def requested_figures(
-    data: StudyFile,
+    data: study_file.StudyFile,
 ) -> tuple[ScalarResult | StageResult | MotionCauseResult, ...]:
     """What is asked of each run: the figures, and those of the criteria."""
     asked = {**data.figures, **data.criteria}
     return tuple(criterion.figure(name, data.output.start) for name, criterion in asked.items())
 
 
-def fixed_settings(data: StudyFile) -> dict[str, Any]:
+def fixed_settings(data: study_file.StudyFile) -> dict[str, Any]:
     """What a study sets in its case whatever varies, by key. Impulses are recorded where a figure
     needs them."""
     output = data.output
@@ -171,7 +161,7 @@ def fixed_settings(data: StudyFile) -> dict[str, Any]:
     return {key: value for key, value in fixed.items() if value is not None}
 
 
-def describe_study(data: StudyFile) -> dict[str, Any]:
+def describe_study(data: study_file.StudyFile) -> dict[str, Any]:
     """What the file of runs says of a study: of each plan its design and the keys of its
     parameters; the figures; what is asked of criteria."""
     plans = {
@@ -188,7 +178,7 @@ def describe_study(data: StudyFile) -> dict[str, Any]:
     return {"plans": plans, "figures": [*data.figures, *data.criteria], "criteria": criteria}
 
 
-def _criterion_record(name: str, criterion: Criterion) -> dict[str, Any]:
+def _criterion_record(name: str, criterion: study_file.Criterion) -> dict[str, Any]:
     """What `hydrosim.statistics.figures` judges a criterion by."""
     figure = criterion.figure(name, 0.0)
     return {
@@ -205,7 +195,7 @@ def scenes_with_seeds(scene: Scene, seeds: Iterable[int]) -> list[Scene]:
     return [replace(scene, environment=water.with_seed(seed)) for seed in seeds]
 
 
-def _find_problems(data: StudyFile) -> Iterator[Problem]:
+def _find_problems(data: study_file.StudyFile) -> Iterator[Problem]:
     count = sum(map(designs.design_size, data.plans().values())) * len(data.seeds or (0,))
     if count > MAX_RUNS:
         yield Problem(
@@ -228,7 +218,7 @@ def _find_problems(data: StudyFile) -> Iterator[Problem]:
         name: where
         for plan, plan_data in data.plans().items()
         for name, parameter in plan_data.parameters.items()
-        if isinstance(parameter, LinkedKeys)
+        if isinstance(parameter, study_file.LinkedKeys)
         for where in [(*(("studies", plan) if plan else ()), "parameters", name)]
     }
     for kind, names in (("figures", data.figures), ("criteria", data.criteria)):
@@ -251,7 +241,7 @@ class _Combination:
     case: Case
     scene: Scene
 
-    def seas(self, path: Path, data: StudyFile) -> list[Scene]:
+    def seas(self, path: Path, data: study_file.StudyFile) -> list[Scene]:
         if data.seeds is None:
             return [self.scene]
         water = self.scene.environment
@@ -265,7 +255,7 @@ class _Combination:
 class _Builder:
     """Cases with what a study sets in them."""
 
-    def __init__(self, path: Path, data: StudyFile) -> None:
+    def __init__(self, path: Path, data: study_file.StudyFile) -> None:
         self.path = path
         self.case = path.parent / data.case
         self.read = read_case(self.case)
@@ -276,7 +266,7 @@ class _Builder:
         """The case of the study, without what is varied."""
         return self._case({})
 
-    def rows(self, name: str, plan: DesignPlan) -> list[_Combination]:
+    def rows(self, name: str, plan: study_file.DesignPlan) -> list[_Combination]:
         """The combinations of a plan. One at a time, the case itself is there once, also where it
         is among the values of parameters."""
         combinations: list[_Combination] = []
@@ -299,7 +289,7 @@ class _Builder:
         except InputError as error:
             raise InputError(str(error).replace(SETTING, f"{self.path}: ")) from None
 
-    def _range_ends(self, key: str, spread: Range) -> tuple[float, float]:
+    def _range_ends(self, key: str, spread: study_file.Range) -> tuple[float, float]:
         """The ends of a range in SI, each as the case reads it."""
         bounds = []
         for value in (spread.low, spread.high):
@@ -321,7 +311,9 @@ def _is_same(base: Case, case: Case, row: designs.DesignRow) -> bool:
     return all(value_at_key(base.data, key) == value_at_key(case.data, key) for key in row.settings)
 
 
-def _parameter_labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr.Variable]:
+def _parameter_labels(
+    data: study_file.StudyFile, rows: list[_Combination]
+) -> dict[str, xr.Variable]:
     """Coordinates of all runs: the values of all keys that are varied somewhere; names. A
     coordinate of a key has underscores for its dots, so that it can be an attribute in Python."""
     plans = data.plans()
@@ -336,7 +328,7 @@ def _parameter_labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr
     for plan in plans.values():
         for name, parameter in plan.parameters.items():
             variables = {key: _values_of_key(key, rows) for key in designs.keys_of(name, parameter)}
-            if isinstance(parameter, LinkedKeys):
+            if isinstance(parameter, study_file.LinkedKeys):
                 values, attributes = _values_of_linked(
                     name, parameter, rows, next(iter(variables.values()))
                 )
@@ -354,7 +346,7 @@ def _parameter_labels(data: StudyFile, rows: list[_Combination]) -> dict[str, xr
 
 def _values_of_linked(
     name: str,
-    parameter: LinkedKeys,
+    parameter: study_file.LinkedKeys,
     rows: list[_Combination],
     first: tuple[list[Any], dict[str, Any]],
 ) -> tuple[list[Any], dict[str, Any]]:

@@ -22,21 +22,8 @@ import numpy as np
 import xarray as xr
 
 from hydrosim.errors import InputError
+from hydrosim.files import text as texts
 from hydrosim.files.series import NETCDF
-from hydrosim.files.text import (
-    EPOCH,
-    Source,
-    TextTable,
-    check_spectral_units,
-    is_heading,
-    name_and_unit,
-    parse,
-    readable_unit,
-    require_finite,
-    require_rising,
-    unit_of_column,
-    without_repeats,
-)
 from hydrosim.files.units import factor
 from hydrosim.statistics.weather import (
     AlphaFactors,
@@ -64,10 +51,10 @@ MAX_HEIGHT_M = 30.0  # m: significant heights of a scatter diagram
 MIN_DIRECTIONS = 10  # directions, of which some should be more than 6.28 degrees
 
 
-def read_scatter(source: Source) -> ScatterDiagram:
+def read_scatter(source: texts.Source) -> ScatterDiagram:
     """The scatter diagram in a text file; InputError says what is wrong with it."""
     source.head(4)
-    table = parse(source, first="a significant height [m]")
+    table = texts.parse(source, first="a significant height [m]")
     try:
         periods = np.array([float(name) for name in table.names[1:]])
     except ValueError:
@@ -77,7 +64,7 @@ def read_scatter(source: Source) -> ScatterDiagram:
         source.wrong(
             "found no peak periods above the columns; expected a first line such as hs, 5, 6, 7"
         )
-    require_finite(source, table.rows.ravel())
+    texts.require_finite(source, table.rows.ravel())
     heights = table.rows[:, 0] * _unit_scale(source, table, 0, "hs")
     for name, values in (("height", heights), ("peak period", periods)):
         if values.min() < 0.0 or np.unique(values).size < values.size:
@@ -95,7 +82,7 @@ def read_scatter(source: Source) -> ScatterDiagram:
     return ScatterDiagram(heights, periods, count)
 
 
-def read_hindcast(source: Source) -> Hindcast:
+def read_hindcast(source: texts.Source) -> Hindcast:
     """The states of the sea in a file; InputError says what is wrong with it."""
     netcdf = source.head(4).startswith(NETCDF)
     hindcast = _read_netcdf(source) if netcdf else _read_text(source)
@@ -104,8 +91,8 @@ def read_hindcast(source: Source) -> Hindcast:
     period = hindcast.period
     for values in (time, height, period, hindcast.coming):
         if values is not None:
-            require_finite(source, values)
-    require_rising(source, time)
+            texts.require_finite(source, values)
+    texts.require_rising(source, time)
     if time.size < 2:
         source.wrong(f"found {time.size} state; expected two or more")
     for name, values, bad in (("height", height, height < 0.0), ("period", period, period <= 0.0)):
@@ -124,8 +111,8 @@ def read_hindcast(source: Source) -> Hindcast:
     return hindcast
 
 
-def _read_text(source: Source) -> Hindcast:
-    table = parse(source, dates=True)
+def _read_text(source: texts.Source) -> Hindcast:
+    table = texts.parse(source, dates=True)
     columns = [_find_column(source, table, what) for what in COLUMN_NAMES]
     needed = [column for column in columns[:3] if column is not None]
     if len(needed) < 3:
@@ -134,14 +121,14 @@ def _read_text(source: Source) -> Hindcast:
     time, height, period = needed
     if not table.dated:
         return Hindcast(time, None, height, period, columns[3])
-    date = EPOCH + np.timedelta64(round(1e3 * float(time[0])), "ms")
+    date = texts.EPOCH + np.timedelta64(round(1e3 * float(time[0])), "ms")
     return Hindcast(time - time[0], date, height, period, columns[3])
 
 
-def _find_column(source: Source, table: TextTable, what: str) -> np.ndarray | None:
+def _find_column(source: texts.Source, table: texts.TextTable, what: str) -> np.ndarray | None:
     """A column in the program's unit, None if the table has none of its names."""
     for k, name in enumerate(table.names):
-        bare, unit = name_and_unit(name)
+        bare, unit = texts.name_and_unit(name)
         if bare.strip().lower() in COLUMN_NAMES[what]:
             values = table.rows[:, k]
             if what == "direction" and not (unit or table.units):
@@ -150,16 +137,16 @@ def _find_column(source: Source, table: TextTable, what: str) -> np.ndarray | No
     return None
 
 
-def _unit_scale(source: Source, table: TextTable, k: int, what: str) -> float:
+def _unit_scale(source: texts.Source, table: texts.TextTable, k: int, what: str) -> float:
     """From the unit of a column, if the file says one, to the program's."""
     name = table.names[k]
     try:
-        return factor(unit_of_column(table, k) or DEFAULT_UNITS[what], COLUMN_UNITS[what])
+        return factor(texts.unit_of_column(table, k) or DEFAULT_UNITS[what], COLUMN_UNITS[what])
     except ValueError as error:
         source.wrong(f"found {name}; expected it in {DEFAULT_UNITS[what]}; {error}")
 
 
-def _refuse_radians(source: Source, name: str, values: np.ndarray) -> None:
+def _refuse_radians(source: texts.Source, name: str, values: np.ndarray) -> None:
     """Directions all around that look like radians, of a file that does not say which."""
     size = np.abs(values[np.isfinite(values)]).max(initial=0.0)
     if values.size >= MIN_DIRECTIONS and np.pi / 2 < size <= 2.0 * np.pi + 1e-6:
@@ -169,7 +156,7 @@ def _refuse_radians(source: Source, name: str, values: np.ndarray) -> None:
         )
 
 
-def _read_netcdf(source: Source) -> Hindcast:
+def _read_netcdf(source: texts.Source) -> Hindcast:
     import xarray as xr
 
     try:
@@ -198,7 +185,9 @@ def _read_netcdf(source: Source) -> Hindcast:
     return Hindcast(*_read_times(source, data["time"]), height, period, coming)
 
 
-def _read_times(source: Source, time: xr.DataArray) -> tuple[np.ndarray, np.datetime64 | None]:
+def _read_times(
+    source: texts.Source, time: xr.DataArray
+) -> tuple[np.ndarray, np.datetime64 | None]:
     """Seconds, and the date of zero: none in a calendar that is not ours."""
     values = time.values
     if values.dtype.kind == "M":
@@ -208,16 +197,16 @@ def _read_times(source: Source, time: xr.DataArray) -> tuple[np.ndarray, np.date
     return _convert_values(source, time, "time"), None
 
 
-def _convert_values(source: Source, values: xr.DataArray, what: str) -> np.ndarray:
+def _convert_values(source: texts.Source, values: xr.DataArray, what: str) -> np.ndarray:
     """Numbers in the program's unit; directions those that waves come from, as a file has them
     unless its standard name says that they go there."""
     unit = str(values.attrs.get("units", DEFAULT_UNITS[what]))
-    unit = "deg" if unit.lower().startswith("deg") else readable_unit(unit) or unit
+    unit = "deg" if unit.lower().startswith("deg") else texts.readable_unit(unit) or unit
     try:
         scale = factor(unit, COLUMN_UNITS[what])
     except ValueError as error:
         source.wrong(f"{values.name or what}: {error}; expected {DEFAULT_UNITS[what]}")
-    going = what == "direction" and is_heading(source, str(values.name or what), values.attrs)
+    going = what == "direction" and texts.is_heading(source, str(values.name or what), values.attrs)
     return np.asarray(values.values.astype(float) * scale + (np.pi if going else 0.0))
 
 
@@ -228,14 +217,16 @@ def _find_variable(data: xr.Dataset, what: str) -> xr.DataArray | None:
     return None
 
 
-def _states_from_spectra(source: Source, efth: xr.DataArray) -> dict[str, xr.DataArray | None]:
+def _states_from_spectra(
+    source: texts.Source, efth: xr.DataArray
+) -> dict[str, xr.DataArray | None]:
     """4 sqrt(m0), the period of the largest density over frequency, the mean direction."""
     import xarray as xr
 
     if not {"freq", "dir"} <= {*efth.dims} or not {"freq", "dir"} <= {*efth.coords}:
         source.wrong("found efth without freq or dir; expected both, as wavespectra has them")
-    check_spectral_units(source, efth)
-    efth = without_repeats(source, efth.sortby("freq"))
+    texts.check_spectral_units(source, efth)
+    efth = texts.without_repeats(source, efth.sortby("freq"))
     bearing = efth["dir"].astype(float)
     around = np.sort(bearing.values % 360.0)
     step = 360.0 / around.size
@@ -286,8 +277,8 @@ class Weather:
 def read_weather(folder: Path, wanted: Operability) -> Weather:
     """The files that a study names; InputError says what is wrong in them, and an operation that
     its table of factors does not have."""
-    scatter = wanted.scatter and read_scatter(Source(folder / wanted.scatter, "scatter"))
-    hindcast = wanted.hindcast and read_hindcast(Source(folder / wanted.hindcast, "hindcast"))
+    scatter = wanted.scatter and read_scatter(texts.Source(folder / wanted.scatter, "scatter"))
+    hindcast = wanted.hindcast and read_hindcast(texts.Source(folder / wanted.hindcast, "hindcast"))
     if wanted.bearing is not None and hindcast and hindcast.coming is None:
         raise InputError(
             f"operability.bearing: {folder / str(wanted.hindcast)}: found no column direction, the"

@@ -7,23 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from hydrosim import scene
 from hydrosim.dofs import SYMMETRY_RTOL
-from hydrosim.scene import (
-    Body,
-    Box,
-    LevelReached,
-    Plan,
-    Pump,
-    Tank,
-    TankMesh,
-    TankShape,
-    TankTable,
-    When,
-)
 from hydrosim.tanks.shapes import capacity, pieces
 
 
-def image_indices(body: Body) -> tuple[list[int | None], list[int | None]]:
+def image_indices(body: scene.Body) -> tuple[list[int | None], list[int | None]]:
     """Index of the mirror image of each tank, and of each pump, of a body, in the plane through the
     centre of gravity. The image may be the item itself; None if there is none."""
     y = body.centre_of_gravity[1]
@@ -35,20 +24,20 @@ def image_indices(body: Body) -> tuple[list[int | None], list[int | None]]:
     return tanks, [_same_pump(_mirror_pump(pump, body, names), body.pumps) for pump in body.pumps]
 
 
-def without_image(body: Body) -> list[str]:
+def without_image(body: scene.Body) -> list[str]:
     """Names of the tanks and pumps without a mirror image."""
     tanks, pumps = image_indices(body)
     names = [*(tank.name for tank in body.tanks), *(pump.name for pump in body.pumps)]
     return [name for name, image in zip(names, [*tanks, *pumps], strict=True) if image is None]
 
 
-def _mirror_image_of(tank: Tank, y: float) -> Tank:
+def _mirror_image_of(tank: scene.Tank, y: float) -> scene.Tank:
     shape = tank.shape
-    if isinstance(shape, TankTable):
+    if isinstance(shape, scene.TankTable):
         centroid = shape.centroid * [1.0, -1.0, 1.0] + [0.0, 2.0 * y, 0.0]
         image = replace(shape, centroid=centroid, surface=shape.surface * [1.0, -1.0, 1.0])
         return replace(tank, shape=image)
-    if isinstance(shape, TankMesh):
+    if isinstance(shape, scene.TankMesh):
         corners = shape.corners[:, ::-1] * [1.0, -1.0, 1.0] + [0.0, 2.0 * y, 0.0]
         return replace(tank, shape=replace(shape, corners=corners))
     low = list(shape.low)
@@ -57,28 +46,28 @@ def _mirror_image_of(tank: Tank, y: float) -> Tank:
     return replace(tank, shape=replace(shape, low=tuple(low), high=tuple(high)))
 
 
-def _index_of_image(image: Tank, tanks: Sequence[Tank]) -> int | None:
+def _index_of_image(image: scene.Tank, tanks: Sequence[scene.Tank]) -> int | None:
     return next((k for k, other in enumerate(tanks) if _is_equal_tank(image, other)), None)
 
 
-def _is_equal_tank(a: Tank, b: Tank) -> bool:
+def _is_equal_tank(a: scene.Tank, b: scene.Tank) -> bool:
     """True if two tanks differ in their names only."""
     same = (a.density, a.surface) == (b.density, b.surface) and _is_close(a.level, b.level)
     return same and _have_same_shape(a.shape, b.shape) and _have_same_plan(a.plan, b.plan)
 
 
-def _have_same_shape(a: TankShape, b: TankShape) -> bool:
-    if isinstance(a, Box) and isinstance(b, Box):
+def _have_same_shape(a: scene.TankShape, b: scene.TankShape) -> bool:
+    if isinstance(a, scene.Box) and isinstance(b, scene.Box):
         return _is_close((*a.low, *a.high, a.permeability), (*b.low, *b.high, b.permeability))
-    if isinstance(a, TankTable) and isinstance(b, TankTable):
+    if isinstance(a, scene.TankTable) and isinstance(b, scene.TankTable):
         names = ("level", "volume", "centroid", "surface")
         return all(_is_close(getattr(a, name), getattr(b, name)) for name in names)
-    if isinstance(a, TankMesh) and isinstance(b, TankMesh):
+    if isinstance(a, scene.TankMesh) and isinstance(b, scene.TankMesh):
         return _have_same_contents(a, b)
     return False
 
 
-def _have_same_contents(a: TankMesh, b: TankMesh) -> bool:
+def _have_same_contents(a: scene.TankMesh, b: scene.TankMesh) -> bool:
     """True if two meshes hold the same contents at every level, whatever their triangles."""
     if not _is_close(*(np.ptp(mesh.corners, axis=(0, 1)) for mesh in (a, b))):
         return False
@@ -90,7 +79,7 @@ def _have_same_contents(a: TankMesh, b: TankMesh) -> bool:
     return bool(np.abs(apart).max() <= SYMMETRY_RTOL)
 
 
-def _have_same_plan(a: Plan | None, b: Plan | None) -> bool:
+def _have_same_plan(a: scene.Plan | None, b: scene.Plan | None) -> bool:
     if a is None or b is None:
         return a is b
     return _is_close(a.time, b.time) and _is_close(a.level, b.level)
@@ -105,7 +94,7 @@ def _is_close(a: object, b: object) -> bool:
     )
 
 
-def _mirror_pump(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
+def _mirror_pump(pump: scene.Pump, body: scene.Body, names: dict[str, str | None]) -> scene.Pump:
     """The pump between the images of its tanks; ``names`` are the names of the images."""
     levels = {
         f"tank_level.{name} of {body.name}": f"tank_level.{image} of {body.name}"
@@ -113,11 +102,11 @@ def _mirror_pump(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
     }
 
     def mirror_condition(
-        when: float | LevelReached | When | None,
-    ) -> float | LevelReached | When | None:
-        if isinstance(when, LevelReached):
+        when: float | scene.LevelReached | scene.When | None,
+    ) -> float | scene.LevelReached | scene.When | None:
+        if isinstance(when, scene.LevelReached):
             return replace(when, tank=str(names[when.tank]))
-        if isinstance(when, When) and when.channel in levels:
+        if isinstance(when, scene.When) and when.channel in levels:
             return replace(when, channel=levels[when.channel])
         return when
 
@@ -129,6 +118,6 @@ def _mirror_pump(pump: Pump, body: Body, names: dict[str, str | None]) -> Pump:
     )
 
 
-def _same_pump(image: Pump, pumps: Sequence[Pump]) -> int | None:
+def _same_pump(image: scene.Pump, pumps: Sequence[scene.Pump]) -> int | None:
     images = enumerate(replace(pump, name=image.name) for pump in pumps)
     return next((k for k, other in images if other == image), None)

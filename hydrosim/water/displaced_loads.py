@@ -35,34 +35,9 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.scene import Body, Kinematics, Place, Scene, SecondOrder, WaveForces
 from hydrosim.scene.scene import is_anchored, joined_with
+from hydrosim.water import quadratic_loads, transfer
 from hydrosim.water.loads import MISSED, STENCIL_POINTS, rise, row_step
 from hydrosim.water.narrow_bands import TRAINS, Bands, Set, bands_model, body_bands
-from hydrosim.water.quadratic_loads import (
-    SUM,
-    BodyForms,
-    Filtered,
-    Forms,
-    Waves,
-    add_forms,
-    body_forms,
-    cell_at,
-    cells_of,
-    fill_load_factors,
-    forms_model,
-    has_forms,
-    has_moving_second_order,
-    join_once,
-    new_filtered,
-)
-from hydrosim.water.transfer import (
-    FrequencyNodes,
-    NodeSpan,
-    TransferFunctions,
-    has_headings_around,
-    nodes_model,
-    span_of,
-    transfer_table,
-)
 
 if TYPE_CHECKING:
     from hydrosim.water.body import WaveBody
@@ -93,18 +68,22 @@ def chosen_places(scene: Scene, body: Body) -> WaveForces:
     return chosen
 
 
-def reference_positions(scene: Scene, body: Body, database: TransferFunctions | None) -> WaveForces:
+def reference_positions(
+    scene: Scene, body: Body, database: transfer.TransferFunctions | None
+) -> WaveForces:
     """`chosen_places` for a body with this database. Automatic means at rest if the database does
     not have headings all round the circle."""
     chosen = chosen_places(scene, body)
     asked = body.wave_forces
     wanted = {asked.headings, asked.position} & {Place.SLOW, Place.INSTANTANEOUS}
-    if wanted or database is None or has_headings_around(database):
+    if wanted or database is None or transfer.has_headings_around(database):
         return chosen
     return replace(chosen, headings=Place.MEAN, position=Place.MEAN)
 
 
-def met_by_waves(scene: Scene, databases: Mapping[str, TransferFunctions]) -> dict[str, WaveForces]:
+def met_by_waves(
+    scene: Scene, databases: Mapping[str, transfer.TransferFunctions]
+) -> dict[str, WaveForces]:
     """Position at which waves act on each body of a scene, by name, with their ``databases``."""
     return {
         body.name: reference_positions(scene, body, databases.get(body.name))
@@ -210,9 +189,11 @@ class FollowingLoads(NamedTuple):
     part: np.ndarray  # (nw,) of the cell
     width: np.ndarray  # (nw,) of the cell [rad/s]
     load: np.ndarray  # complex
-    second: Forms  # loads of second order
+    second: quadratic_loads.Forms  # loads of second order
     bands: Bands  # bands of the waves of slow bodies, where these are summed in bands
-    gathered: FrequencyNodes  # nodes of the waves of those that drift, where bands need them
+    gathered: (
+        transfer.FrequencyNodes
+    )  # nodes of the waves of those that drift, where bands need them
     slow: np.ndarray  # (nb,) bool
     state: np.ndarray  # (nb,) int64
     cut: np.ndarray  # (nb,)
@@ -234,12 +215,12 @@ class _Part(NamedTuple):
     width: np.ndarray
     table: np.ndarray
     cut: float
-    forms: BodyForms
-    waves: Waves
+    forms: quadratic_loads.BodyForms
+    waves: quadratic_loads.Waves
     frequency: np.ndarray  # (nf,) of the table
 
     def bands(
-        self, body: WaveBody, seas: Sequence[WaveComponents], span: NodeSpan, missed: float
+        self, body: WaveBody, seas: Sequence[WaveComponents], span: transfer.NodeSpan, missed: float
     ) -> list[Set]:
         """Bands of these waves on the body."""
         nodes = self.table.shape[1]
@@ -277,9 +258,9 @@ def following_model(
     slow = np.array([is_slow(body) for body in chosen], dtype=bool)
     owners = sorted({body.index for body in chosen if is_slow(body)})
     cuts = {body.index: part.cut for body, part in zip(chosen[::-1], parts[::-1], strict=True)}
-    first, load = join_once([part.table for part in parts], complex)
+    first, load = quadratic_loads.join_once([part.table for part in parts], complex)
     step = row_step([line for part in parts for line in _lines_of_part(part)], block, missed)
-    spans = [span_of(part.omega, part.wavenumber, block, step) for part in parts]
+    spans = [transfer.span_of(part.omega, part.wavenumber, block, step) for part in parts]
     bands = [
         part.bands(body, seas, span, missed)
         for part, body, span in zip(parts, chosen, spans, strict=True)
@@ -313,9 +294,9 @@ def following_model(
         elevation=join_fields("elevation", complex),
         cell=join_fields("cell", np.int64),
         load=load,
-        second=forms_model([part.forms for part in parts]),
+        second=quadratic_loads.forms_model([part.forms for part in parts]),
         bands=bands_model(bands),
-        gathered=nodes_model(nodes, spans),
+        gathered=transfer.nodes_model(nodes, spans),
         slow=slow,
         state=STATES_PER_FOLLOWED_BODY
         * np.searchsorted(owners, [body.index for body in chosen]).astype(np.int64),
@@ -327,12 +308,12 @@ def following_model(
 
 
 def _part_of_body(
-    seas: Sequence[WaveComponents], body: WaveBody, database: TransferFunctions
+    seas: Sequence[WaveComponents], body: WaveBody, database: transfer.TransferFunctions
 ) -> _Part:
     """The waves of the seas that load a body, train by train in the order of frequency, which saves
     work where many waves have one heading. First-order loads have only waves in the frequency range
     of its database."""
-    w, table = transfer_table(database, NODES_PER_HEADING)
+    w, table = transfer.transfer_table(database, NODES_PER_HEADING)
     elevation = np.concatenate([waves.amplitudes_at(*body.place()) for waves in seas])
     columns = [
         np.concatenate([getattr(waves, name) for waves in seas])
@@ -343,19 +324,21 @@ def _part_of_body(
     size = np.abs(elevation)
     first = (columns[0] <= w[-1] * (1.0 + 1e-9)) & body.wave_forces.first_order
     loaded = (size > NEGLIGIBLE_WAVE_RATIO * size.max(initial=0.0)) & (
-        first | has_moving_second_order(body)
+        first | quadratic_loads.has_moving_second_order(body)
     )
     order = np.lexsort((columns[0], _heading_numbers(columns[2]), sea))
     order = order[loaded[order]]
     omega, wavenumber, heading, ramp = (values[order] for values in columns)
-    waves_in_order = Waves(sea[order], omega, wavenumber, heading - body.heading, ramp)
-    forms = body_forms(body, waves_in_order, elevation[order])
+    waves_in_order = quadratic_loads.Waves(
+        sea[order], omega, wavenumber, heading - body.heading, ramp
+    )
+    forms = quadratic_loads.body_forms(body, waves_in_order, elevation[order])
     elevation = np.where(first, elevation, 0.0)
     energy = np.where(first, size, 0.0)[order] ** 2 if first.any() else size[order] ** 2
     mean = np.sum(energy * omega) / max(np.sum(energy), np.finfo(float).tiny)
     return _Part(
         *(omega, wavenumber, heading, ramp, elevation[order]),
-        *cells_of(w, omega),
+        *quadratic_loads.cells_of(w, omega),
         table,
         SLOW_FREQUENCY_FRACTION * float(mean),
         forms,
@@ -374,7 +357,7 @@ def _lines_of_part(part: _Part) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Frequencies and amplitudes that rows have to resolve."""
     first = np.abs(part.elevation)
     yield part.omega, first if first.any() else np.abs(part.forms.wave)
-    if any(form.pairing == SUM for form in part.forms.forms):
+    if any(form.pairing == quadratic_loads.SUM for form in part.forms.forms):
         yield 2.0 * part.omega, np.abs(part.forms.wave) ** 2
 
 
@@ -387,7 +370,7 @@ class Sums(NamedTuple):
     cell: np.ndarray
     phase: np.ndarray
     total: np.ndarray
-    filtered: Filtered
+    filtered: quadratic_loads.Filtered
 
 
 def new_sums(p: FollowingLoads) -> Sums:
@@ -398,7 +381,7 @@ def new_sums(p: FollowingLoads) -> Sums:
         np.zeros((2, 2, 6), complex),
         np.zeros((2, most)),
         np.zeros((2, 6)),
-        new_filtered(p.second, p.offset),
+        quadratic_loads.new_filtered(p.second, p.offset),
     )
 
 
@@ -438,9 +421,9 @@ def _add_followed_loads(k, t, coordinates, p, sums):
             load = sums.waves
             first[j] += c * load[2 * j, i - start] - s * load[2 * j + 1, i - start]
     turn_to_earth(p.rest[k] + yaw, first)
-    if has_forms(k, p.second):
-        fill_load_factors(k, yaw, 0, p, sums.filtered)
-        add_forms(k, t, 0, 1.0, sums.phase, p.second, sums.filtered, second)
+    if quadratic_loads.has_forms(k, p.second):
+        quadratic_loads.fill_load_factors(k, yaw, 0, p, sums.filtered)
+        quadratic_loads.add_forms(k, t, 0, 1.0, sums.phase, p.second, sums.filtered, second)
         turn_to_earth(p.rest[k] + yaw, second)
 
 
@@ -463,7 +446,7 @@ def loads_at_heading(k, yaw, p, cell, out):
         if p.cell[n] != last or p.heading[n] != heading:
             last, heading = p.cell[n], p.heading[n]
             to = heading - p.rest[k] - yaw
-            cell_at(last, to, p.nodes[k], p.first[k], STENCIL_POINTS, p.load, cell)
+            quadratic_loads.cell_at(last, to, p.nodes[k], p.first[k], STENCIL_POINTS, p.load, cell)
         to, u, h = heading - p.rest[k] - yaw, p.part[n], p.width[n]
         v = 1.0 - u
         shift = p.wavenumber[n] * (x * cos(to) + y * sin(to)) if x != 0.0 or y != 0.0 else 0.0

@@ -30,31 +30,8 @@ import scipy
 
 from hydrosim.jit.kernels import assign, clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder
+from hydrosim.water import quadratic_loads, transfer
 from hydrosim.water.loads import STENCIL_POINTS, lagrange, rise
-from hydrosim.water.quadratic_loads import (
-    DIFFERENCE,
-    DRIFT_STENCIL_POINTS,
-    MEAN,
-    BodyForms,
-    Waves,
-    cells_of,
-    has_moving_second_order,
-)
-from hydrosim.water.transfer import (
-    MAX_NODES,
-    NARROWEST,
-    FrequencyNodes,
-    NodeSet,
-    NodeSpan,
-    NodeSums,
-    count_nodes,
-    fill_envelopes,
-    gather_waves,
-    has_nodes,
-    interpolate_spline,
-    lagrange_weights,
-    new_node_sums,
-)
 
 if TYPE_CHECKING:
     from hydrosim.water.body import WaveBody
@@ -119,17 +96,17 @@ class Set(NamedTuple):
     drift: np.ndarray
     share: np.ndarray
     energy: np.ndarray
-    nodes: NodeSet | None
+    nodes: transfer.NodeSet | None
 
 
 def body_bands(
     body: WaveBody,
     seas: Sequence[WaveComponents],
-    waves: Waves,
-    forms: BodyForms,
+    waves: quadratic_loads.Waves,
+    forms: quadratic_loads.BodyForms,
     w: np.ndarray,
     nodes: int,
-    span: NodeSpan,
+    span: transfer.NodeSpan,
     missed: float,
 ) -> list[Set]:
     """The bands of ``waves`` on a body, whose table of X has frequencies ``w`` (nf,) and ``nodes``
@@ -146,10 +123,10 @@ def body_bands(
     cells_by_sea = [_Cells(w, waves, np.flatnonzero(waves.sea == number)) for number in numbers]
     count = 0
     if placed:
-        count = count_nodes(
+        count = transfer.count_nodes(
             max(np.max(cells.high - cells.low) for cells in cells_by_sea), span, missed
         )
-        if count > MAX_NODES:
+        if count > transfer.MAX_NODES:
             return []
     sets = [
         _fill_set(body, seas[number].spacing, cells, forms, nodes, count)
@@ -165,12 +142,16 @@ def _has_bands(body: WaveBody) -> bool:
     slow = Place.INSTANTANEOUS not in (wanted.position, wanted.headings)
     without_bands = (SecondOrder.NONE, SecondOrder.NEWMAN, SecondOrder.MEAN_DRIFT)
     second = wanted.second_order in without_bands and not wanted.sum_frequency
-    return slow and not np.any(body.centre[:2]) and (second or not has_moving_second_order(body))
+    return (
+        slow
+        and not np.any(body.centre[:2])
+        and (second or not quadratic_loads.has_moving_second_order(body))
+    )
 
 
-def _are_regular(waves: Waves, w: np.ndarray) -> bool:
+def _are_regular(waves: quadratic_loads.Waves, w: np.ndarray) -> bool:
     """True if the waves have few headings and lie in cells of ``w`` of similar width."""
-    cells = np.unique(cells_of(w, waves.omega)[0])
+    cells = np.unique(quadratic_loads.cells_of(w, waves.omega)[0])
     width = np.diff(w)[cells]
     even = bool(np.all(width <= WIDE * width.mean()))
     return even and np.unique(waves.heading).size <= TRAINS
@@ -185,14 +166,14 @@ class _Cells:
     ``high`` [rad/s].
     """
 
-    def __init__(self, w: np.ndarray, waves: Waves, at: np.ndarray) -> None:
+    def __init__(self, w: np.ndarray, waves: quadratic_loads.Waves, at: np.ndarray) -> None:
         self.w = w
         self.at = at
         self.omega = waves.omega[at]
         self.wavenumber = waves.wavenumber[at]
         self.ramp = float(waves.ramp[at[0]])
         self.trains, self.train = np.unique(waves.heading[at], return_inverse=True)
-        cell, _, width = cells_of(w, self.omega)
+        cell, _, width = quadratic_loads.cells_of(w, self.omega)
         wide = 2.0 * width.max(initial=0.0)
         below = np.floor((self.omega - w[0]) / wide).astype(np.int64)
         above = w.size + np.floor((self.omega - w[-1]) / wide).astype(np.int64)
@@ -202,7 +183,7 @@ class _Cells:
         self.begin = np.concatenate([[0], edges]).astype(np.int64)
         self.end = np.concatenate([edges, [at.size]]).astype(np.int64)
         self.low = self.omega[self.begin]
-        self.high = np.maximum(self.omega[self.end - 1], self.low + NARROWEST * wide)
+        self.high = np.maximum(self.omega[self.end - 1], self.low + transfer.NARROWEST * wide)
 
     def shares(
         self, omega: np.ndarray, slot: np.ndarray, train: np.ndarray
@@ -238,9 +219,9 @@ class _Cells:
     def wavenumbers_at(self, omega: np.ndarray) -> np.ndarray:
         """Wavenumbers at frequencies among those of the waves."""
         w, index = np.unique(self.omega, return_index=True)
-        return interpolate_spline(w, self.wavenumber[index], omega)
+        return transfer.interpolate_spline(w, self.wavenumber[index], omega)
 
-    def nodes(self, count: int, heading: float) -> NodeSet:
+    def nodes(self, count: int, heading: float) -> transfer.NodeSet:
         """``count`` nodes per cell on a body with this ``heading``."""
         x = np.cos(np.pi * (np.arange(count) + 0.5) / count)
         middle = (self.low + self.high)[:, None] / 2.0
@@ -253,10 +234,10 @@ class _Cells:
         cell = np.repeat(np.arange(self.begin.size), self.end - self.begin)
         k = self.wavenumbers_at(omega)
         to = heading + self.trains[train]
-        return NodeSet(
+        return transfer.NodeSet(
             begin=self.at[0] + self.begin,
             end=self.at[0] + self.end,
-            weight=lagrange_weights(of_cell[cell], self.omega),
+            weight=transfer.lagrange_weights(of_cell[cell], self.omega),
             omega=omega,
             kx=k * np.cos(to),
             ky=k * np.sin(to),
@@ -267,7 +248,12 @@ class _Cells:
 
 
 def _fill_set(
-    body: WaveBody, spacing: float, cells: _Cells, forms: BodyForms, nodes: int, count: int
+    body: WaveBody,
+    spacing: float,
+    cells: _Cells,
+    forms: quadratic_loads.BodyForms,
+    nodes: int,
+    count: int,
 ) -> Set:
     """The bands of the waves of one sea; ``count`` nodes per cell where the body drifts, else
     0."""
@@ -372,7 +358,7 @@ class BandSums(NamedTuple):
     value: np.ndarray
     paired: np.ndarray
     envelope: np.ndarray
-    nodes: NodeSums
+    nodes: transfer.NodeSums
     weight: np.ndarray
     loads: Columns
     drifts: Columns
@@ -387,7 +373,7 @@ class Columns(NamedTuple):
     known: np.ndarray
 
 
-def new_band_sums(bodies: int, bands: Bands, gathered: FrequencyNodes) -> BandSums:
+def new_band_sums(bodies: int, bands: Bands, gathered: transfer.FrequencyNodes) -> BandSums:
     """Scratch for the bands of the loads on this number of ``bodies``, and for the nodes that are
     ``gathered``."""
     drifts = gathered.per_cell > 0
@@ -400,10 +386,10 @@ def new_band_sums(bodies: int, bands: Bands, gathered: FrequencyNodes) -> BandSu
         np.zeros((2, bands.omega.size)),
         np.zeros(bands.omega.size),
         np.zeros(2 * STENCIL_POINTS * drifting),
-        new_node_sums(gathered),
-        np.zeros(DRIFT_STENCIL_POINTS),
+        transfer.new_node_sums(gathered),
+        np.zeros(quadratic_loads.DRIFT_STENCIL_POINTS),
         _new_columns(STENCIL_POINTS, 12, bands.load),
-        _new_columns(DRIFT_STENCIL_POINTS, 6, bands.drift),
+        _new_columns(quadratic_loads.DRIFT_STENCIL_POINTS, 6, bands.drift),
     )
 
 
@@ -449,15 +435,15 @@ def weigh_bands(k, yaw, end, p, work):
                 _weigh_columns(node, work.weight[:STENCIL_POINTS], j, first, work.loads.values, row)
         if work.drifts.known.size > 0:
             x = to * p.second.nodes[k] / (2.0 * pi)
-            node = floor(x) - DRIFT_STENCIL_POINTS // 2 + 1
-            for m in range(DRIFT_STENCIL_POINTS):
+            node = floor(x) - quadratic_loads.DRIFT_STENCIL_POINTS // 2 + 1
+            for m in range(quadratic_loads.DRIFT_STENCIL_POINTS):
                 column = (node + m) % work.drifts.known.shape[0]
                 if work.drifts.known[column, first] != node + m:
                     work.drifts.known[column, first] = node + m
                     at = p.second.table[k] + ENTRIES_PER_LOAD * ((node + m) % p.second.nodes[k])
                     table = p.second.drift
                     copy_drifts(first, last, at, bands.drift, table, work.drifts.values[column])
-                work.weight[m] = lagrange(x - node, m, DRIFT_STENCIL_POINTS)
+                work.weight[m] = lagrange(x - node, m, quadratic_loads.DRIFT_STENCIL_POINTS)
             for j in range(6):
                 row = work.drift[6 * end + j, first:last]
                 _weigh_columns(node, work.weight, j, first, work.drifts.values, row)
@@ -507,9 +493,11 @@ def interpolate_path(k, t, middle, apart, path, p, work):
     about the time ``middle``; ``path`` has the displacement at t and the velocity."""
     bands = p.bands
     since = middle - t
-    gather_waves(k, middle, path[0] + since * path[2], path[1] + since * path[3], p, work.nodes)
+    transfer.gather_waves(
+        k, middle, path[0] + since * path[2], path[1] + since * path[3], p, work.nodes
+    )
     clear(work.envelope)
-    fill_envelopes(k, t, apart, path, p, work.nodes, work.envelope)
+    transfer.fill_envelopes(k, t, apart, path, p, work.nodes, work.envelope)
     find_phases(k, t, apart, path, bands, work)
     start = bands.span[bands.sets[k]]
     for s in range(STENCIL_POINTS):
@@ -550,7 +538,7 @@ def add_bands(k, t, part, sample, p, work, first, second):
     in heading axes; ``part`` is the fraction of the way between the loads at the two yaws. The time
     is ``sample`` samples behind the first one of `interpolate_path`."""
     bands = p.bands
-    drifts = has_nodes(k, p.gathered)
+    drifts = transfer.has_nodes(k, p.gathered)
     start = bands.span[bands.sets[k]]
     for s in range(bands.sets[k], bands.sets[k + 1]):
         low = bands.span[s]
@@ -565,9 +553,9 @@ def add_bands(k, t, part, sample, p, work, first, second):
             at = bands.table[s]
             _find_values(x - before, before, bands.times[s], at, low, high, bands.values, work)
         add_waves(grown, part, low, high, work.load, work.value, first)
-        if bands.pairing[s] == DIFFERENCE:
+        if bands.pairing[s] == quadratic_loads.DIFFERENCE:
             pair_values(bands.share[low:high], low, high, work)
-        elif bands.pairing[s] == MEAN:
+        elif bands.pairing[s] == quadratic_loads.MEAN:
             assign(work.paired[low:high], bands.energy[low:high])
         if bands.pairing[s] != NO_LOAD:
             _add_drift(grown * grown, part, low, high, work.drift, work.paired, second)

@@ -25,14 +25,8 @@ import numpy as np
 
 from hydrosim.jit.kernels import clear, kernel, root, summing
 from hydrosim.scene import Place, SecondOrder, WaveForces
+from hydrosim.water import second_order
 from hydrosim.water.loads import lagrange, rise
-from hydrosim.water.second_order import (
-    QuadraticFunctions,
-    has_qtf_around,
-    newman,
-    newman_square_root,
-    turned_qtf,
-)
 from hydrosim.water.transfer import drift_above, drift_table
 
 if TYPE_CHECKING:
@@ -141,16 +135,18 @@ def has_moving_second_order(body: WaveBody) -> bool:
     return body.database is not None and second and not _is_fixed(wanted, body.database)
 
 
-def uses_second_order_at_rest(wanted: WaveForces, database: QuadraticFunctions) -> bool:
+def uses_second_order_at_rest(
+    wanted: WaveForces, database: second_order.QuadraticFunctions
+) -> bool:
     """True if second-order loads on a turning body are those of its heading at rest."""
     second = wanted.second_order != SecondOrder.NONE or wanted.sum_frequency
     return second and (wanted.headings == Place.MEAN or _is_fixed(wanted, database))
 
 
-def _is_fixed(wanted: WaveForces, database: QuadraticFunctions) -> bool:
+def _is_fixed(wanted: WaveForces, database: second_order.QuadraticFunctions) -> bool:
     """True if the loads are known for a few headings only, as QTFs may be."""
     quadratic = wanted.second_order == SecondOrder.QTF or wanted.sum_frequency
-    return quadratic and not has_qtf_around(database)
+    return quadratic and not second_order.has_qtf_around(database)
 
 
 def body_forms(body: WaveBody, waves: Waves, elevation: np.ndarray) -> BodyForms:
@@ -186,21 +182,23 @@ def _drift_forms(wanted: SecondOrder, begin: int, end: int, ramp: float) -> Iter
         case SecondOrder.NEWMAN | SecondOrder.QTF:
             filters_by_dof = [Filter(DRIFT, begin, end, ramp, dof) for dof in DOFS]
             yield QuadraticForm(
-                DIFFERENCE, [unit_filter, *filters_by_dof], newman(nothing).core[None]
+                DIFFERENCE, [unit_filter, *filters_by_dof], second_order.newman(nothing).core[None]
             )
         case SecondOrder.NEWMAN_SQUARE_ROOT:
             filters_by_dof = [
                 Filter(kind, begin, end, ramp, dof) for kind in (PLUS, MINUS) for dof in DOFS
             ]
-            yield QuadraticForm(DIFFERENCE, filters_by_dof, newman_square_root(nothing).core[None])
+            yield QuadraticForm(
+                DIFFERENCE, filters_by_dof, second_order.newman_square_root(nothing).core[None]
+            )
 
 
 def _quadratic_forms(
-    database: QuadraticFunctions, waves: Waves, at: np.ndarray, name: str
+    database: second_order.QuadraticFunctions, waves: Waves, at: np.ndarray, name: str
 ) -> Iterator[QuadraticForm]:
     """The forms of a quadratic transfer function, for the waves ``at`` (n,) of one sea."""
     pairing = DIFFERENCE if name == "qtf_difference" else SUM
-    for qtf in turned_qtf(database, waves.omega[at], waves.heading[at], name):
+    for qtf in second_order.turned_qtf(database, waves.omega[at], waves.heading[at], name):
         filters = [
             Filter(
                 WEIGHTED_AS_GIVEN,
@@ -221,14 +219,14 @@ def no_drift(waves: int) -> Drift:
     return Drift(nothing.astype(np.int64), nothing, nothing, nothing, np.zeros((0, 0, 2, 6)))
 
 
-def _drift_of_database(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
+def _drift_of_database(database: second_order.QuadraticFunctions, omega: np.ndarray) -> Drift:
     """D of every wave at its own frequency; the second factor is zero."""
     w, table = drift_table(database, DRIFT_NODES_PER_HEADING)
     factor = np.stack([drift_above(database, omega), np.zeros(omega.size)], axis=1)
     return Drift(*cells_of(w, np.stack([omega, omega], axis=1)), factor, table)
 
 
-def _drift_beyond(database: QuadraticFunctions, omega: np.ndarray) -> Drift:
+def _drift_beyond(database: second_order.QuadraticFunctions, omega: np.ndarray) -> Drift:
     """D of every wave minus D at the nearest frequency of the QTF."""
     frequencies = np.asarray(database.qtf_frequency)
     ends = np.clip(omega, frequencies[0], frequencies[-1])

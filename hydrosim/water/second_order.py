@@ -53,15 +53,8 @@ import numpy as np
 import scipy
 
 from hydrosim.errors import InputError
+from hydrosim.water import transfer
 from hydrosim.water.loads import SpectralLines
-from hydrosim.water.transfer import (
-    NOISE,
-    TransferFunctions,
-    angle_between,
-    are_evenly_spaced,
-    heading_weights,
-    mean_drift_at,
-)
 
 if TYPE_CHECKING:
     from hydrosim.water.components import WaveComponents
@@ -185,7 +178,7 @@ _SAME = 1e-6  # rad: headings closer than this are one
 MOST_HEADINGS = 8  # headings of a sea in which waves of different headings load nothing together
 
 
-class QuadraticFunctions(TransferFunctions, Protocol):
+class QuadraticFunctions(transfer.TransferFunctions, Protocol):
     """QTFs that this module reads of a database: ``qtf_frequency`` (nq,) [rad/s], pairs
     ``qtf_heading`` (np, 2) [rad], and ``qtf_difference`` and ``qtf_sum`` (np, nq, nq, n)."""
 
@@ -206,7 +199,9 @@ def difference_factors(database: QuadraticFunctions, waves: WaveComponents) -> F
     if database.mean_drift is None:
         return factors
     ends = np.clip(waves.omega, *_frequency_ends(database))
-    drift = [mean_drift_at(database, waves.heading, omega) for omega in (waves.omega, ends)]
+    drift = [
+        transfer.mean_drift_at(database, waves.heading, omega) for omega in (waves.omega, ends)
+    ]
     beyond = drift[0] - drift[1]
     return add_factors(factors, newman(beyond)) if np.any(beyond) else factors
 
@@ -232,7 +227,7 @@ def has_qtf_around(database: QuadraticFunctions) -> bool:
     if len(pairs) < nodes.size * (nodes.size + 1) // 2:
         nodes = pairs[own_headings(pairs), 0]
     every = np.radians(np.arange(0.0, 360.0, 5.0))
-    return nodes.size > 0 and heading_weights(nodes, every) is not None
+    return nodes.size > 0 and transfer.heading_weights(nodes, every) is not None
 
 
 def qtf_table(database: QuadraticFunctions, name: str) -> np.ndarray:
@@ -268,7 +263,9 @@ def is_above_noise(values: np.ndarray, table: np.ndarray) -> np.ndarray:
     noise."""
     n = table.shape[-1]
     largest = np.abs(table).reshape(-1, n).max(axis=0).reshape(-1, 3).max(axis=1)
-    return np.asarray(np.abs(values).reshape(-1, n).max(axis=0) > NOISE * np.repeat(largest, 3))
+    return np.asarray(
+        np.abs(values).reshape(-1, n).max(axis=0) > transfer.NOISE * np.repeat(largest, 3)
+    )
 
 
 def _frequency_ends(database: QuadraticFunctions) -> np.ndarray:
@@ -290,7 +287,7 @@ def _blocks_of_headings(
     blocks = all_pairs(pairs, table, name == "qtf_difference")
     if blocks is None:
         return _each_heading(database, waves, table)
-    weights = heading_weights(unique_headings(pairs), waves.heading)
+    weights = transfer.heading_weights(unique_headings(pairs), waves.heading)
     if weights is None:
         raise InputError(_missing_heading_text(database, waves.heading))
     used = np.any(weights != 0.0, axis=0)
@@ -305,19 +302,19 @@ def _each_heading(
     headings = sea_headings(database, waves.heading)
     pairs = pairs_of(database)
     rows = own_headings(pairs)
-    weights = heading_weights(pairs[rows, 0], headings)
+    weights = transfer.heading_weights(pairs[rows, 0], headings)
     if weights is None:
         raise InputError(_missing_heading_text(database, headings))
     shape = (headings.size, headings.size, *table.shape[1:])
     blocks = np.zeros(shape, dtype=complex)
     for k, row in enumerate(weights):
         blocks[k, k] = np.tensordot(row, table[rows], 1)
-    return (angle_between(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
+    return (transfer.angle_between(waves.heading, headings[:, None]) < _SAME).astype(float), blocks
 
 
 def own_headings(pairs: np.ndarray) -> np.ndarray:
     """Indices of the ``pairs`` (np, 2) of a heading with itself."""
-    return np.flatnonzero(angle_between(*pairs.T) < _SAME)
+    return np.flatnonzero(transfer.angle_between(*pairs.T) < _SAME)
 
 
 def sea_headings(database: QuadraticFunctions, heading: np.ndarray) -> np.ndarray:
@@ -336,7 +333,7 @@ def sea_headings(database: QuadraticFunctions, heading: np.ndarray) -> np.ndarra
 def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarray | None:
     """T (nh, nh, nq, nq, n) between all headings; None if a pair is missing in both orders."""
     nodes = unique_headings(pairs)
-    number = np.argmin(angle_between(pairs[:, :, None], nodes), axis=-1)
+    number = np.argmin(transfer.angle_between(pairs[:, :, None], nodes), axis=-1)
     is_known = np.zeros((nodes.size, nodes.size), dtype=bool)
     blocks = np.zeros((*is_known.shape, *table.shape[1:]), dtype=complex)
     for (i, j), block in zip(number, table, strict=True):
@@ -350,7 +347,7 @@ def all_pairs(pairs: np.ndarray, table: np.ndarray, hermitian: bool) -> np.ndarr
 def unique_headings(heading: np.ndarray) -> np.ndarray:
     """The different headings, ascending."""
     angle = np.sort(np.mod(np.ravel(heading), 2.0 * np.pi))
-    different = angle_between(angle, np.roll(angle, 1)) >= _SAME
+    different = transfer.angle_between(angle, np.roll(angle, 1)) >= _SAME
     return angle[different] if np.any(different) else angle[:1]
 
 
@@ -400,7 +397,8 @@ def turned_qtf(
     filters = [
         _make_filters(
             splines,
-            angle_between(heading, to) == angle_between(heading[:, None], headings).min(axis=1),
+            transfer.angle_between(heading, to)
+            == transfer.angle_between(heading[:, None], headings).min(axis=1),
         )
         for to in headings
     ]
@@ -508,12 +506,16 @@ def _are_harmonics_fewer(nodes: int, headings: int) -> bool:
 
 def _sample_angles(nodes: np.ndarray, degree: int) -> np.ndarray:
     """Angles round the circle that determine a trigonometric polynomial of this degree."""
-    count = 2 * degree + 1 if are_evenly_spaced(nodes) else 2 * SAMPLES_PER_HEADING * degree + 1
+    count = (
+        2 * degree + 1
+        if transfer.are_evenly_spaced(nodes)
+        else 2 * SAMPLES_PER_HEADING * degree + 1
+    )
     return 2.0 * np.pi / count * np.arange(count)
 
 
 def _heading_weights(nodes: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    weights = heading_weights(nodes, heading)
+    weights = transfer.heading_weights(nodes, heading)
     assert weights is not None  # `has_qtf_around`
     return weights
 

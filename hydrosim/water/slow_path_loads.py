@@ -33,7 +33,7 @@ import numpy as np
 
 from hydrosim.dofs import DOFS
 from hydrosim.jit.kernels import assign, clear, kernel, root
-from hydrosim.water import quadratic_loads
+from hydrosim.water import narrow_bands, quadratic_loads
 from hydrosim.water.displaced_loads import (
     STATES_PER_FOLLOWED_BODY,
     FollowingLoads,
@@ -41,18 +41,6 @@ from hydrosim.water.displaced_loads import (
     turn_to_earth,
 )
 from hydrosim.water.loads import STENCIL_POINTS, lagrange, rise, rows_at
-from hydrosim.water.narrow_bands import (
-    BandSums,
-    add_bands,
-    add_waves,
-    find_phases,
-    has_bands,
-    interpolate_path,
-    new_band_sums,
-    rotate_phase,
-    turn_phases,
-    weigh_bands,
-)
 from hydrosim.water.transfer import has_nodes
 
 TRACKED = (0, 1, 5)
@@ -83,7 +71,7 @@ class SlowBlock(NamedTuple):
     ends: np.ndarray
     cell: np.ndarray
     filtered: quadratic_loads.Filtered
-    bands: BandSums
+    bands: narrow_bands.BandSums
     path: np.ndarray
     steady: np.ndarray
     steady_first: np.ndarray
@@ -103,7 +91,7 @@ def new_block(p: FollowingLoads) -> SlowBlock:
         np.zeros((24, most)),
         np.zeros((2, 2, 6), complex),
         quadratic_loads.new_filtered(p.second, p.offset),
-        new_band_sums(p.body.size, p.bands, p.gathered),
+        narrow_bands.new_band_sums(p.body.size, p.bands, p.gathered),
         np.zeros(4),
         np.zeros((slow, p.rows, 2, 6)),
         np.zeros(slow, dtype=np.int64),
@@ -193,9 +181,9 @@ def _fill_block(k, y, p, block):
     assign(block.known[k], y[at + BLOCK_POSITION : at + STATES_PER_FOLLOWED_BODY])
     block.first[k] = floor(begin / p.row_step + 1e-9) - STENCIL_POINTS // 2 + 1
     _find_path(k, block.first[k] * p.row_step - begin, y, p, block.path)
-    if has_bands(k, p.bands) and _is_steady(k, y, p):
+    if narrow_bands.has_bands(k, p.bands) and _is_steady(k, y, p):
         _sum_steady(k, y, p, block)
-    elif has_bands(k, p.bands):
+    elif narrow_bands.has_bands(k, p.bands):
         _sum_bands(k, y, p, block)
     else:
         _sum_waves(k, y, p, block)
@@ -213,22 +201,26 @@ def _fill_block(k, y, p, block):
 def _sum_bands(k, y, p, block):
     """Fill the rows of body k in heading axes, from its bands."""
     begin = y[p.state[k] + BLOCK_BEGIN]
-    weigh_bands(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.bands)
-    weigh_bands(k, _yaw_on_path(k, p.block, y, p), 1, p, block.bands)
+    narrow_bands.weigh_bands(k, _yaw_on_path(k, 0.0, y, p), 0, p, block.bands)
+    narrow_bands.weigh_bands(k, _yaw_on_path(k, p.block, y, p), 1, p, block.bands)
     start = block.first[k] * p.row_step
     samples = (STENCIL_POINTS - 1) / (p.rows - 1)
     if has_nodes(k, p.gathered):
         middle = begin + p.block / 2.0
-        interpolate_path(k, start, middle, p.row_step / samples, block.path, p, block.bands)
-    find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
+        narrow_bands.interpolate_path(
+            k, start, middle, p.row_step / samples, block.path, p, block.bands
+        )
+    narrow_bands.find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
     for r in range(p.rows):
         t = (block.first[k] + r) * p.row_step
         first = block.rows[k, r, 0]
         second = block.rows[k, r, 1]
         clear(first)
         clear(second)
-        add_bands(k, t, (t - begin) / p.block, samples * r, p, block.bands, first, second)
-        turn_phases(k, p.bands, block.bands)
+        narrow_bands.add_bands(
+            k, t, (t - begin) / p.block, samples * r, p, block.bands, first, second
+        )
+        narrow_bands.turn_phases(k, p.bands, block.bands)
 
 
 @kernel
@@ -259,7 +251,7 @@ def _sum_steady(k, y, p, block):
     count = p.rows - shift if 0 <= shift < p.rows else 0
     block.steady_yaw[k] = yaw
     block.steady_first[k] = begin
-    weigh_bands(k, yaw, 0, p, block.bands)
+    narrow_bands.weigh_bands(k, yaw, 0, p, block.bands)
     for r in range(count):
         assign(rows[r, 0], rows[r + shift, 0])
         assign(rows[r, 1], rows[r + shift, 1])
@@ -270,15 +262,15 @@ def _sum_steady(k, y, p, block):
         )  # so that few blocks begin anew twice
         if r == count or since == 0:
             start = (begin + r - since) * p.row_step
-            find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
+            narrow_bands.find_phases(k, start, p.row_step, block.path, p.bands, block.bands)
             turns = since
         for _ in range(turns):
-            turn_phases(k, p.bands, block.bands)
+            narrow_bands.turn_phases(k, p.bands, block.bands)
         turns = 1
         clear(rows[r, 0])
         clear(rows[r, 1])
         t = (begin + r) * p.row_step
-        add_bands(k, t, 0.0, 0.0, p, block.bands, rows[r, 0], rows[r, 1])
+        narrow_bands.add_bands(k, t, 0.0, 0.0, p, block.bands, rows[r, 0], rows[r, 1])
     for r in range(p.rows):
         assign(block.rows[k, r, 0], rows[r, 0])
         assign(block.rows[k, r, 1], rows[r, 1])
@@ -305,7 +297,9 @@ def _sum_waves(k, y, p, block):
             last = i + 1
             while last < p.offset[k + 1] and p.ramp[last] == p.ramp[i]:
                 last += 1
-            add_waves(rise(t, p.ramp[i]), part, i - start, last - start, block.ends, waves, row)
+            narrow_bands.add_waves(
+                rise(t, p.ramp[i]), part, i - start, last - start, block.ends, waves, row
+            )
             i = last
         other = block.rows[k, r, 1]
         clear(other)
@@ -313,7 +307,9 @@ def _sum_waves(k, y, p, block):
             quadratic_loads.add_forms(k, t, 0, 1.0 - part, waves, p.second, block.filtered, other)
             quadratic_loads.add_forms(k, t, 1, part, waves, p.second, block.filtered, other)
         count = p.offset[k + 1] - start
-        rotate_phase(waves[2, :count], waves[3, :count], waves[0, :count], waves[1, :count])
+        narrow_bands.rotate_phase(
+            waves[2, :count], waves[3, :count], waves[0, :count], waves[1, :count]
+        )
 
 
 @kernel

@@ -64,17 +64,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hydrosim import scene
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
-from hydrosim.scene import (
-    Amplitudes,
-    Environment,
-    Gusts,
-    GustSpectrum,
-    Stream,
-    WindLaw,
-    WindProfile,
-)
 from hydrosim.water.components import GUSTS, phases, rayleigh_factors
 from hydrosim.water.current import velocity_of
 from hydrosim.water.loads import SpectralLines, add_sum, lagrange, rise, rows_at, time_grid
@@ -90,8 +82,8 @@ MIN_HEIGHT = 1.0
 class MeanWind:
     """Mean wind: ``hour_mean`` [m/s] is that of one hour at 10 m, or the steady wind there."""
 
-    stream: Stream
-    profile: WindProfile | None
+    stream: scene.Stream
+    profile: scene.WindProfile | None
     hour_mean: float
 
     def height_felt(self, height: float) -> float:
@@ -106,7 +98,7 @@ class MeanWind:
 
     def velocity_at(self, height: float) -> tuple[float, float]:
         """Mean velocity [m/s] at a ``height`` [m], in the earth's x and y."""
-        return velocity_of(Stream(self.speed_at(height), self.stream.heading))
+        return velocity_of(scene.Stream(self.speed_at(height), self.stream.heading))
 
     @property
     def direction(self) -> tuple[float, float]:
@@ -114,7 +106,7 @@ class MeanWind:
         return cos(self.stream.heading), sin(self.stream.heading)
 
 
-def mean_wind(environment: Environment) -> MeanWind:
+def mean_wind(environment: scene.Environment) -> MeanWind:
     """Mean wind of an environment. The mean of one hour at 10 m is the one with the given mean at
     the given height. Raises InputError if there is no such mean."""
     stream, profile, gusts = environment.wind, environment.wind_profile, environment.gusts
@@ -146,9 +138,9 @@ def _solve_hour_mean(speed: Callable[[float], float], wanted: float) -> float:
     return float(brentq(lambda U0: speed(U0) - wanted, 0.0, highest, xtol=1e-13, rtol=1e-14))
 
 
-def _profile_factor(profile: WindProfile, hour_mean: float, height: float) -> float:
+def _profile_factor(profile: scene.WindProfile, hour_mean: float, height: float) -> float:
     """U(z) / U0."""
-    if profile.law == WindLaw.POWER:
+    if profile.law == scene.WindLaw.POWER:
         return float((height / REFERENCE_HEIGHT) ** profile.exponent)
     C = 0.0573 * sqrt(1.0 + 0.15 * hour_mean)
     return 1.0 + C * log(height / REFERENCE_HEIGHT)
@@ -169,7 +161,9 @@ NPD_EXPONENT = 0.468
 _OUTSIDE = np.geomspace(1e-9, 1e6, 60001)  # Hz, for the energy of a whole spectrum
 
 
-def density(spectrum: GustSpectrum, f: np.ndarray, height: float, wind: MeanWind) -> np.ndarray:
+def density(
+    spectrum: scene.GustSpectrum, f: np.ndarray, height: float, wind: MeanWind
+) -> np.ndarray:
     """Density S (n,) [(m/s)^2/Hz] at the frequencies ``f`` (n,) [Hz] and a ``height`` [m]."""
     return DENSITIES[spectrum](np.asarray(f, dtype=float), height, wind)
 
@@ -197,15 +191,15 @@ def _ochi_shin(f: np.ndarray, z: float, wind: MeanWind) -> np.ndarray:
     return c * U0 * REFERENCE_HEIGHT * slope
 
 
-DENSITIES: dict[GustSpectrum, Callable[[np.ndarray, float, MeanWind], np.ndarray]] = {
-    GustSpectrum.NPD: _npd_density,
-    GustSpectrum.API: _api_density,
-    GustSpectrum.OCHI_SHIN: _ochi_shin,
+DENSITIES: dict[scene.GustSpectrum, Callable[[np.ndarray, float, MeanWind], np.ndarray]] = {
+    scene.GustSpectrum.NPD: _npd_density,
+    scene.GustSpectrum.API: _api_density,
+    scene.GustSpectrum.OCHI_SHIN: _ochi_shin,
 }
 
 
 def variance(
-    spectrum: GustSpectrum, height: float, wind: MeanWind, lowest: float, highest: float
+    spectrum: scene.GustSpectrum, height: float, wind: MeanWind, lowest: float, highest: float
 ) -> tuple[float, float, float]:
     """Variance [(m/s)^2] of a spectrum below, within and above a band of frequencies [Hz]."""
     edges = [_OUTSIDE[0], lowest, highest, _OUTSIDE[-1]]
@@ -249,7 +243,7 @@ class GustComponents(NamedTuple):
 
 
 def gust_components(
-    gusts: Gusts, wind: MeanWind, heights: Sequence[float] = (REFERENCE_HEIGHT,)
+    gusts: scene.Gusts, wind: MeanWind, heights: Sequence[float] = (REFERENCE_HEIGHT,)
 ) -> GustComponents:
     """Components of ``gusts`` about a mean ``wind`` at the ``heights`` [m]. Raises InputError if
     the repeat period is too short for the band."""
@@ -266,20 +260,20 @@ def gust_components(
         )
     power = np.array([_gust_power(gusts, number, spacing, z, wind) for z in heights]).T
     amplitude = np.sqrt(2.0 * power)
-    if gusts.amplitudes == Amplitudes.RAYLEIGH:
+    if gusts.amplitudes == scene.Amplitudes.RAYLEIGH:
         amplitude *= rayleigh_factors(gusts, GUSTS, number.size)[:, None]
     phase = phases(gusts, GUSTS, number.size)
     turn = 2.0 * np.pi * spacing
     return GustComponents(turn, turn * number, amplitude, phase)
 
 
-def gust_band(gusts: Gusts) -> tuple[float, float]:
+def gust_band(gusts: scene.Gusts) -> tuple[float, float]:
     """Lowest and highest frequency [Hz]."""
     return gusts.lowest / (2.0 * np.pi), gusts.highest / (2.0 * np.pi)
 
 
 def _gust_power(
-    gusts: Gusts, number: np.ndarray, spacing: float, height: float, wind: MeanWind
+    gusts: scene.Gusts, number: np.ndarray, spacing: float, height: float, wind: MeanWind
 ) -> np.ndarray:
     """Variance (n,) of the spectrum in the cell of each component, by Gauss' rule. Cells at the
     ends of the band are cut."""
@@ -292,7 +286,7 @@ def _gust_power(
 
 
 def gust_table(
-    environment: Environment, heights: Sequence[float], dt: float, end: float
+    environment: scene.Environment, heights: Sequence[float], dt: float, end: float
 ) -> GustTable:
     """Gusts from 0 to the ``end`` [s] of a run whose stages are ``dt`` [s] apart, at the
     ``heights`` [m], of which the first is 10 m. Raises InputError if they would repeat."""
@@ -309,7 +303,7 @@ def gust_table(
     return GustTable(grid.start, grid.step, gusts.ramp, wind.speed_at(REFERENCE_HEIGHT), values)
 
 
-def check_span(gusts: Gusts, end: float) -> None:
+def check_span(gusts: scene.Gusts, end: float) -> None:
     """Raises InputError if gusts repeat before the ``end`` [s] of a run."""
     if end > gusts.repeat_period + _LATE:
         raise InputError(

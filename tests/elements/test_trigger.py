@@ -17,7 +17,7 @@ from hydrosim.errors import InputError
 from hydrosim.report.evidence import Feature, Kind
 from hydrosim.report.sentences.run import run_document
 from hydrosim.scene import Active, Clearance, ForceElement, Kinematics, Method, Scene, Start, When
-from hydrosim.scene.contacts import Plane
+from hydrosim.scene.plane import Plane
 
 MASS = 2.0
 ALONG = ("surge",)

@@ -7,17 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (
-    COMPACT,
-    Extents,
-    Query,
-    SceneContext,
-    extents,
-    natural_periods,
-    peak_wavelength,
-    text_beyond,
-    text_outside_range,
-)
+from hydrosim.compile.questions import query
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.dofs import DOFS
 from hydrosim.scene import Body, Question, Weight
@@ -37,7 +27,7 @@ SMALLEST_RADIUS = 0.01  # of that of a hull with all its mass at its ends
 LARGER = 1.25  # ratio: rounding, above the radius of gyration of a body with all mass at its ends
 
 
-def ask_about_mass(about: SceneContext) -> Iterator[Query]:
+def ask_about_mass(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about bodies whose mass differs from their displacement."""
     afloat = {body.name for _, body, _ in about.afloat()}
     for _, body, db in about.floating_bodies():
@@ -45,7 +35,7 @@ def ask_about_mass(about: SceneContext) -> Iterator[Query]:
         displaced = _displaced_mass(db)
         hopeless = _is_hopeless(body, displaced)
         if _is_mass_doubtful(body, db) and (hopeless or not held):
-            yield Query(
+            yield query.Query(
                 f"bodies.{body.name}.mass",
                 f"{body.mass:.4g} kg",
                 f"a displaced mass of {displaced:.4g} kg in its database",
@@ -74,22 +64,22 @@ def _is_mass_doubtful(body: Body, db: HydroDatabase) -> bool:
     return differs and (body.weight != Weight.CARRIED or _is_hopeless(body, displaced))
 
 
-def _is_mass_asked(about: SceneContext, body: Body, db: HydroDatabase) -> bool:
+def _is_mass_asked(about: query.SceneContext, body: Body, db: HydroDatabase) -> bool:
     """Whether `mass` asks about a body, because the user does not accept the question."""
     return Question.MASS not in about.scene.accept and _is_mass_doubtful(body, db)
 
 
-def ask_about_inertia(about: SceneContext) -> Iterator[Query]:
+def ask_about_inertia(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about moments of inertia that no rigid body has: one exceeds the sum of the others."""
     for body in about.scene.bodies:
         small, middle, large = np.linalg.eigvalsh(body.inertia)
         if large > (small + middle) * (1.0 + 1e-6) and any(dof in body.dofs for dof in DOFS[3:]):
             found_text = f"principal moments of {small:.3g}, {middle:.3g} and {large:.3g} kg m^2"
             usual = "the largest moment of a rigid body is at most the sum of the others"
-            yield Query(f"bodies.{body.name}.inertia, radii_of_gyration", found_text, usual)
+            yield query.Query(f"bodies.{body.name}.inertia, radii_of_gyration", found_text, usual)
         empty = least_moment(body, body_without(body, tanks_at_start(body.tanks)).inertia)
         if empty <= 0.0 and not body.constant_inertia:
-            yield Query(
+            yield query.Query(
                 f"bodies.{body.name}.inertia, radii_of_gyration",
                 f"a moment of inertia of {empty:.3g} kg m^2 without the contents of tanks",
                 "the moments include the contents of tanks and are larger",
@@ -99,7 +89,7 @@ def ask_about_inertia(about: SceneContext) -> Iterator[Query]:
     yield from _ask_about_densities(about)
 
 
-def _ask_about_densities(about: SceneContext) -> Iterator[Query]:
+def _ask_about_densities(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about dry bodies that are lighter than air, by the box of their radii of gyration."""
     for body in about.scene.bodies:
         squares = 3.0 * np.linalg.eigvalsh(body.inertia) / body.mass
@@ -111,14 +101,14 @@ def _ask_about_densities(about: SceneContext) -> Iterator[Query]:
             )
             usual = f"usual is above {LIGHTEST:g} kg/m^3, the density of air"
             key = f"bodies.{body.name}.inertia, radii_of_gyration"
-            yield Query(key, found_text, usual, "Are the radii in mm?")
+            yield query.Query(key, found_text, usual, "Are the radii in mm?")
 
 
-def _ask_about_radii(about: SceneContext) -> Iterator[Query]:
+def _ask_about_radii(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about radii of gyration that exceed the size of the hull, or that are a small part of
     it."""
     for _, body, db in about.floating_bodies():
-        size = extents(body, db)
+        size = query.extents(body, db)
         if size is None:
             continue
         ends = np.square([*size.half, size.draught])
@@ -126,14 +116,14 @@ def _ask_about_radii(about: SceneContext) -> Iterator[Query]:
         radii = np.sqrt(np.maximum(np.diag(body.inertia), 0.0) / body.mass)
         for name, radius, limit in zip(DOFS[3:], radii, largest, strict=True):
             if name in body.dofs and radius > LARGER * limit:
-                yield Query(
+                yield query.Query(
                     f"bodies.{body.name}.inertia, radii_of_gyration",
-                    f"a radius of gyration of {text_beyond(radius, limit)} m in {name}",
+                    f"a radius of gyration of {query.text_beyond(radius, limit)} m in {name}",
                     f"a hull of this size with all its mass at its ends has {limit:.3g} m",
                     "Is it in feet? Then give it the unit ft.",
                 )
             elif name in body.dofs and radius < SMALLEST_RADIUS * limit:
-                yield Query(
+                yield query.Query(
                     f"bodies.{body.name}.inertia, radii_of_gyration",
                     f"a radius of gyration of {radius:.3g} m in {name}",
                     f"usual is above {SMALLEST_RADIUS * limit:.3g} m for a hull of this size",
@@ -141,7 +131,7 @@ def _ask_about_radii(about: SceneContext) -> Iterator[Query]:
                 )
 
 
-def ask_about_trim(about: SceneContext) -> Iterator[Query]:
+def ask_about_trim(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about hulls that float level although weight and buoyancy are not on one vertical."""
     for _, body, db in about.afloat():
         if body.weight == Weight.CARRIED or db.centre_of_buoyancy is None:
@@ -153,9 +143,10 @@ def ask_about_trim(about: SceneContext) -> Iterator[Query]:
         if np.abs(tilt).max() > TILT:
             limit = float(np.degrees(TILT))
             roll, pitch = (
-                text_beyond(angle, np.copysign(limit, angle), ".2g") for angle in np.degrees(tilt)
+                query.text_beyond(angle, np.copysign(limit, angle), ".2g")
+                for angle in np.degrees(tilt)
             )
-            yield Query(
+            yield query.Query(
                 f"bodies.{body.name}.centre_of_gravity",
                 f"{off[0]:.3g} m along x and {off[1]:.3g} m along y from the centre of buoyancy"
                 f" of its database, which would cause a roll of {roll} deg and a pitch of"
@@ -177,7 +168,7 @@ def _static_tilt(body: Body, stiffness: np.ndarray, moment: np.ndarray) -> np.nd
     return angles[1:]
 
 
-def ask_about_stability(about: SceneContext) -> Iterator[Query]:
+def ask_about_stability(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about hulls that capsize, or whose centre of gravity is a draught above the water."""
     yield from _ask_about_high_centres(about)
     gravity = about.scene.environment.gravity
@@ -189,43 +180,45 @@ def ask_about_stability(about: SceneContext) -> Iterator[Query]:
                 found_text = f"a metacentric height of {height:.3g} m in {DOFS[dof]}"
                 usual = "usual is above 0.15 m"
                 advice = "The body capsizes: check the height of its centre of gravity."
-                yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
+                yield query.Query(
+                    f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice
+                )
 
 
-def _ask_about_high_centres(about: SceneContext) -> Iterator[Query]:
+def _ask_about_high_centres(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about closed hulls with a centre of gravity more than a draught above the water."""
     for _, body, db in about.afloat():
-        size = extents(body, db)
+        size = query.extents(body, db)
         height = body.centre_of_gravity[2]
         capsizes = np.any(np.diag(require_array(db, "hydrostatic_stiffness"))[3:5] < 0.0)
-        if size is None or size.filled < COMPACT or capsizes:
+        if size is None or size.filled < query.COMPACT or capsizes:
             continue
         if height > size.draught:
             found_text = (
-                f"a centre of gravity {text_beyond(height, size.draught)} m above the water"
+                f"a centre of gravity {query.text_beyond(height, size.draught)} m above the water"
             )
             usual = f"usual is less than the draught of about {size.draught:.3g} m above it"
             advice = (
                 "Is it the height above the keel? z counts from the origin of the database,"
                 " which is in the still water."
             )
-            yield Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
+            yield query.Query(f"bodies.{body.name}.centre_of_gravity", found_text, usual, advice)
 
 
-def ask_about_natural_periods(about: SceneContext) -> Iterator[Query]:
+def ask_about_natural_periods(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about natural periods that are too short or too long, for each degree of freedom by
     itself."""
     for i, body, db in about.afloat():
-        for name, period in natural_periods(about, i, body, db).items():
+        for name, period in query.natural_periods(about, i, body, db).items():
             if not MIN_NATURAL_PERIOD_S <= period <= MAX_NATURAL_PERIOD_S:
-                text = text_outside_range(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
+                text = query.text_outside_range(period, MIN_NATURAL_PERIOD_S, MAX_NATURAL_PERIOD_S)
                 found_text = f"a natural period of {text} s in {name}"
                 usual = f"usual is {MIN_NATURAL_PERIOD_S:g} to {MAX_NATURAL_PERIOD_S:g} s"
                 advice = "Check stiffness, mass and their units."
-                yield Query(f"bodies.{body.name}", found_text, usual, advice)
+                yield query.Query(f"bodies.{body.name}", found_text, usual, advice)
 
 
-def ask_about_lift(about: SceneContext) -> Iterator[Query]:
+def ask_about_lift(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about applied forces that lift a hull out of the water, or sink it, or that push it with
     more than its weight."""
     for _, body, db in about.floating_bodies():
@@ -241,17 +234,17 @@ def ask_about_lift(about: SceneContext) -> Iterator[Query]:
         up, down = sum(high for _, high in extremes), -sum(low for low, _ in extremes)
         for force, what in ((up, "lift"), (down, "load")):
             if force > LIFTED * weight:
-                share = text_beyond(force / weight, LIFTED, ".0%")
+                share = query.text_beyond(force / weight, LIFTED, ".0%")
                 found_text = f"applied forces that {what} by {share} of the weight"
                 usual = f"usual is up to {LIFTED:.0%}"
                 advice = (
                     "Hydrostatics are linear, and ignore how much of the hull is left in the water."
                 )
                 out = what == "lift" and force >= weight
-                yield Query(f"bodies.{body.name}", found_text, usual, advice, out)
+                yield query.Query(f"bodies.{body.name}", found_text, usual, advice, out)
 
 
-def _ask_about_sideways_forces(about: SceneContext, body: Body) -> Iterator[Query]:
+def _ask_about_sideways_forces(about: query.SceneContext, body: Body) -> Iterator[query.Query]:
     """Ask about applied forces along the water that exceed the weight."""
     weight = body.mass * about.scene.environment.gravity
     for name, of in about.scene.forces.items():
@@ -264,9 +257,13 @@ def _ask_about_sideways_forces(about: SceneContext, body: Body) -> Iterator[Quer
                 )
                 most = max(map(abs, ends))
                 if most > weight:
-                    found_text = f"{text_beyond(most, weight)} N, for a weight of {weight:.3g} N"
+                    found_text = (
+                        f"{query.text_beyond(most, weight)} N, for a weight of {weight:.3g} N"
+                    )
                     usual = "usual is a force along the water far below the weight"
-                    yield Query(f"forces.{name}.force.{dof}", found_text, usual, "Check its unit.")
+                    yield query.Query(
+                        f"forces.{name}.force.{dof}", found_text, usual, "Check its unit."
+                    )
 
 
 def _extremes_of_signal(signal: Signal, duration: float) -> tuple[float, float]:
@@ -290,7 +287,7 @@ MOST_DRAG = 30.0
 TANK_MARGIN = 0.5  # of the half length and breadth of the water plane
 
 
-def ask_about_hulls(about: SceneContext) -> Iterator[Query]:
+def ask_about_hulls(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about hulls aside of the centre of gravity, and about tanks far outside a hull."""
     for body in about.scene.bodies:
         if body.hydrostatics is None:
@@ -301,15 +298,15 @@ def ask_about_hulls(about: SceneContext) -> Iterator[Query]:
         off = float(np.linalg.norm(np.maximum(np.maximum(low - centre, centre - high), 0.0)))
         size = float(np.linalg.norm(high - low))
         if off > 0.5 * size:
-            yield Query(
+            yield query.Query(
                 f"bodies.{body.name}.hydrostatics",
-                f"a hull {text_beyond(off, 0.5 * size)} m aside of the centre of gravity of"
+                f"a hull {query.text_beyond(off, 0.5 * size)} m aside of the centre of gravity of"
                 f" {body.name}",
                 "usual is a centre of gravity above or within the hull",
                 "Its file is in the frame of centre_of_gravity; location moves both.",
             )
     for _, body, db in about.floating_bodies():
-        size_of = extents(body, db)
+        size_of = query.extents(body, db)
         for tank in body.tanks:
             if size_of is None or not isinstance(tank.shape, Box):
                 continue
@@ -322,17 +319,17 @@ def ask_about_hulls(about: SceneContext) -> Iterator[Query]:
                     f" middle of the water plane along {'xy'[axis]}"
                 )
                 usual = f"usual is up to {size_of.half[axis]:.3g} m, half of its size"
-                yield Query(f"bodies.{body.name}.tanks.{tank.name}", found_text, usual)
+                yield query.Query(f"bodies.{body.name}.tanks.{tank.name}", found_text, usual)
 
 
-def ask_about_drag(about: SceneContext) -> Iterator[Query]:
+def ask_about_drag(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about quadratic damping that is not that of a hull of this size."""
     density = about.scene.environment.water_density
     wet = {body.name: (body, db) for _, body, db in about.floating_bodies()}
     for name, of in about.scene.forces.items():
         if not isinstance(of, QuadraticDamping) or of.body not in wet:
             continue
-        size = extents(*wet[of.body])
+        size = query.extents(*wet[of.body])
         if size is None:
             continue
         length, breadth = 2.0 * size.half
@@ -348,8 +345,8 @@ def ask_about_drag(about: SceneContext) -> Iterator[Query]:
             coefficient_given = float(of.damping[k, k])
             coefficient = coefficient_given / (0.5 * density * area)
             if coefficient_given > 0.0 and not least <= coefficient <= MOST_DRAG:
-                text = text_outside_range(coefficient, least, MOST_DRAG, ".2g")
-                yield Query(
+                text = query.text_outside_range(coefficient, least, MOST_DRAG, ".2g")
+                yield query.Query(
                     f"forces.{name}.damping.{dof}",
                     f"{coefficient_given:.3g}, a drag coefficient of {text} on {area:.3g} {unit}",
                     f"usual is {least:g} to {MOST_DRAG:g}",
@@ -364,12 +361,12 @@ DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 DIRECTION_VECTORS = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)], axis=1)
 
 
-def ask_about_shielding(about: SceneContext) -> Iterator[Query]:
+def ask_about_shielding(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about hulls close to each other in waves whose databases do not include each other."""
     if not about.sea:
         return
     sizes = {
-        body.name: extents(body, db)
+        body.name: query.extents(body, db)
         for body in about.scene.bodies
         if (db := about.derived.databases.get(body.name)) is not None and db.heading.size
     }
@@ -386,8 +383,8 @@ def ask_about_shielding(about: SceneContext) -> Iterator[Query]:
         breadth = 2.0 * max(first.half.min(), second.half.min())
         gap = _gap_between_bodies(about, (body, first), (neighbour, second))
         if gap < NEIGHBOUR_BREADTHS * breadth:
-            length = peak_wavelength(about.sea)
-            yield Query(
+            length = query.peak_wavelength(about.sea)
+            yield query.Query(
                 f"bodies.{body.name}, bodies.{neighbour.name}",
                 f"hulls with separate databases that are {_gap_text(gap)}, with a breadth of"
                 f" {breadth:.3g} m and waves of {length:.3g} m",
@@ -410,7 +407,7 @@ def _share_database(body: Body, neighbour: Body) -> bool:
 
 
 def _gap_between_bodies(
-    about: SceneContext, first: tuple[Body, Extents], second: tuple[Body, Extents]
+    about: query.SceneContext, first: tuple[Body, query.Extents], second: tuple[Body, query.Extents]
 ) -> float:
     """Distance of the rectangles of two hulls at the start [m]; 0 if they overlap."""
     middles, reaches = zip(
@@ -422,7 +419,7 @@ def _gap_between_bodies(
 
 
 def _projected_extents(
-    about: SceneContext, body: Body, size: Extents
+    about: query.SceneContext, body: Body, size: query.Extents
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centre of a hull's rectangle (2,), and its extent from there in all directions
     `DIRECTION_VECTORS`."""

@@ -6,19 +6,9 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
+from hydrosim.compile.questions import query
 from hydrosim.compile.questions.attachments import ask_about_attachments
 from hydrosim.compile.questions.bodies import ask_about_drag
-from hydrosim.compile.questions.query import (
-    COMPACT,
-    ELLIPSE_OVER_RECTANGLE,
-    Extents,
-    Query,
-    SceneContext,
-    extents,
-    natural_inertias,
-    text_beyond,
-    text_outside_range,
-)
 from hydrosim.dofs import DOFS
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.viscous_roll import VISCOUS_ROLL_KIND as ROLLS
@@ -52,24 +42,28 @@ SAME_PERIOD = 0.1
 SHARED_LOAD_COSINE = 0.7  # cosine of the largest angle between normals of fenders that share a load
 
 
-def ask_about_bending(about: SceneContext) -> Iterator[Query]:
+def ask_about_bending(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about the bending stiffness of lines in files of other programs."""
     yield from _ask_about_omitted_entries(about, Question.BENDING)
 
 
-def ask_about_files(about: SceneContext) -> Iterator[Query]:
+def ask_about_files(about: query.SceneContext) -> Iterator[query.Query]:
     """Tell what else files of other programs say and the scene has not."""
     yield from _ask_about_omitted_entries(about, Question.FILES)
 
 
-def _ask_about_omitted_entries(about: SceneContext, question: Question) -> Iterator[Query]:
+def _ask_about_omitted_entries(
+    about: query.SceneContext, question: Question
+) -> Iterator[query.Query]:
     for element in about.scene.forces.values():
         for entry in element.left_out if isinstance(element, Catenary) else ():
             if entry.question is question:
-                yield Query(entry.key, entry.found, entry.becomes, entry.advice, entry.refused)
+                yield query.Query(
+                    entry.key, entry.found, entry.becomes, entry.advice, entry.refused
+                )
 
 
-def ask_about_softness(about: SceneContext) -> Iterator[Query]:
+def ask_about_softness(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about fenders that a body at berthing speed compresses by metres, and about those that
     are stiffer than steel."""
     fenders = [
@@ -79,9 +73,9 @@ def ask_about_softness(about: SceneContext) -> Iterator[Query]:
     ]
     for name, fender in fenders:
         if _fender_stiffness(fender) > STIFFEST:
-            found_text = f"{text_beyond(_fender_stiffness(fender), STIFFEST)} N/m per point"
+            found_text = f"{query.text_beyond(_fender_stiffness(fender), STIFFEST)} N/m per point"
             usual = f"usual is up to {STIFFEST:g} N/m, a bar of steel of 1 m and 0.05 m^2"
-            yield Query(f"forces.{name}.normal", found_text, usual, "Check its unit.")
+            yield query.Query(f"forces.{name}.normal", found_text, usual, "Check its unit.")
         others = [other for _, other in fenders if _share_load(fender, other)]
         stiffness = sum(len(other.points) * _fender_stiffness(other) for other in others)
         below_weight = list(_ask_about_compression_by_weight(about, name, fender, stiffness))
@@ -91,8 +85,8 @@ def ask_about_softness(about: SceneContext) -> Iterator[Query]:
         mass = _mass_on_fender(about, fender)
         pressed = BERTHING * np.sqrt(mass / stiffness) if stiffness > 0.0 else np.inf
         if mass > 0.0 and pressed > SOFTEST:
-            by = text_beyond(pressed, SOFTEST)
-            yield Query(
+            by = query.text_beyond(pressed, SOFTEST)
+            yield query.Query(
                 f"forces.{name}.normal",
                 f"{_fender_stiffness(fender):.3g} N/m per point: {mass:.3g} kg at"
                 f" {BERTHING:g} m/s would"
@@ -106,8 +100,8 @@ def ask_about_softness(about: SceneContext) -> Iterator[Query]:
 
 
 def _ask_about_compression_by_weight(
-    about: SceneContext, name: str, fender: Contact, stiffness: float
-) -> Iterator[Query]:
+    about: query.SceneContext, name: str, fender: Contact, stiffness: float
+) -> Iterator[query.Query]:
     """Ask about dry bodies whose weight alone compresses the fenders below them by metres."""
     body = about.scene.bodies[about.body_numbers[fender.body]]
     normal = np.array(fender.planes()[0].normal, float)
@@ -123,10 +117,10 @@ def _ask_about_compression_by_weight(
         return
     weight = body.mass * about.scene.environment.gravity
     if weight > SOFTEST * stiffness:
-        yield Query(
+        yield query.Query(
             f"forces.{name}.normal",
             f"{stiffness:.3g} N/m below {body.name}, whose weight of {weight:.3g} N compresses it"
-            f" by {text_beyond(weight / stiffness, SOFTEST)} m",
+            f" by {query.text_beyond(weight / stiffness, SOFTEST)} m",
             f"usual is up to {SOFTEST:g} m",
             "Is it in kN/m? Is the mass in tonne?",
         )
@@ -146,14 +140,14 @@ def _fender_stiffness(fender: Contact) -> float:
     return float(fender.normal.force[-1] / fender.normal.compression[-1])
 
 
-def _mass_on_fender(about: SceneContext, fender: Contact) -> float:
+def _mass_on_fender(about: query.SceneContext, fender: Contact) -> float:
     """Mass of the lighter of the two bodies of a fender that move [kg]."""
     names = {fender.body, *(name for _, name in fender.connected_bodies())}
     moving = [body.mass for body in about.scene.bodies if body.name in names and body.dofs]
     return min(moving, default=0.0)
 
 
-def ask_about_friction(about: SceneContext) -> Iterator[Query]:
+def ask_about_friction(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about friction coefficients above 1, and about a stiffness of friction beside which a
     body moves by metres before it slips, or that is far above that of the fender."""
     for name, fender in about.scene.forces.items():
@@ -166,17 +160,19 @@ def ask_about_friction(about: SceneContext) -> Iterator[Query]:
         if largest > ROUGHEST:
             usual = "usual is 0.05 to 0.8: steel on steel 0.1 to 0.7, rubber up to 1"
             advice = "Is it a percentage?"
-            yield Query(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual, advice)
+            yield query.Query(
+                f"forces.{name}.friction", f"a coefficient of {largest:g}", usual, advice
+            )
         if 0.0 < largest < SMOOTHEST:
             usual = "usual is 0.05 to 0.8: greased steel has 0.1, PTFE 0.04"
-            yield Query(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
+            yield query.Query(f"forces.{name}.friction", f"a coefficient of {largest:g}", usual)
         if isinstance(fender, Contact) and isinstance(law, StickSlip) and largest <= ROUGHEST:
             yield from _ask_about_friction_stiffness(about, name, fender, law)
 
 
 def _ask_about_friction_stiffness(
-    about: SceneContext, name: str, fender: Contact, law: StickSlip
-) -> Iterator[Query]:
+    about: query.SceneContext, name: str, fender: Contact, law: StickSlip
+) -> Iterator[query.Query]:
     """Ask about the tangential stiffness of a fender, at the load of a body at berthing speed."""
     if isinstance(fender.normal, PrescribedNormal):
         return
@@ -186,17 +182,18 @@ def _ask_about_friction_stiffness(
     stretch = law.static * load / law.stiffness
     if stretch > SOFTEST:
         found_text = (
-            f"{law.stiffness:.3g} N/m per point: the body moves {text_beyond(stretch, SOFTEST)} m"
+            f"{law.stiffness:.3g} N/m per point: the body moves"
+            f" {query.text_beyond(stretch, SOFTEST)} m"
             f" before it slips at a load of {load:.3g} N"
         )
-        yield Query(key, found_text, f"usual is up to {SOFTEST:g} m", "Is it in kN/m?")
+        yield query.Query(key, found_text, f"usual is up to {SOFTEST:g} m", "Is it in kN/m?")
     if law.stiffness > MAX_STIFFNESS_RATIO * normal > 0.0:
         found_text = f"{law.stiffness:.3g} N/m per point, and {normal:.3g} N/m normal to the plane"
         usual = f"usual is up to {MAX_STIFFNESS_RATIO:g} times the normal stiffness"
-        yield Query(key, found_text, usual, "Check its unit.")
+        yield query.Query(key, found_text, usual, "Check its unit.")
 
 
-def ask_about_damping(about: SceneContext) -> Iterator[Query]:
+def ask_about_damping(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about damping ratios above critical, about decay tests that are not of this body, and
     about drag of another size."""
     yield from ask_about_drag(about)
@@ -211,14 +208,14 @@ def ask_about_damping(about: SceneContext) -> Iterator[Query]:
             if ratio > 1.0:
                 usual = "usual is 0.01 to 0.3 of critical"
                 advice = f'Is it a percentage? Then it is "{ratio:g} %".'
-                yield Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
+                yield query.Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
             if 0.0 < ratio < MIN_RATIO:
                 usual = "usual is 0.01 to 0.3 of critical"
                 advice = "It is a fraction of critical damping: 5 % are 0.05."
-                yield Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
+                yield query.Query(f"forces.{name}.damping_ratio.{dof}", f"{ratio:g}", usual, advice)
 
 
-def _ask_about_linear_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_linear_damping(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about linear damping far below or above critical, where hydrostatics or moorings restore
     a body."""
     wet = {body.name: (i, body, db) for i, body, db in about.afloat()}
@@ -226,24 +223,26 @@ def _ask_about_linear_damping(about: SceneContext) -> Iterator[Query]:
         if not isinstance(of, LinearDamping) or of.damping is None or of.body not in wet:
             continue
         i, body, db = wet[of.body]
-        restored = list(natural_inertias(about, i, body, db))
+        restored = list(query.natural_inertias(about, i, body, db))
         unrestored = {*DOFS[:2]} - {dof for dof, _, _ in restored}
         yield from _ask_about_slow_damping(
-            about, name, of.damping, body, extents(body, db), unrestored
+            about, name, of.damping, body, query.extents(body, db), unrestored
         )
         for dof, inertia, period in restored:
             damping = float(of.damping[DOFS.index(dof), DOFS.index(dof)])
             ratio = damping * period / (4.0 * np.pi * inertia)
             if damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-                share = text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+                share = query.text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
                 found_text = f"{damping:.3g}, which is {share} of critical"
                 usual = "usual is 0.01 to 0.3 of critical"
-                yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Check its unit.")
+                yield query.Query(
+                    f"forces.{name}.damping.{dof}", found_text, usual, "Check its unit."
+                )
 
 
-def _ask_about_roll_forms(about: SceneContext) -> Iterator[Query]:
+def _ask_about_roll_forms(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about dimensions of a barge, for its roll damping, that its hull has not."""
-    sizes = {body.name: extents(body, db) for _, body, db in about.afloat()}
+    sizes = {body.name: query.extents(body, db) for _, body, db in about.afloat()}
     for name, of in about.scene.forces.items():
         size = sizes.get(of.body) if isinstance(of, ViscousRoll) else None
         if size is None or not isinstance(of, ViscousRoll) or of.ikeda is None:
@@ -258,10 +257,10 @@ def _ask_about_roll_forms(about: SceneContext) -> Iterator[Query]:
             if not 1.0 / SAME_SIZE <= given / length <= SAME_SIZE:
                 found_text = f"a {key} of {given:.3g} m"
                 usual = f"the hull of {of.body} has about {length:.3g} m"
-                yield Query(f"forces.{name}.ikeda.{key}", found_text, usual)
+                yield query.Query(f"forces.{name}.ikeda.{key}", found_text, usual)
 
 
-def _ask_about_fender_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_fender_damping(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about dampers of contacts that are far above critical."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Contact) or not isinstance(of.normal, NormalCurve):
@@ -277,17 +276,17 @@ def _ask_about_fender_damping(about: SceneContext) -> Iterator[Query]:
             if damping > MAX_FENDER_RATIO * critical > 0.0:
                 text = f"{damping:.3g} N s/m per point, {damping / critical:.3g} times critical"
                 usual = f"usual is up to {MAX_FENDER_RATIO:g} times critical"
-                yield Query(f"forces.{name}.{key}", text, usual, "Check its unit.")
+                yield query.Query(f"forces.{name}.{key}", text, usual, "Check its unit.")
 
 
 def _ask_about_slow_damping(
-    about: SceneContext,
+    about: query.SceneContext,
     name: str,
     matrix: np.ndarray,
     body: Body,
-    size: Extents | None,
+    size: query.Extents | None,
     unrestored: Collection[str],
-) -> Iterator[Query]:
+) -> Iterator[query.Query]:
     """Ask about linear damping of surge and sway beside the mass and the length of a hull, where
     no stiffness of its own restores it."""
     if size is None:
@@ -297,13 +296,13 @@ def _ask_about_slow_damping(
         damping = float(matrix[k, k])
         ratio = damping / (body.mass * rate)
         if dof in unrestored and damping > 0.0 and not LEAST_RATIO <= ratio <= MOST_RATIO:
-            share = text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
+            share = query.text_outside_range(ratio, LEAST_RATIO, MOST_RATIO, ".2g")
             found_text = f"{damping:.3g} N s/m, {share} of m sqrt(g/L)"
             usual = f"usual is {LEAST_RATIO:g} to {MOST_RATIO:g} of that"
-            yield Query(f"forces.{name}.damping.{dof}", found_text, usual, "Is it in kN s/m?")
+            yield query.Query(f"forces.{name}.damping.{dof}", found_text, usual, "Is it in kN s/m?")
 
 
-def _ask_about_roll_damping(about: SceneContext) -> Iterator[Query]:
+def _ask_about_roll_damping(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about decay tests with less damping than radiated waves alone, or with another period."""
     rolling = ROLLS.constants_in(about.model)
     elements = [(n, e) for n, e in about.scene.forces.items() if isinstance(e, ViscousRoll)]
@@ -312,7 +311,7 @@ def _ask_about_roll_damping(about: SceneContext) -> Iterator[Query]:
             float(linear_damping[x]) for x in ("measured", "waves", "frequency")
         )
         if measured < waves and (element.p1 or element.p2 or element.p3):
-            yield Query(
+            yield query.Query(
                 f"forces.{name}.p1",
                 f"{measured:.3g} N m s/rad of damping in all, and {waves:.3g} N m s/rad by radiated"
                 " waves in the database, so that the linear part is 0",
@@ -325,13 +324,17 @@ def _ask_about_roll_damping(about: SceneContext) -> Iterator[Query]:
         ratio = p1 * period / (4.0 * np.pi)
         if 0.0 < ratio < MIN_RATIO and not (element.p2 or element.p3):
             linear_damping = f"{p1:.3g} 1/s, which is {ratio:.2g} of critical damping"
-            yield Query(f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical")
+            yield query.Query(
+                f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical"
+            )
         if np.isfinite(period) and ratio > MAX_ROLL_RATIO:
-            share = text_beyond(ratio, MAX_ROLL_RATIO, ".2g")
+            share = query.text_beyond(ratio, MAX_ROLL_RATIO, ".2g")
             linear_damping = f"{p1:.3g} 1/s, which is {share} of critical damping"
-            yield Query(f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical")
+            yield query.Query(
+                f"forces.{name}.p1", linear_damping, "usual is 0.01 to 0.1 of critical"
+            )
         if element.period and omega > 0.0 and abs(element.period / period - 1.0) > SAME_PERIOD:
-            yield Query(
+            yield query.Query(
                 f"forces.{name}.period",
                 f"a natural period of {element.period:.3g} s in the decay test, and of"
                 f" {period:.3g} s of this body in the case",
@@ -351,11 +354,11 @@ MIN_WALL_NORMAL = 0.5  # horizontal part of the normal, below which a plane is n
 STANDING_OFF = 5.0
 
 
-def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
+def ask_about_contact_points(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about fender points inside a hull, which would cross the plane before contact, or far
     outside, and about other points far off their bodies."""
     yield from ask_about_attachments(about)
-    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
+    sizes = {body.name: query.extents(body, db) for _, body, db in about.floating_bodies()}
     wet = set(about.derived.databases)
     for name, fender in about.scene.forces.items():
         size = sizes.get(fender.body) if isinstance(fender, Fender) else None
@@ -365,10 +368,10 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
         far = int(np.argmax(off))
         limit = max(STANDING_OFF, float(size.half.min()))
         if off[far] > limit:
-            away = text_beyond(off[far], limit, ".2g")
+            away = query.text_beyond(off[far], limit, ".2g")
             found_text = f"point {far + 1} about {away} m outside the hull of {fender.body}"
             usual = f"usual is up to {limit:.2g} m"
-            yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
+            yield query.Query(f"forces.{name}.points", found_text, usual, ADVICE)
         if fender.plane.corners or not {fender.plane.body} <= {None, *wet}:
             continue
         yield from _ask_about_plane_inside(name, fender, sizes)
@@ -384,12 +387,12 @@ def ask_about_contact_points(about: SceneContext) -> Iterator[Query]:
                 f" {deep[worst]:.2g} m further towards the plane"
             )
             usual = "usual is a point at its side"
-            yield Query(f"forces.{name}.points", found_text, usual, ADVICE)
+            yield query.Query(f"forces.{name}.points", found_text, usual, ADVICE)
 
 
 def _ask_about_plane_inside(
-    name: str, fender: Fender, sizes: Mapping[str, Extents | None]
-) -> Iterator[Query]:
+    name: str, fender: Fender, sizes: Mapping[str, query.Extents | None]
+) -> Iterator[query.Query]:
     """Ask about a plane at the other side of the hull that it is fixed to."""
     size = sizes.get(fender.plane.body) if fender.plane.body is not None else None
     if size is None:
@@ -400,7 +403,7 @@ def _ask_about_plane_inside(
     if deep > float(size.half.min()):
         found_text = f"a plane that {fender.plane.body} exceeds by about {deep:.2g} m"
         usual = "usual is a plane at its side, with a normal that points away from it"
-        yield Query(f"forces.{name}.plane", found_text, usual, ADVICE)
+        yield query.Query(f"forces.{name}.plane", found_text, usual, ADVICE)
 
 
 ADVICE = (
@@ -418,27 +421,31 @@ def _normal_in_motion(motion: Motion, index: dict[str, int], fender: Fender) -> 
     return np.asarray(body_normal / np.linalg.norm(body_normal))
 
 
-def _distance_outside(size: Extents, point: np.ndarray) -> float:
+def _distance_outside(size: query.Extents, point: np.ndarray) -> float:
     """Distance of a point beside or below a hull [m]."""
     off = point - size.centre
-    aside = np.maximum(np.abs(off[:2]) - ELLIPSE_OVER_RECTANGLE * size.half, 0.0)
-    below = max(-off[2] - ELLIPSE_OVER_RECTANGLE * size.draught, 0.0)
+    aside = np.maximum(np.abs(off[:2]) - query.ELLIPSE_OVER_RECTANGLE * size.half, 0.0)
+    below = max(-off[2] - query.ELLIPSE_OVER_RECTANGLE * size.draught, 0.0)
     return float(np.linalg.norm([*aside, below]))
 
 
-def _distance_inside(size: Extents, point: np.ndarray, normal: np.ndarray) -> float:
+def _distance_inside(size: query.Extents, point: np.ndarray, normal: np.ndarray) -> float:
     """Distance by which a compact hull extends beyond a point inside it or at its other side,
     towards an upright plane with this ``normal`` [m]; 0 for other points."""
     x, y, z = point - size.centre
     level = float(np.linalg.norm(normal[:2]))
-    if z >= FREEBOARD_FRACTION * size.draught or size.filled < COMPACT or level < MIN_WALL_NORMAL:
+    if (
+        z >= FREEBOARD_FRACTION * size.draught
+        or size.filled < query.COMPACT
+        or level < MIN_WALL_NORMAL
+    ):
         return 0.0
     towards = -normal[:2] / level
     within = bool(np.all(np.abs([x, y]) < INNER * size.half)) or _is_far(size, point, normal)
     return float(np.abs(towards) @ size.half - towards @ [x, y]) if within else 0.0
 
 
-def _is_far(size: Extents, point: np.ndarray, normal: np.ndarray) -> bool:
+def _is_far(size: query.Extents, point: np.ndarray, normal: np.ndarray) -> bool:
     """Whether a hull is between a point and an upright plane with this ``normal``."""
     x, y, _ = point - size.centre
     towards = -normal[:2] / np.linalg.norm(normal[:2])

@@ -7,15 +7,7 @@ from math import inf
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (
-    Extents,
-    Query,
-    SceneContext,
-    bar_diameters,
-    extents,
-    text_beyond,
-    text_outside_range,
-)
+from hydrosim.compile.questions import query
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.line.winch import Winch
 from hydrosim.integrate.state import start_loads
@@ -36,7 +28,7 @@ NEGLIGIBLE_LOAD_FRACTION = (
 )
 
 
-def ask_about_capacities(about: SceneContext) -> Iterator[Query]:
+def ask_about_capacities(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about allowable loads that are exceeded at the start, that no weight can hang from, or
     that are a unit away from the bodies' weights."""
     yield from _ask_about_tiny_capacities(about)
@@ -46,7 +38,7 @@ def ask_about_capacities(about: SceneContext) -> Iterator[Query]:
     yield from _ask_about_bodies_on_lines(about)
 
 
-def _ask_about_tiny_capacities(about: SceneContext) -> Iterator[Query]:
+def _ask_about_tiny_capacities(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about allowable loads that the weight of a few litres of water exceeds."""
     limits = [
         (
@@ -69,10 +61,10 @@ def _ask_about_tiny_capacities(about: SceneContext) -> Iterator[Query]:
         if limit is not None and limit < NEGLIGIBLE_LOAD_FRACTION * lightest:
             found_text = f"{limit:.3g} N, for a body whose weight is {lightest:.3g} N"
             usual = f"usual is above {NEGLIGIBLE_LOAD_FRACTION:g} of the weight"
-            yield Query(key, found_text, usual, "Is it in kN?")
+            yield query.Query(key, found_text, usual, "Is it in kN?")
 
 
-def _ask_about_stretch_at_capacity(about: SceneContext) -> Iterator[Query]:
+def _ask_about_stretch_at_capacity(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about capacities of springs at which they are several times as long."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Spring) or not of.capacity or not isinstance(of.length, float):
@@ -85,34 +77,34 @@ def _ask_about_stretch_at_capacity(about: SceneContext) -> Iterator[Query]:
                 f" {extension:.3g} m longer"
             )
             usual = f"usual is up to {MOST_EXTENSION:g} times its length"
-            yield Query(
+            yield query.Query(
                 f"forces.{name}.capacity", found_text, usual, "Check capacity and stiffness."
             )
 
 
-def _ask_about_strengths(about: SceneContext) -> Iterator[Query]:
+def _ask_about_strengths(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about capacities far above or below the breaking load of a line's thinnest chain, and
     about those that stretch a rope by half of its length."""
     for name, of in about.scene.forces.items():
         if not isinstance(of, Catenary) or not of.capacity:
             continue
         key = f"forces.{name}.capacity"
-        bars = list(bar_diameters(of, about.scene.environment))
+        bars = list(query.bar_diameters(of, about.scene.environment))
         breaking = strongest_breaking_load(min(bars)) if bars else 0.0
         low, high = LEAST_OF_BREAKING * breaking, MOST_OF_BREAKING * breaking
         strain = of.capacity / float(of.stiffness.min())
         if bars and not low <= of.capacity <= high:
             found_text = f"{of.capacity:.3g} N, for a chain of {1e3 * min(bars):.3g} mm"
             usual = f"such a chain of grade R5 breaks at {breaking:.3g} N"
-            yield Query(key, found_text, usual, "Check diameter, capacity and their units.")
+            yield query.Query(key, found_text, usual, "Check diameter, capacity and their units.")
         elif strain > MOST_STRAIN:
-            share = text_beyond(strain, MOST_STRAIN, ".0%")
+            share = query.text_beyond(strain, MOST_STRAIN, ".0%")
             found_text = f"{of.capacity:.3g} N, at which the line is {share} longer"
             usual = f"usual is up to {MOST_STRAIN:.0%}"
-            yield Query(key, found_text, usual, "Check capacity, stiffness and their units.")
+            yield query.Query(key, found_text, usual, "Check capacity, stiffness and their units.")
 
 
-def _ask_about_overloaded_lines(about: SceneContext) -> Iterator[Query]:
+def _ask_about_overloaded_lines(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about lines whose tension at the start is above their capacity."""
     scene = about.scene
     limits = {
@@ -127,12 +119,14 @@ def _ask_about_overloaded_lines(about: SceneContext) -> Iterator[Query]:
     for name, capacity in limits.items():
         tension = loads[name]
         if tension > capacity:
-            found_text = f"{capacity:.4g} N, and {text_beyond(tension, capacity, '.4g')} N"
+            found_text = f"{capacity:.4g} N, and {query.text_beyond(tension, capacity, '.4g')} N"
             usual = "usual is a tension at the start below the capacity"
-            yield Query(f"forces.{name}.capacity", f"{found_text} of tension at the start", usual)
+            yield query.Query(
+                f"forces.{name}.capacity", f"{found_text} of tension at the start", usual
+            )
 
 
-def _ask_about_bodies_on_lines(about: SceneContext) -> Iterator[Query]:
+def _ask_about_bodies_on_lines(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about dry bodies that hang from lines whose capacities add up to less than the weight."""
     for body in about.scene.bodies:
         if not _is_dry_and_heavy(about, body):
@@ -153,10 +147,10 @@ def _ask_about_bodies_on_lines(about: SceneContext) -> Iterator[Query]:
             )
             usual = "usual is a weight below the capacities of the lines that carry it"
             advice = "Is the mass in tonne? Are the loads in kN?"
-            yield Query(f"bodies.{body.name}.mass", found_text, usual, advice)
+            yield query.Query(f"bodies.{body.name}.mass", found_text, usual, advice)
 
 
-def _is_dry_and_heavy(about: SceneContext, body: Body) -> bool:
+def _is_dry_and_heavy(about: query.SceneContext, body: Body) -> bool:
     """Whether nothing but force elements carries a body."""
     wet = body.name in about.derived.databases or body.hydrostatics is not None
     jointed = len(joined_with(about.scene, body.name)) > 1
@@ -188,10 +182,10 @@ MAX_DRAUGHT_RATIO = 3.0  # ratio
 MAX_OPPOSING_FRACTION = 0.1  # part of the forces
 
 
-def ask_about_coefficients(about: SceneContext) -> Iterator[Query]:
+def ask_about_coefficients(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about coefficients of wind and current that are not those of a hull of this size, that
     drive a body against the stream, and about a draught for the current that the hull has not."""
-    sizes = {body.name: extents(body, db) for _, body, db in about.floating_bodies()}
+    sizes = {body.name: query.extents(body, db) for _, body, db in about.floating_bodies()}
     density = about.scene.environment.water_density
     for name, of in about.scene.forces.items():
         if isinstance(of, StreamLoad):
@@ -209,23 +203,23 @@ def ask_about_coefficients(about: SceneContext) -> Iterator[Query]:
 
 def _ask_about_load_size(
     name: str, of: StreamLoad, reference: float, limits: tuple[float, float]
-) -> Iterator[Query]:
+) -> Iterator[query.Query]:
     """Ask about coefficients whose largest force is far from a ``reference`` force [N s^2/m^2]."""
     low, high = limits
     for key, force in (("surge", of.surge), ("sway", of.sway)):
         largest = float(np.abs(force).max())
         coefficient = largest / reference
         if largest > 0.0 and not low <= coefficient <= high:
-            text = text_outside_range(coefficient, low, high, ".2g")
+            text = query.text_outside_range(coefficient, low, high, ".2g")
             found_text = (
                 f"up to {largest:.3g} N s^2/m^2, a drag coefficient of {text} for the size of"
                 f" {of.body}"
             )
             usual = f"usual is {low:g} to {high:g}"
-            yield Query(f"forces.{name}.{key}", found_text, usual, "Is it in kN?")
+            yield query.Query(f"forces.{name}.{key}", found_text, usual, "Is it in kN?")
 
 
-def _ask_about_reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
+def _ask_about_reversed_tables(name: str, of: StreamLoad) -> Iterator[query.Query]:
     """Ask about a table whose forces are against the stream in the sum over its headings."""
     for key, force, component in (
         ("surge", of.surge, np.cos(of.headings)),
@@ -235,16 +229,16 @@ def _ask_about_reversed_tables(name: str, of: StreamLoad) -> Iterator[Query]:
             found_text = "forces against the stream"
             usual = "usual are forces along it: surge above 0 at 0 deg, sway above 0 at 90 deg"
             advice = "headings are those that the stream goes to, relative to the body."
-            yield Query(f"forces.{name}.{key}", found_text, usual, advice)
+            yield query.Query(f"forces.{name}.{key}", found_text, usual, advice)
 
 
 def _ask_about_other_draught(
-    body: str, draught: float | None, size: Extents | None
-) -> Iterator[Query]:
+    body: str, draught: float | None, size: query.Extents | None
+) -> Iterator[query.Query]:
     if draught is None or size is None:
         return
     ratio = draught / size.draught
     if not 1.0 / MAX_DRAUGHT_RATIO <= ratio <= MAX_DRAUGHT_RATIO:
         found_text = f"{draught:.3g} m"
         usual = f"the hull of its database has about {size.draught:.3g} m"
-        yield Query(f"bodies.{body}.draught", found_text, usual)
+        yield query.Query(f"bodies.{body}.draught", found_text, usual)

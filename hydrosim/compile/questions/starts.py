@@ -11,9 +11,10 @@ from hydrosim.elements.kind import elements_of
 from hydrosim.elements.line.points import line_shapes
 from hydrosim.elements.link.kind import LINK_KIND, SPRING_KIND, link_kinematics
 from hydrosim.scene import ForceElement, GivenComponents, Weight
-from hydrosim.scene.contacts import Contact, NormalCurve, Plane, PrescribedNormal
+from hydrosim.scene.contacts import Contact, NormalCurve, PrescribedNormal
 from hydrosim.scene.joint import MotionKind
 from hydrosim.scene.links import Spring, Strut
+from hydrosim.scene.plane import Plane
 from hydrosim.scene.scene import arrangement, joined_with, tree_joints
 
 FULL_TURN_RAD = 2.0 * np.pi * (1.0 + 1e-9)

@@ -19,31 +19,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hydrosim.compile.questions.query import (
-    Query,
-    SceneContext,
-    crossing_period,
-    height_of,
-    natural_periods,
-    peak_period,
-    text_beyond,
-    text_outside_range,
-)
+from hydrosim import scene
+from hydrosim.compile.questions import query
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.linear import modes
 from hydrosim.linear.linearise import linearise, without_waves
-from hydrosim.scene import (
-    Body,
-    Box,
-    FreeSurface,
-    Jonswap,
-    Tank,
-    TankMesh,
-    TankShape,
-    TankTable,
-    Tma,
-)
 from hydrosim.tanks.contents import changing_tanks, level_of, tank_names, unforeseen_tanks
 from hydrosim.tanks.shapes import height, volume_at
 from hydrosim.tanks.timeline import integrate_tanks
@@ -76,7 +57,7 @@ MOST_STEPS = 1e9  # of a run: about an hour
 MIN_STEPS_PER_PERIOD = 10.0  # fewest steps of a method in a period of the waves
 
 
-def ask_about_water(about: SceneContext) -> Iterator[Query]:
+def ask_about_water(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about density and gravity of another liquid or planet."""
     environment = about.scene.environment
     (low, high) = DENSITIES
@@ -85,15 +66,15 @@ def ask_about_water(about: SceneContext) -> Iterator[Query]:
     if not low <= environment.water_density <= high:
         found_text = f"{environment.water_density:g} kg/m^3"
         usual = f"usual is {low:g} to {high:g}"
-        yield Query("environment.water_density", found_text, usual)
+        yield query.Query("environment.water_density", found_text, usual)
     low, high = GRAVITIES
     if not low <= environment.gravity <= high:
         found_text = f"{environment.gravity:g} m/s^2"
         usual = f"usual is {low:g} to {high:g}"
-        yield Query("environment.gravity", found_text, usual)
+        yield query.Query("environment.gravity", found_text, usual)
 
 
-def ask_about_streams(about: SceneContext) -> Iterator[Query]:
+def ask_about_streams(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about currents as fast as wind, winds beyond any storm, and streams that load no
     element."""
     environment = about.scene.environment
@@ -107,9 +88,9 @@ def ask_about_streams(about: SceneContext) -> Iterator[Query]:
         if stream.speed > limit:
             usual = f"usual is up to {limit:g} m/s"
             advice = "Is it in knots?"
-            yield Query(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
+            yield query.Query(f"environment.{name}.speed", f"{stream.speed:g} m/s", usual, advice)
         if stream.speed > 0.0 and name not in felt:
-            yield Query(
+            yield query.Query(
                 f"environment.{name}",
                 f"{stream.speed:g} m/s and no force element that it loads",
                 FEELERS[name],
@@ -117,38 +98,42 @@ def ask_about_streams(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def ask_about_waves(about: SceneContext) -> Iterator[Query]:
+def ask_about_waves(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about seas that are higher, shorter, longer or more regular than real seas."""
     yield from _ask_about_peaks(about)
     for sea in about.sea:
-        height = height_of(sea)
-        peak = peak_period(sea)
+        height = query.height_of(sea)
+        peak = query.peak_period(sea)
         if height > HIGHEST:
             usual = f"usual is up to {HIGHEST:g} m"
-            yield Query("environment.waves", f"a height of {text_beyond(height, HIGHEST)} m", usual)
+            yield query.Query(
+                "environment.waves", f"a height of {query.text_beyond(height, HIGHEST)} m", usual
+            )
         if not USUAL_PERIODS_S[0] <= peak <= USUAL_PERIODS_S[1]:
             usual = f"usual is {USUAL_PERIODS_S[0]:g} to {USUAL_PERIODS_S[1]:g} s"
-            found_text = f"a period of {text_outside_range(peak, *USUAL_PERIODS_S)} s"
-            yield Query("environment.waves", found_text, usual)
+            found_text = f"a period of {query.text_outside_range(peak, *USUAL_PERIODS_S)} s"
+            yield query.Query("environment.waves", found_text, usual)
 
 
-def _ask_about_peaks(about: SceneContext) -> Iterator[Query]:
+def _ask_about_peaks(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about spectra with a peak that no wind sea or swell has."""
     for train in about.scene.environment.waves:
         if (
-            isinstance(train.spectrum, Jonswap | Tma)
+            isinstance(train.spectrum, scene.Jonswap | scene.Tma)
             and train.spectrum.peak_enhancement > MAX_PEAK_ENHANCEMENT
         ):
-            found_text = f"{text_beyond(train.spectrum.peak_enhancement, MAX_PEAK_ENHANCEMENT)}"
-            yield Query("environment.waves.peak_enhancement", found_text, "usual is 1 to 7")
+            found_text = (
+                f"{query.text_beyond(train.spectrum.peak_enhancement, MAX_PEAK_ENHANCEMENT)}"
+            )
+            yield query.Query("environment.waves.peak_enhancement", found_text, "usual is 1 to 7")
 
 
-def ask_about_steepness(about: SceneContext) -> Iterator[Query]:
+def ask_about_steepness(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about waves that would have broken."""
     environment = about.scene.environment
     for sea in about.sea:
-        height = height_of(sea)
-        period = crossing_period(sea)
+        height = query.height_of(sea)
+        period = query.crossing_period(sea)
         if sea.omega.size == 1:
             k = float(sea.wavenumber[0])
             steep = height * k / (2.0 * np.pi)
@@ -159,23 +144,23 @@ def ask_about_steepness(about: SceneContext) -> Iterator[Query]:
             limit = MAX_STEEPNESS
             what = f"a significant height of {height:.3g} m"
         if steep > limit:
-            steepness_text = text_beyond(steep, limit, ".2g")
+            steepness_text = query.text_beyond(steep, limit, ".2g")
             found_text = (
                 f"{what} at a mean period of {period:.3g} s, a steepness of {steepness_text}"
             )
             usual = f"waves break above {limit:.2g}"
-            yield Query(
+            yield query.Query(
                 "environment.waves", found_text, usual, "Linear waves do not describe such a sea."
             )
 
 
-def ask_about_ramp(about: SceneContext) -> Iterator[Query]:
+def ask_about_ramp(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about ramps that last longer than the run."""
     for sea in about.sea:
         if sea.ramp > about.end:
             found_text = f"{sea.ramp:g} s"
             usual = f"usual is a ramp within the run, which ends at {about.end:g} s"
-            yield Query(
+            yield query.Query(
                 "environment.waves.ramp",
                 found_text,
                 usual,
@@ -183,7 +168,7 @@ def ask_about_ramp(about: SceneContext) -> Iterator[Query]:
             )
 
 
-def ask_about_step(about: SceneContext) -> Iterator[Query]:
+def ask_about_step(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about steps that are too large for the waves, or so small that a run takes hours."""
     solver = about.scene.solver
     duration = about.scene.duration
@@ -191,18 +176,18 @@ def ask_about_step(about: SceneContext) -> Iterator[Query]:
     if not free and duration > MOST_STEPS * solver.step:
         found_text = f"{solver.step:g} s, {duration / solver.step:.1e} steps of {duration:g} s"
         usual = f"usual is up to {MOST_STEPS:g} steps, which may take an hour"
-        yield Query("solver.step", found_text, usual, refused=True)
+        yield query.Query("solver.step", found_text, usual, refused=True)
     for sea in about.sea:
-        period = peak_period(sea)
+        period = query.peak_period(sea)
         if about.scene.output_step > period / 2.0:
             usual = f"usual is far below the waves' period, {period:.3g} s"
             advice = "Records and their statistics miss the motion in waves."
-            yield Query("output.step", f"{about.scene.output_step:g} s", usual, advice)
+            yield query.Query("output.step", f"{about.scene.output_step:g} s", usual, advice)
     for sea in () if free else about.sea:
-        period = peak_period(sea)
+        period = query.peak_period(sea)
         if solver.step > period / MIN_STEPS_PER_PERIOD:
             usual = f"usual is up to a tenth of the waves' period, {period:.3g} s"
-            yield Query("solver.step", f"{solver.step:g} s", usual)
+            yield query.Query("solver.step", f"{solver.step:g} s", usual)
 
 
 # Waves outside the frequencies of a database.
@@ -211,7 +196,7 @@ def ask_about_step(about: SceneContext) -> Iterator[Query]:
 OUTSIDE_REFUSED = 0.01
 
 
-def ask_about_ranges(about: SceneContext) -> Iterator[Query]:
+def ask_about_ranges(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about seas with too much energy outside the frequencies of a database."""
     for _, body, db in about.floating_bodies():
         if about.sea and body.wave_forces.first_order:
@@ -223,10 +208,10 @@ def ask_about_ranges(about: SceneContext) -> Iterator[Query]:
                     " or other waves."
                 )
                 found_in_words = outside_range_text(range_loss, body, db)
-                yield Query("environment.waves", found_in_words, usual, advice, refused=True)
+                yield query.Query("environment.waves", found_in_words, usual, advice, refused=True)
 
 
-def outside_range_text(range_loss: Outside, body: Body, db: HydroDatabase) -> str:
+def outside_range_text(range_loss: Outside, body: scene.Body, db: HydroDatabase) -> str:
     """Text on the part of a sea outside the frequencies of the database of a body."""
     low, high = db.frequency[[0, -1]]
     text = (
@@ -258,14 +243,14 @@ class SloshingResonance(NamedTuple):
     """A tank, the levels (n,) at which it is near resonance, their periods and fractions of wave
     energy. ``rolls`` says whether the roll of the body is near such a period."""
 
-    tank: Tank
+    tank: scene.Tank
     level: np.ndarray
     period: np.ndarray
     share: np.ndarray
     rolls: bool
 
 
-def ask_about_sloshing(about: SceneContext) -> Iterator[Query]:
+def ask_about_sloshing(about: query.SceneContext) -> Iterator[query.Query]:
     """Ask about tanks whose fluid would slosh with the waves, or with the roll of their body."""
     for b, body, db in about.floating_bodies():
         levels = dict(_tank_levels(about, body)) if about.sea else {}
@@ -281,14 +266,14 @@ def ask_about_sloshing(about: SceneContext) -> Iterator[Query]:
                 yield _resonance_query(body, resonances, axis, roll)
 
 
-def _roll_period(about: SceneContext, i: int, body: Body, db: HydroDatabase) -> float:
+def _roll_period(about: query.SceneContext, i: int, body: scene.Body, db: HydroDatabase) -> float:
     """Natural period [s] in roll of body ``i`` at the start, as `hydrosim linear` computes it, with
     the free surfaces of tanks and all restoring forces. Infinite if it does not roll."""
     calm = without_waves(about.model)
     try:
         periods = modes.natural_periods(linearise(calm, about.state))
     except InputError:  # forces of constraints are not defined, or there is no inertia
-        return natural_periods(about, i, body, db).get("roll", np.inf)
+        return query.natural_periods(about, i, body, db).get("roll", np.inf)
     return periods.get(6 * i + DOFS.index("roll"), np.inf)
 
 
@@ -298,12 +283,12 @@ def _fluid_mass(hit: SloshingResonance) -> float:
 
 
 def _resonance_query(
-    body: Body, resonances: Sequence[SloshingResonance], axis: int, roll: float
-) -> Query:
+    body: scene.Body, resonances: Sequence[SloshingResonance], axis: int, roll: float
+) -> query.Query:
     worst = max(resonances, key=lambda hit: float(hit.share.max()))
     names = ", ".join(hit.tank.name for hit in resonances)
     rolls = f", and a roll of about {roll:.3g} s" if any(hit.rolls for hit in resonances) else ""
-    return Query(
+    return query.Query(
         f"bodies.{body.name}.tanks ({names})",
         f"fluid that sloshes along {'xy'[axis]} with a period of {_range_text(worst.period)} s at"
         f" levels of {_range_text(worst.level)} m ({worst.tank.name}), with a fraction of"
@@ -321,7 +306,12 @@ def _range_text(values: np.ndarray) -> str:
 
 
 def _sloshing_resonance(
-    about: SceneContext, body: Body, tank: Tank, level: np.ndarray, axis: int, roll: float
+    about: query.SceneContext,
+    body: scene.Body,
+    tank: scene.Tank,
+    level: np.ndarray,
+    axis: int,
+    roll: float,
 ) -> SloshingResonance | None:
     """Resonance of a tank; None if it has none at any ``level`` (n,)."""
     full = height(tank.shape)
@@ -348,16 +338,16 @@ def mode_period(breadth: np.ndarray, level: np.ndarray, gravity: float) -> np.nd
     return np.asarray(2.0 * np.pi / np.sqrt(gravity * k * np.tanh(k * level)))
 
 
-def surface_width(shape: TankShape, level: float, axis: int) -> float:
+def surface_width(shape: scene.TankShape, level: float, axis: int) -> float:
     """Extent [m] of the free surface along an axis."""
     match shape:
-        case Box():
+        case scene.Box():
             return float(shape.high[axis] - shape.low[axis])
-        case TankTable():
+        case scene.TankTable():
             area = np.interp(level, shape.level, np.gradient(shape.volume, shape.level))
             second = np.interp(level, shape.level, shape.surface[:, 2 * axis])
             return float(np.sqrt(12.0 * second / area))
-        case TankMesh():
+        case scene.TankMesh():
             return _width_of_mesh(shape.corners, level, axis)
 
 
@@ -385,7 +375,9 @@ def _energy_share_near(
     return within / total
 
 
-def _tank_levels(about: SceneContext, body: Body) -> Iterator[tuple[Tank, np.ndarray]]:
+def _tank_levels(
+    about: query.SceneContext, body: scene.Body
+) -> Iterator[tuple[scene.Tank, np.ndarray]]:
     """Levels (n,) of tanks with a free surface during the run. A tank that is pumped by events may
     become empty or full."""
     names = tank_names(about.scene)
@@ -393,7 +385,7 @@ def _tank_levels(about: SceneContext, body: Body) -> Iterator[tuple[Tank, np.nda
     timeline = integrate_tanks(p, about.end) if names else None
     unforeseen = unforeseen_tanks(body)
     for tank in body.tanks:
-        if tank.surface == FreeSurface.FROZEN:
+        if tank.surface == scene.FreeSurface.FROZEN:
             continue
         ends = np.array([tank.level])
         if tank.name in unforeseen:

@@ -17,20 +17,11 @@ import scipy
 from scipy.linalg import block_diag
 
 from hydrosim.database.build import barge, mesh
+from hydrosim.database.build import recipe as recipes
 from hydrosim.database.build.assemble import Floating, coarsen
 from hydrosim.database.build.barge import Panels, with_mirror_image
 from hydrosim.database.build.bem import Hull
 from hydrosim.database.build.drift import Water
-from hydrosim.database.build.recipe import (
-    HullSymmetry,
-    IntegralEquation,
-    Lid,
-    MeshFileHull,
-    Recipe,
-    RecipeBody,
-    SphereHull,
-    resolution,
-)
 from hydrosim.database.hull import Hydrostatics
 from hydrosim.errors import InputError
 
@@ -69,11 +60,11 @@ class _PartHull:
         )
 
 
-def hulls_afloat(recipe: Recipe, share: float = 1.0) -> FloatingHulls:
+def hulls_afloat(recipe: recipes.Recipe, share: float = 1.0) -> FloatingHulls:
     """Hulls of ``recipe``, with a ``share`` of its number of panels."""
     hulls = [_hull_of_part(recipe, part, share) for part in recipe.data.parts]
     integrals = tuple(hull.integrals for hull in hulls)
-    direct = recipe.data.method is IntegralEquation.DIRECT
+    direct = recipe.data.method is recipes.IntegralEquation.DIRECT
     centres = tuple(
         _in_database_frame(part, np.array(part.centre_of_gravity)) for part in recipe.data.parts
     )
@@ -91,11 +82,11 @@ def hulls_afloat(recipe: Recipe, share: float = 1.0) -> FloatingHulls:
         for k in (0, 1)
     )
     _check_apart(recipe, panels)
-    hull, alike = _combine_hulls(panels, lids, recipe.data.symmetry is HullSymmetry.AUTO)
+    hull, alike = _combine_hulls(panels, lids, recipe.data.symmetry is recipes.HullSymmetry.AUTO)
     return FloatingHulls(replace(hull, centres=points, direct=direct), integrals, alike)
 
 
-def floating(recipe: Recipe, floats: FloatingHulls, water: Water) -> Floating:
+def floating(recipe: recipes.Recipe, floats: FloatingHulls, water: Water) -> Floating:
     """Mass and stiffness of all bodies, each with its weight equal to its buoyancy and above it."""
     pairs = zip(recipe.data.parts, floats.integrals, strict=True)
     bodies = [_floating_body(recipe, part, integrals, water) for part, integrals in pairs]
@@ -108,16 +99,16 @@ def floating(recipe: Recipe, floats: FloatingHulls, water: Water) -> Floating:
     )
 
 
-def _is_moved(part: RecipeBody) -> bool:
+def _is_moved(part: recipes.RecipeBody) -> bool:
     return bool(np.any(part.position) or part.heading)
 
 
-def _heading_rotation(part: RecipeBody) -> np.ndarray:
+def _heading_rotation(part: recipes.RecipeBody) -> np.ndarray:
     c, s = math.cos(part.heading), math.sin(part.heading)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _in_database_frame(part: RecipeBody, points: np.ndarray) -> np.ndarray:
+def _in_database_frame(part: recipes.RecipeBody, points: np.ndarray) -> np.ndarray:
     """Points (..., 3) of the body's own frame in the database's frame."""
     if not _is_moved(part):
         return points
@@ -142,7 +133,7 @@ def _combine_hulls(panels: list[Panels], lids: list[Panels], halve: bool) -> tup
     return Hull(every[port], lid, True, none, owner=tuple(both.tolist())), alike
 
 
-def _check_apart(recipe: Recipe, panels: Sequence[Panels]) -> None:
+def _check_apart(recipe: recipes.Recipe, panels: Sequence[Panels]) -> None:
     """Refuse hulls with panels inside each other. One may float within a ring or under another."""
     names = [*getattr(recipe.data, "bodies", {"hull": None})]
     for i, j in combinations(range(len(panels)), 2):
@@ -161,32 +152,32 @@ def _contains_panel(panels: Panels, others: Panels) -> bool:
     return bool((np.abs(mesh.windings(panels, points[near])) > 0.5).any())
 
 
-def _hull_of_part(recipe: Recipe, part: RecipeBody, share: float) -> _PartHull:
-    if isinstance(part.hull, MeshFileHull):
+def _hull_of_part(recipe: recipes.Recipe, part: recipes.RecipeBody, share: float) -> _PartHull:
+    if isinstance(part.hull, recipes.MeshFileHull):
         return _of_file(recipe, part.hull)
-    if isinstance(part.hull, SphereHull):
+    if isinstance(part.hull, recipes.SphereHull):
         radius, size = part.hull.radius, part.hull.size() / share
         half, lid = barge.half_sphere(radius, size), barge.sphere_lid(radius, size)
         integrals = barge.sphere_hydrostatics(radius)
     else:
         shape = part.hull.shape(recipe.data.water)
-        counts = coarsen(resolution(part.hull, shape), share)
+        counts = coarsen(recipes.resolution(part.hull, shape), share)
         integrals = barge.hydrostatics(shape)
         shift = [-integrals.centre_of_buoyancy[0], 0.0, 0.0]
         half, lid = barge.half_hull(shape, counts) + shift, barge.half_lid(shape, counts) + shift
-    if recipe.data.lid is Lid.NONE:
+    if recipe.data.lid is recipes.Lid.NONE:
         lid = mesh.NO_PANELS
-    if recipe.data.symmetry is HullSymmetry.NONE:
+    if recipe.data.symmetry is recipes.HullSymmetry.NONE:
         return _PartHull(with_mirror_image(half), with_mirror_image(lid), False, integrals)
     return _PartHull(half, lid, True, integrals)
 
 
-def _of_file(recipe: Recipe, given: MeshFileHull) -> _PartHull:
+def _of_file(recipe: recipes.Recipe, given: recipes.MeshFileHull) -> _PartHull:
     file = recipe.path.parent / given.file
     panels = mesh.read_panels(file, given)
-    lid = mesh.lid_of(panels) if recipe.data.lid is Lid.AUTO else mesh.NO_PANELS
+    lid = mesh.lid_of(panels) if recipe.data.lid is recipes.Lid.AUTO else mesh.NO_PANELS
     integrals = mesh.integrals(panels)
-    symmetric = recipe.data.symmetry is HullSymmetry.AUTO and mesh.is_symmetric(panels)
+    symmetric = recipe.data.symmetry is recipes.HullSymmetry.AUTO and mesh.is_symmetric(panels)
     if symmetric:
         panels = mesh.port_half(panels)
         lid = mesh.port_half(lid) if len(lid) else lid
@@ -194,11 +185,11 @@ def _of_file(recipe: Recipe, given: MeshFileHull) -> _PartHull:
 
 
 def _floating_body(
-    recipe: Recipe, part: RecipeBody, integrals: Hydrostatics, water: Water
+    recipe: recipes.Recipe, part: recipes.RecipeBody, integrals: Hydrostatics, water: Water
 ) -> Floating:
     """One body, in the database's frame."""
     gravity, buoyancy = np.array(part.centre_of_gravity), integrals.centre_of_buoyancy.copy()
-    if not isinstance(part.hull, MeshFileHull):
+    if not isinstance(part.hull, recipes.MeshFileHull):
         buoyancy[0] = 0.0
     aside = np.hypot(*(gravity - buoyancy)[:2])
     if aside > 0.01 * np.cbrt(integrals.volume):
@@ -223,7 +214,7 @@ def _floating_body(
     )
 
 
-def _moments_of_inertia(part: RecipeBody, mass: float) -> np.ndarray:
+def _moments_of_inertia(part: recipes.RecipeBody, mass: float) -> np.ndarray:
     """Moments of inertia (3, 3) about the centre of gravity."""
     if part.radii_of_gyration is None:
         return np.array(part.inertia)

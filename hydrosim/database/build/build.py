@@ -22,6 +22,8 @@ import numpy as np
 from scipy.linalg import lu_factor
 
 from hydrosim.database import HydroDatabase
+from hydrosim.database.build import bem
+from hydrosim.database.build import recipe as recipes
 from hydrosim.database.build.afloat import FloatingHulls, floating, hulls_afloat
 from hydrosim.database.build.assemble import (
     CoarseRadiation,
@@ -32,28 +34,9 @@ from hydrosim.database.build.assemble import (
     by_far_field,
     extrapolate_radiation,
 )
-from hydrosim.database.build.bem import (
-    Hull,
-    Progress,
-    Solution,
-    entry_name,
-    limit_added_mass,
-    solution_key,
-    solve,
-    solve_all,
-)
 from hydrosim.database.build.drift import MIN_TESTED_KH, Drifting, Real, Water
 from hydrosim.database.build.mesh import narrowest_gap
 from hydrosim.database.build.near_field import first_order_all, wetted_surface, whole
-from hydrosim.database.build.recipe import (
-    AnyHull,
-    DifferenceQtf,
-    MeshFileHull,
-    OneBody,
-    Recipe,
-    SeveralBodies,
-    SphereHull,
-)
 from hydrosim.database.build.second_order import difference_qtf, drift_of_each
 from hydrosim.database.database import PANELS_ATTRIBUTE
 from hydrosim.errors import InputError
@@ -65,7 +48,7 @@ FACTORISATION_TRIALS = 3  # factorisations that are timed
 SHORTEST_S = 1e-3  # of a sample, by the resolution of clocks
 
 
-def estimated_seconds(hull: Hull, water: Water, frequencies: Real, headings: Real) -> float:
+def estimated_seconds(hull: bem.Hull, water: Water, frequencies: Real, headings: Real) -> float:
     """Time [s] that one process takes for all ``frequencies`` [rad/s] that are not stored."""
     missing = [w for w in frequencies if not _is_stored(hull, water, float(w), headings)]
     if not missing:
@@ -74,17 +57,17 @@ def estimated_seconds(hull: Hull, water: Water, frequencies: Real, headings: Rea
     return seconds * (len(missing) + _missing_limits(hull, water))
 
 
-def _is_stored(hull: Hull, water: Water, frequency: float, headings: Real) -> bool:
-    return stored(entry_name(solution_key(hull, water, frequency, headings))) is not None
+def _is_stored(hull: bem.Hull, water: Water, frequency: float, headings: Real) -> bool:
+    return stored(bem.entry_name(bem.solution_key(hull, water, frequency, headings))) is not None
 
 
-def _missing_limits(hull: Hull, water: Water) -> int:
+def _missing_limits(hull: bem.Hull, water: Water) -> int:
     """Number of the limits of added mass that are not stored; each takes about a frequency."""
     limits = [0.0, np.inf] if water.is_deep else [np.inf]
     return sum(not _is_stored(hull, water, w, np.empty(0)) for w in limits)
 
 
-def _seconds_of_one(hull: Hull, water: Water, frequency: float, headings: Real) -> float:
+def _seconds_of_one(hull: bem.Hull, water: Water, frequency: float, headings: Real) -> float:
     """Time [s] of one frequency near ``frequency`` [rad/s], in this process."""
     begin = perf_counter(), process_time()
     samples = [
@@ -113,7 +96,7 @@ def _factorisation_seconds() -> float:
 
 
 def _sample_seconds(
-    hull: Hull, water: Water, frequency: float, headings: Real, wanted: int
+    hull: bem.Hull, water: Water, frequency: float, headings: Real, wanted: int
 ) -> tuple[int, float]:
     """Number of panels of a sample with about as many as ``wanted``, and its CPU time [s]."""
     size = len(hull.panels) + len(hull.lid)
@@ -129,7 +112,7 @@ def _sample_seconds(
     # the first loads tables and makes the mesh, the second shows what all others take
     for share in (1.0, 1.01):
         begin = process_time()
-        solve(sample, water, share * frequency, headings)
+        bem.solve(sample, water, share * frequency, headings)
     return len(sample.panels) + len(sample.lid), max(process_time() - begin, SHORTEST_S)
 
 
@@ -141,9 +124,9 @@ def ignore_progress(done: int, total: int) -> None:
 
 
 def build(
-    recipe: Recipe,
+    recipe: recipes.Recipe,
     jobs: int = 1,
-    progress: Progress = ignore_progress,
+    progress: bem.Progress = ignore_progress,
     announce: Callable[[float], None] | None = None,
 ) -> HydroDatabase:
     """Database of ``recipe``, computed by ``jobs`` processes.
@@ -165,7 +148,9 @@ def build(
     progress(0, recipe.steps)
     limits = _limits(floats.hull, water)
     progress = _all_of(recipe.steps, progress)
-    solutions = solve_all(floats.hull, water, recipe.frequencies, recipe.headings, jobs, progress)
+    solutions = bem.solve_all(
+        floats.hull, water, recipe.frequencies, recipe.headings, jobs, progress
+    )
     attributes = _attributes(recipe, floats, solutions)
     if data.far_field is not None:
         solutions = by_far_field(solutions, recipe.headings, data.far_field, water)
@@ -177,47 +162,52 @@ def build(
         limits,
         attributes,
         symmetric=floats.alike,
-        drift=data.drift if isinstance(data, OneBody) else (),
+        drift=data.drift if isinstance(data, recipes.OneBody) else (),
     )
-    if isinstance(data, SeveralBodies) and data.drift:
+    if isinstance(data, recipes.SeveralBodies) and data.drift:
         given = solutions, recipe.headings, data.drift, jobs, progress
         drifts = drift_of_each(floats.hull, body, water, *given)
         free, held = (drifts.get(kind) for kind in (Drifting.FREE, Drifting.HELD))
         db = replace(db, mean_drift=free, mean_drift_held=held)
-    if isinstance(data, OneBody) and data.extrapolate is not None:
+    if isinstance(data, recipes.OneBody) and data.extrapolate is not None:
         db = _extrapolate_from_coarse(db, recipe, data.extrapolate, water, jobs, progress)
-    if isinstance(data, OneBody) and data.qtf is not None:
+    if isinstance(data, recipes.OneBody) and data.qtf is not None:
         db = _with_qtf(db, data.qtf, floats.hull, body, jobs, progress)
     return db
 
 
-def _remaining_seconds(recipe: Recipe, hull: Hull, water: Water, jobs: int) -> float:
+def _remaining_seconds(recipe: recipes.Recipe, hull: bem.Hull, water: Water, jobs: int) -> float:
     """Time [s] that all frequencies take which are not stored yet; those of QTFs, of fewer panels
     and of drifts count as all others."""
     seconds = estimated_seconds(hull, water, recipe.frequencies, recipe.headings)
     return seconds * recipe.steps / recipe.frequencies.size / jobs
 
 
-def _all_of(total: int, progress: Progress) -> Progress:
+def _all_of(total: int, progress: bem.Progress) -> bem.Progress:
     """Report the number of completed frequencies to ``progress``, over all computations."""
     done = count(1)
     return lambda _, __: progress(next(done), total)
 
 
-def _limits(hull: Hull, water: Water) -> tuple[Real | None, Real]:
+def _limits(hull: bem.Hull, water: Water) -> tuple[Real | None, Real]:
     """Added mass at zero frequency (deep water only) and at infinite frequency."""
-    zero = limit_added_mass(hull, water, 0.0) if water.is_deep else None
-    return zero, limit_added_mass(hull, water, np.inf)
+    zero = bem.limit_added_mass(hull, water, 0.0) if water.is_deep else None
+    return zero, bem.limit_added_mass(hull, water, np.inf)
 
 
 def _extrapolate_from_coarse(
-    db: HydroDatabase, recipe: Recipe, share: float, water: Water, jobs: int, progress: Progress
+    db: HydroDatabase,
+    recipe: recipes.Recipe,
+    share: float,
+    water: Water,
+    jobs: int,
+    progress: bem.Progress,
 ) -> HydroDatabase:
     """``db`` with added mass and damping extrapolated from a ``share`` of its panels."""
     floats = hulls_afloat(recipe, share)
-    solved = solve_all(floats.hull, water, recipe.frequencies, np.empty(0), jobs, progress)
+    solved = bem.solve_all(floats.hull, water, recipe.frequencies, np.empty(0), jobs, progress)
     rules = Rules(floats.alike, recipe.headings)
-    zero = limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
+    zero = bem.limit_added_mass(floats.hull, water, 0.0) if water.is_deep else None
     coarse = CoarseRadiation(
         rules.matrices(np.array([s.added_mass for s in solved])),
         rules.matrices(np.array([s.damping for s in solved])),
@@ -229,11 +219,11 @@ def _extrapolate_from_coarse(
 
 def _with_qtf(
     db: HydroDatabase,
-    wanted: DifferenceQtf,
-    hull: Hull,
+    wanted: recipes.DifferenceQtf,
+    hull: bem.Hull,
     body: Floating,
     jobs: int,
-    progress: Progress,
+    progress: bem.Progress,
 ) -> HydroDatabase:
     """``db`` with the ``wanted`` QTFs of the ``body``, floating freely in deep water."""
     frequency, headings = np.array(wanted.frequencies), np.array(wanted.headings)
@@ -249,7 +239,7 @@ def _with_qtf(
     )
 
 
-def _check_depth(recipe: Recipe, floats: FloatingHulls, water: Water) -> None:
+def _check_depth(recipe: recipes.Recipe, floats: FloatingHulls, water: Water) -> None:
     draught = -floats.hull.panels[..., 2].min()
     if draught >= water.depth:
         raise InputError(
@@ -266,7 +256,7 @@ def _check_depth(recipe: Recipe, floats: FloatingHulls, water: Water) -> None:
         )
 
 
-def _warn_of_irregular(recipe: Recipe, floats: FloatingHulls, water: Water) -> None:
+def _warn_of_irregular(recipe: recipes.Recipe, floats: FloatingHulls, water: Water) -> None:
     """Warn of irregular frequencies: without a lid, the water inside the hull has resonances that
     spoil the results."""
     if len(floats.hull.lid):
@@ -281,10 +271,10 @@ def _warn_of_irregular(recipe: Recipe, floats: FloatingHulls, water: Water) -> N
         )
 
 
-def _warn_of_gaps(recipe: Recipe, floats: FloatingHulls) -> None:
+def _warn_of_gaps(recipe: recipes.Recipe, floats: FloatingHulls) -> None:
     """Warn of panels that are wider than a gap between two hulls: the water in it comes out wrong,
     and a run may refuse the database."""
-    if not isinstance(recipe.data, SeveralBodies):
+    if not isinstance(recipe.data, recipes.SeveralBodies):
         return
     names = [*recipe.data.bodies]
     owner = np.array(floats.hull.owner)
@@ -305,7 +295,7 @@ def _warn_of_gaps(recipe: Recipe, floats: FloatingHulls) -> None:
 
 
 def _attributes(
-    recipe: Recipe, floats: FloatingHulls, solutions: Sequence[Solution]
+    recipe: recipes.Recipe, floats: FloatingHulls, solutions: Sequence[bem.Solution]
 ) -> dict[str, str]:
     raw = {
         "added_mass": asymmetry(np.array([s.added_mass for s in solutions])).max(),
@@ -326,14 +316,14 @@ def _attributes(
     }
 
 
-def _hull_descriptions(recipe: Recipe) -> dict[str, object]:
+def _hull_descriptions(recipe: recipes.Recipe) -> dict[str, object]:
     data = recipe.data
-    if isinstance(data, SeveralBodies):
+    if isinstance(data, recipes.SeveralBodies):
         return {name: _hull(recipe, part.hull) for name, part in data.bodies.items()}
     return _hull(recipe, data.hull)
 
 
-def _hull(recipe: Recipe, hull: AnyHull) -> dict[str, object]:
-    if isinstance(hull, MeshFileHull | SphereHull):
+def _hull(recipe: recipes.Recipe, hull: recipes.AnyHull) -> dict[str, object]:
+    if isinstance(hull, recipes.MeshFileHull | recipes.SphereHull):
         return dict(hull)
     return asdict(hull.shape(recipe.data.water))

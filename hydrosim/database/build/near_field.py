@@ -16,17 +16,8 @@ import joblib
 import numpy as np
 from capytaine.bem.airy_waves import airy_waves_potential, airy_waves_velocity, froude_krylov_force
 
+from hydrosim.database.build import bem
 from hydrosim.database.build.assemble import Floating
-from hydrosim.database.build.bem import (
-    Hull,
-    Progress,
-    compute_all,
-    key_of,
-    loads_of,
-    remembered,
-    solution_key,
-    solver,
-)
 from hydrosim.database.build.drift import Complex, Real, Water
 from hydrosim.files.cache import digest_of_sources
 
@@ -78,7 +69,7 @@ def whole(body: cpt.FloatingBody) -> Part:
     return Part(0, body.mesh.merged(), np.asarray(body.center_of_mass))
 
 
-def parts_of(hull: Hull) -> list[Part]:
+def parts_of(hull: bem.Hull) -> list[Part]:
     """The bodies of a hull."""
     if len(hull.centres) == 1:
         return [whole(hull.body)]
@@ -129,11 +120,13 @@ def first_order_of_each(
     velocity.
     """
     given = {"body": body, "omega": frequency, "rho": water.density, "g": water.gravity}
-    radiated = [solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in body.dofs]
+    radiated = [
+        bem.solver().solve(cpt.RadiationProblem(radiating_dof=d, **given)) for d in body.dofs
+    ]
     fixed = [cpt.DiffractionProblem(wave_direction=b, **given) for b in headings]
-    diffracted = [solver().solve(problem) for problem in fixed]
-    incident = loads_of(body, (froude_krylov_force(problem) for problem in fixed))
-    scattered = loads_of(body, (result.forces for result in diffracted))
+    diffracted = [bem.solver().solve(problem) for problem in fixed]
+    incident = bem.loads_of(body, (froude_krylov_force(problem) for problem in fixed))
+    scattered = bem.loads_of(body, (result.forces for result in diffracted))
     excitation = np.conj(scattered + incident)
     motion, load = _response(floating, radiated, excitation)
     # Sources have Capytaine's time factor, so they need the conjugate motion.
@@ -149,13 +142,13 @@ def first_order_of_each(
 
 
 def first_order_all(
-    hull: Hull,
+    hull: bem.Hull,
     floating: Floating,
     water: Water,
     frequencies: Real,
     headings: Real,
     jobs: int,
-    progress: Progress,
+    progress: bem.Progress,
 ) -> list[Flow]:
     """`first_order` at all ``frequencies`` [rad/s] around the freely floating ``hull``, by ``jobs``
     processes. Results are stored on the disk like those of `bem.solve_all`."""
@@ -163,7 +156,7 @@ def first_order_all(
     task = joblib.delayed(_stored)
     calls = (task(hull, floating, water, float(w), headings) for w in frequencies)
     done = []
-    for flow in compute_all(calls, jobs):
+    for flow in bem.compute_all(calls, jobs):
         done.append(flow)
         progress(len(done), len(frequencies))
     return done
@@ -174,11 +167,15 @@ def displacement(motion: Complex, arm: Real) -> Complex:
     return motion[..., None, :3] + np.cross(motion[..., None, 3:], arm)
 
 
-def _stored(hull: Hull, floating: Floating, water: Water, frequency: float, headings: Real) -> Flow:
-    solved = solution_key(hull, water, frequency, headings)
+def _stored(
+    hull: bem.Hull, floating: Floating, water: Water, frequency: float, headings: Real
+) -> Flow:
+    solved = bem.solution_key(hull, water, frequency, headings)
     sources = digest_of_sources(Path(__file__).parent, "near_field.py")
-    key = key_of(solved, sources, floating.inertia, floating.stiffness)
-    arrays = remembered(key, lambda: first_order(hull.body, floating, water, frequency, headings))
+    key = bem.key_of(solved, sources, floating.inertia, floating.stiffness)
+    arrays = bem.remembered(
+        key, lambda: first_order(hull.body, floating, water, frequency, headings)
+    )
     return Flow(frequency, *arrays[1:])
 
 
@@ -193,8 +190,8 @@ def _response(
         return np.zeros_like(excitation), excitation
     w = radiated[0].omega
     body = radiated[0].body
-    added_mass = loads_of(body, (result.added_masses for result in radiated)).T
-    damping = loads_of(body, (result.radiation_dampings for result in radiated)).T
+    added_mass = bem.loads_of(body, (result.added_masses for result in radiated)).T
+    damping = bem.loads_of(body, (result.radiation_dampings for result in radiated)).T
     fluid = floating.stiffness - w**2 * added_mass + 1j * w * damping
     impedance = fluid - w**2 * floating.inertia
     motion = np.asarray(np.linalg.solve(impedance, excitation.T).T, dtype=np.complex128)
@@ -250,7 +247,7 @@ def _potential(problem: cpt.DiffractionProblem, sources: Complex, points: Real) 
     panels = problem.body.mesh_including_lid.merged()
     sea = {"free_surface": 0.0, "water_depth": np.inf, "wavenumber": problem.wavenumber}
     parts = (points[start : start + ROWS] for start in range(0, len(points), ROWS))
-    build = solver().engine.build_S_matrix
+    build = bem.solver().engine.build_S_matrix
     return np.concatenate([build(part, panels, **sea) @ sources.T for part in parts]).T
 
 

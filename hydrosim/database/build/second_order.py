@@ -24,25 +24,9 @@ import numpy as np
 import scipy
 
 from hydrosim.database import HydroDatabase, all_headings, require_array
+from hydrosim.database.build import bem, near_field
 from hydrosim.database.build.assemble import LATERAL, Floating, floating_waves
-from hydrosim.database.build.bem import (
-    Hull,
-    Progress,
-    Solution,
-    compute_all,
-    key_of,
-    remembered,
-    solution_key,
-)
 from hydrosim.database.build.drift import Complex, Drifting, Real, Water, mean_drift
-from hydrosim.database.build.near_field import (
-    Flow,
-    Wetted,
-    displacement,
-    first_order_of_each,
-    parts_of,
-    wetted_surface,
-)
 from hydrosim.errors import InputError
 
 FAR_FIELD = np.array([True, True, False, False, False, True])
@@ -53,8 +37,8 @@ TURN_RAD = 2 * np.pi
 
 def difference_qtf(
     db: HydroDatabase,
-    wetted: Wetted,
-    flows: Sequence[Flow],
+    wetted: near_field.Wetted,
+    flows: Sequence[near_field.Flow],
     headings: Real,
     crossing: bool = False,
 ) -> tuple[Real, Complex]:
@@ -85,14 +69,18 @@ def difference_qtf(
     return pairs, np.where(forbidden, 0.0, transfer)
 
 
-def mean_load(water: Water, wetted: Wetted, flow: Flow) -> Real:
+def mean_load(water: Water, wetted: near_field.Wetted, flow: near_field.Flow) -> Real:
     """Mean load (headings, 6) of regular waves per amplitude squared, from the pressures."""
     count = range(len(flow.motion))
     return np.array([_diagonal(quadratic(water, wetted, [flow], a, a))[0] for a in count])
 
 
 def quadratic(
-    water: Water, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
+    water: Water,
+    wetted: near_field.Wetted,
+    flows: Sequence[near_field.Flow],
+    first: int,
+    second: int,
 ) -> Complex:
     """T- (nq, nq, 6) from products of first-order quantities, for the headings with these two
     indices.
@@ -163,13 +151,17 @@ def correct_to_diagonals(transfer: Complex, near: Real, far: Real) -> Complex:
 
 
 def _products(
-    water: Water, wetted: Wetted, flows: Sequence[Flow], first: int, second: int
+    water: Water,
+    wetted: near_field.Wetted,
+    flows: Sequence[near_field.Flow],
+    first: int,
+    second: int,
 ) -> Complex:
     """Terms of `quadratic` before the Hermitian part is taken."""
     density, weight = water.density, water.density * water.gravity
     w = np.array([flow.frequency for flow in flows])
     first_flow, second_flow = _heading(flows, first), _heading(flows, second)
-    moved = displacement(first_flow.motion, wetted.arm)
+    moved = near_field.displacement(first_flow.motion, wetted.arm)
     twice = _integral(
         -weight / 2 * wetted.edge, first_flow.rise[..., None], second_flow.rise[..., None]
     )
@@ -190,7 +182,7 @@ def _products(
 
 
 def _second_order_rotation_load(
-    weight: float, wetted: Wetted, first_value: Complex, second_value: Complex
+    weight: float, wetted: near_field.Wetted, first_value: Complex, second_value: Complex
 ) -> Complex:
     """Hydrostatic load (nq, nq, 6) by the second order of rotation vectors (nq, 3).
 
@@ -214,9 +206,9 @@ def _integral(weight: Real, first_value: Complex, second_value: Complex) -> Comp
     return np.stack(parts, axis=-1)
 
 
-def _heading(flows: Sequence[Flow], index: int) -> Flow:
+def _heading(flows: Sequence[near_field.Flow], index: int) -> near_field.Flow:
     """The flows at one heading, frequencies first."""
-    return Flow(
+    return near_field.Flow(
         frequency=0.0,
         motion=np.array([flow.motion[index] for flow in flows]),
         load=np.array([flow.load[index] for flow in flows]),
@@ -285,14 +277,14 @@ def _check_range(db: HydroDatabase, frequency: Real) -> None:
 
 
 def drift_of_each(
-    hull: Hull,
+    hull: bem.Hull,
     body: Floating,
     water: Water,
-    solutions: Iterable[Solution],
+    solutions: Iterable[bem.Solution],
     headings: Real,
     kinds: Iterable[Drifting],
     jobs: int,
-    progress: Progress,
+    progress: bem.Progress,
 ) -> dict[Drifting, Real]:
     """Mean drift per amplitude squared (frequencies, headings, n) of the free and of the held
     bodies, by ``jobs`` processes, in deep water. Results are stored on the disk by frequency."""
@@ -303,7 +295,7 @@ def drift_of_each(
         task = joblib.delayed(_stored_drifts)
         calls = (task(hull, floating, water, s.frequency, headings) for s in solutions)
         near = []
-        for drift in compute_all(calls, jobs):
+        for drift in bem.compute_all(calls, jobs):
             near.append(drift)
             progress(len(near), len(solutions))
         far = np.array([_far_field_drifts(body, kind, s, headings, water) for s in solutions])
@@ -323,7 +315,7 @@ def brought_to(near: Real, far: Real) -> Real:
 
 
 def _far_field_drifts(
-    body: Floating, kind: Drifting, s: Solution, headings: Real, water: Water
+    body: Floating, kind: Drifting, s: bem.Solution, headings: Real, water: Water
 ) -> Real:
     """Drift (headings, 6) of all bodies together."""
     free = kind is Drifting.FREE
@@ -336,21 +328,21 @@ def _far_field_drifts(
 
 
 def _stored_drifts(
-    hull: Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
+    hull: bem.Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
 ) -> Real:
     held = (np.empty(0),) if floating is None else (floating.inertia, floating.stiffness)
-    key = key_of("drift of each", solution_key(hull, water, frequency, headings), *held)
-    return remembered(
+    key = bem.key_of("drift of each", bem.solution_key(hull, water, frequency, headings), *held)
+    return bem.remembered(
         key, lambda: [_near_field_drifts(hull, floating, water, frequency, headings)]
     )[0]
 
 
 def _near_field_drifts(
-    hull: Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
+    hull: bem.Hull, floating: Floating | None, water: Water, frequency: float, headings: Real
 ) -> Real:
     """Drift (headings, n) of each body from the pressures on its hull."""
-    parts = parts_of(hull)
-    flows = first_order_of_each(hull.body, parts, floating, water, frequency, headings)
+    parts = near_field.parts_of(hull)
+    flows = near_field.first_order_of_each(hull.body, parts, floating, water, frequency, headings)
     pairs = zip(parts, flows, strict=True)
-    loads = [mean_load(water, wetted_surface(part), flow) for part, flow in pairs]
+    loads = [mean_load(water, near_field.wetted_surface(part), flow) for part, flow in pairs]
     return np.concatenate(loads, axis=1)

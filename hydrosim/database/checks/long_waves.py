@@ -19,23 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrosim.database.checks.finding import (
-    Check,
-    CheckSubject,
-    RelativeErrors,
-    diagonal,
-    displaced_mass,
-    first_wavenumber,
-    reaches_long_waves,
-)
+from hydrosim.database import database
+from hydrosim.database.checks import finding
 from hydrosim.database.checks.finding import length as sides
-from hydrosim.database.database import (
-    Complex,
-    HydroDatabase,
-    Real,
-    require_array,
-    select_frequencies,
-)
 from hydrosim.water.spectra import wavenumber
 
 _COUPLED_INERTIA_FRACTION = 0.3
@@ -49,12 +35,12 @@ _LEVER_FRACTION = 5e-3  # of V^(1/3): displacement of the heave load by coarse p
 _HORIZONTAL_FRACTION = 1e-4  # fraction of the heave load that coarse panels make horizontal
 
 
-def _static_row(db: HydroDatabase) -> int:
+def _static_row(db: database.HydroDatabase) -> int:
     """Index of the highest frequency at which the limits still hold and the heave load is
     static."""
     k = wavenumber(db.frequency, db.water_depth, db.gravity)
-    mass = displaced_mass(db) + diagonal(db.added_mass)[:, 2::6]
-    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
+    mass = finding.displaced_mass(db) + finding.diagonal(db.added_mass)[:, 2::6]
+    stiffness = finding.diagonal(database.require_array(db, "hydrostatic_stiffness"))[2::6]
     still = (db.frequency[:, None] ** 2 * mass < _INERTIA_FRACTION * stiffness).all(axis=1)
     return int(np.flatnonzero(still & (k * sides(db).max() <= _MAX_LONG_WAVE_KL)).max(initial=0))
 
@@ -62,15 +48,15 @@ def _static_row(db: HydroDatabase) -> int:
 class _Wave(NamedTuple):
     """A long wave at the bodies' reference points, per amplitude."""
 
-    towards: Real  # (nh, 2)
-    elevation: Complex  # (nh, nb)
-    slope: Complex  # (nh, nb, 2)
-    acceleration: Complex  # (nh, nb, 6)
+    towards: database.Real  # (nh, 2)
+    elevation: database.Complex  # (nh, nb)
+    slope: database.Complex  # (nh, nb, 2)
+    acceleration: database.Complex  # (nh, nb, 6)
 
 
-def _long_wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
+def _long_wave(db: database.HydroDatabase, steeper: float = 1.0) -> _Wave:
     """Long wave for the depth, or for another depth that makes it ``steeper``."""
-    k = steeper * first_wavenumber(db)
+    k = steeper * finding.first_wavenumber(db)
     towards = np.stack([np.cos(db.heading), np.sin(db.heading)], axis=1)
     elevation = np.exp(-1j * k * (towards @ db.reference_point[:, :2].T))
     slope = -1j * k * elevation[..., None] * towards[:, None, :]
@@ -80,74 +66,76 @@ def _long_wave(db: HydroDatabase, steeper: float = 1.0) -> _Wave:
     return _Wave(towards, elevation, slope, acceleration)
 
 
-def _loads_in_long_wave(db: HydroDatabase) -> Complex:
+def _loads_in_long_wave(db: database.HydroDatabase) -> database.Complex:
     """Hydrostatic load (nh, nb, 6)."""
     return db.excitation[0].reshape(db.heading.size, db.bodies, 6)
 
 
-def _loads_at_bodies(db: HydroDatabase) -> Complex:
+def _loads_at_bodies(db: database.HydroDatabase) -> database.Complex:
     """Loads with the phases of the elevation at the centres of buoyancy."""
     places = db.reference_point if db.centre_of_buoyancy is None else db.centre_of_buoyancy
     towards = _long_wave(db).towards
     return (
         _loads_in_long_wave(db)
-        * np.exp(1j * first_wavenumber(db) * (towards @ places[:, :2].T))[..., None]
+        * np.exp(1j * finding.first_wavenumber(db) * (towards @ places[:, :2].T))[..., None]
     )
 
 
-def _pressure_load(db: HydroDatabase, wave: _Wave) -> Complex:
+def _pressure_load(db: database.HydroDatabase, wave: _Wave) -> database.Complex:
     """Horizontal load (nh, nb, 2) of the undisturbed wave."""
-    return displaced_mass(db)[:, None] * wave.acceleration[..., :2]
+    return finding.displaced_mass(db)[:, None] * wave.acceleration[..., :2]
 
 
-def _diverted_load(db: HydroDatabase, wave: _Wave) -> Complex:
+def _diverted_load(db: database.HydroDatabase, wave: _Wave) -> database.Complex:
     """Load (nh, nb, 6) of the water that the bodies divert."""
     flat = wave.acceleration.reshape(db.heading.size, -1)
     return (flat @ db.added_mass[0].T).reshape(wave.acceleration.shape)
 
 
 def _errors_of_dofs(
-    db: HydroDatabase, values: Real, *dofs: int, size: Real | None = None
-) -> RelativeErrors:
+    db: database.HydroDatabase, values: database.Real, *dofs: int, size: database.Real | None = None
+) -> finding.RelativeErrors:
     """Errors (nh, nb) or (nh, nb, len(dofs)) of those degrees of freedom of each body at the first
     frequency, and the absolute ``size`` of the latter."""
 
-    def to_all_dofs(numbers: Real) -> Real:
+    def to_all_dofs(numbers: database.Real) -> database.Real:
         out = np.full((1, db.heading.size, db.bodies, 6), np.nan)
         out[0, ..., list(dofs)] = np.moveaxis(np.atleast_3d(numbers), -1, 0)
         return out.reshape(1, db.heading.size, -1)
 
     sizes = None if size is None else to_all_dofs(size)
-    return RelativeErrors(to_all_dofs(values), ("frequency", "heading", "dof"), sizes, ("N", "/m"))
+    return finding.RelativeErrors(
+        to_all_dofs(values), ("frequency", "heading", "dof"), sizes, ("N", "/m")
+    )
 
 
-def _horizontal_phase(db: HydroDatabase) -> RelativeErrors:
+def _horizontal_phase(db: database.HydroDatabase) -> finding.RelativeErrors:
     loads = _loads_at_bodies(db)
     drive = np.einsum("hbi,hi->hb", loads[..., :2], _long_wave(db).towards)
     clear = np.abs(drive) > _HORIZONTAL_FRACTION * np.abs(loads[..., 2])
     return _errors_of_dofs(db, np.where(clear, _phase_degrees(drive / 1j), np.nan), 0, 1)
 
 
-def _heave_ratio(db: HydroDatabase) -> Complex:
+def _heave_ratio(db: database.HydroDatabase) -> database.Complex:
     """Ratio X3 / C33 (nh, nb), NaN for bodies that are not at the surface."""
-    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
+    stiffness = finding.diagonal(database.require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     return np.where(floats, _loads_at_bodies(db)[..., 2] / np.where(floats, stiffness, 1.0), np.nan)
 
 
-def _heave_phase(db: HydroDatabase) -> RelativeErrors:
+def _heave_phase(db: database.HydroDatabase) -> finding.RelativeErrors:
     return _errors_of_dofs(db, _phase_degrees(_heave_ratio(db)), 2)
 
 
-def _heave_size(db: HydroDatabase) -> RelativeErrors:
+def _heave_size(db: database.HydroDatabase) -> finding.RelativeErrors:
     return _errors_of_dofs(db, _ratio_decades(_heave_ratio(db)), 2)
 
 
-def _horizontal_size(db: HydroDatabase) -> RelativeErrors:
+def _horizontal_size(db: database.HydroDatabase) -> finding.RelativeErrors:
     return _errors_of_dofs(db, _ratio_decades(_horizontal_ratio(db)), 0, 1)
 
 
-def _horizontal_ratio(db: HydroDatabase) -> Complex:
+def _horizontal_ratio(db: database.HydroDatabase) -> database.Complex:
     """Load along the waves (nh, nb), relative to its limit."""
     wave = _long_wave(db)
     expected = _pressure_load(db, wave) + _diverted_load(db, wave)[..., :2]
@@ -156,17 +144,17 @@ def _horizontal_ratio(db: HydroDatabase) -> Complex:
     return load / np.where(along == 0, _TINY, along)
 
 
-def _wave_of_loads(db: HydroDatabase) -> _Wave:
+def _wave_of_loads(db: database.HydroDatabase) -> _Wave:
     """Long wave as steep as the horizontal loads imply; a wrong depth is reported only once, by
     their size."""
     steeper = np.clip(np.median(np.abs(_horizontal_ratio(db))), *_WAVENUMBER_RATIO_RANGE)
     return _long_wave(db, float(steeper))
 
 
-def _moment_errors(db: HydroDatabase) -> RelativeErrors:
+def _moment_errors(db: database.HydroDatabase) -> finding.RelativeErrors:
     """Errors in the longest wave, and in a shorter one with the phases of the heave load."""
     row = _static_row(db)
-    shorter = select_frequencies(db, np.arange(db.frequency.size) == row)
+    shorter = database.select_frequencies(db, np.arange(db.frequency.size) == row)
     longest, other = _moments_in(db), _moments_in(_with_heave_in_phase(shorter))
     relative, size = (np.full((row + 1, *longest.relative.shape[1:]), np.nan) for _ in range(2))
     for k, errors in ((row, other), (0, longest)):
@@ -174,7 +162,7 @@ def _moment_errors(db: HydroDatabase) -> RelativeErrors:
     return longest._replace(relative=relative, size=size)
 
 
-def _with_heave_in_phase(db: HydroDatabase) -> HydroDatabase:
+def _with_heave_in_phase(db: database.HydroDatabase) -> database.HydroDatabase:
     """Database with phases for which the heave load is in phase with the elevation at the
     bodies."""
     heave = _loads_in_long_wave(db)[..., 2] * _long_wave(db).elevation.conj()
@@ -182,7 +170,7 @@ def _with_heave_in_phase(db: HydroDatabase) -> HydroDatabase:
     return replace(db, excitation=db.excitation * np.repeat(turn, 6, axis=1))
 
 
-def _moments_in(db: HydroDatabase) -> RelativeErrors:
+def _moments_in(db: database.HydroDatabase) -> finding.RelativeErrors:
     """Error of the roll and pitch moments, relative to the sum of the sizes of their parts, or to
     the heave load times the lever of coarse panels."""
     wave = _wave_of_loads(db)
@@ -190,17 +178,19 @@ def _moments_in(db: HydroDatabase) -> RelativeErrors:
     error = np.abs(_loads_in_long_wave(db)[..., 3:5] - static - diverted)
     parts = (np.abs(static) + np.abs(diverted)).max(axis=0)
     slope = np.abs(wave.slope).max(axis=(0, 2))
-    least = 0.1 * displaced_mass(db) * db.gravity * slope * sides(db)
+    least = 0.1 * finding.displaced_mass(db) * db.gravity * slope * sides(db)
     noise = _LEVER_FRACTION * np.abs(_loads_in_long_wave(db)[..., 2]).max(axis=0) * sides(db)
     scale = np.maximum(parts, np.maximum(least, noise)[:, None])
     return _errors_of_dofs(db, error / scale, 3, 4, size=error)
 
 
-def _static_load(db: HydroDatabase, wave: _Wave) -> Complex:
+def _static_load(db: database.HydroDatabase, wave: _Wave) -> database.Complex:
     """Load (nh, nb, 6) of the tilted water at rest, about the reference points."""
-    weight = db.water_density * db.gravity * require_array(db, "volume")
-    lever = weight * (require_array(db, "centre_of_gravity") - db.reference_point)[:, 2]
-    stiffness = require_array(db, "hydrostatic_stiffness").reshape(db.bodies, 6, db.bodies, 6)
+    weight = db.water_density * db.gravity * database.require_array(db, "volume")
+    lever = weight * (database.require_array(db, "centre_of_gravity") - db.reference_point)[:, 2]
+    stiffness = database.require_array(db, "hydrostatic_stiffness").reshape(
+        db.bodies, 6, db.bodies, 6
+    )
     loads = np.zeros((db.heading.size, db.bodies, 6), dtype=complex)
     for body in range(db.bodies):
         about = stiffness[body, :, body] + np.diag([0.0, 0.0, 0.0, lever[body], lever[body], 0.0])
@@ -211,13 +201,13 @@ def _static_load(db: HydroDatabase, wave: _Wave) -> Complex:
     return loads
 
 
-def _froude_krylov(db: HydroDatabase) -> RelativeErrors:
+def _froude_krylov(db: database.HydroDatabase) -> finding.RelativeErrors:
     """Largest error of the Froude-Krylov loads, horizontal along the waves and vertical."""
     wave = _wave_of_loads(db)
-    given = require_array(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
+    given = database.require_array(db, "froude_krylov")[0].reshape(db.heading.size, db.bodies, 6)
     horizontal = np.einsum("hbi,hi->hb", given[..., :2] - _pressure_load(db, wave), wave.towards)
     expected = np.einsum("hbi,hi->hb", _pressure_load(db, wave), wave.towards)
-    stiffness = diagonal(require_array(db, "hydrostatic_stiffness"))[2::6]
+    stiffness = finding.diagonal(database.require_array(db, "hydrostatic_stiffness"))[2::6]
     floats = stiffness > 0
     ratio = given[..., 2] / np.where(floats, stiffness, 1.0)
     along, heave = np.abs(horizontal / expected), np.abs(ratio - wave.elevation)
@@ -225,23 +215,23 @@ def _froude_krylov(db: HydroDatabase) -> RelativeErrors:
     return _errors_of_dofs(db, np.stack([along, along, heave], axis=-1), 0, 1, 2)
 
 
-def _heave_is_static(db: HydroDatabase) -> bool:
+def _heave_is_static(db: database.HydroDatabase) -> bool:
     """Whether, in addition, the inertia of the water reduces the heave load only little."""
     if db.hydrostatic_stiffness is None:
         return False
-    mass = displaced_mass(db) + diagonal(db.added_mass)[0, 2::6]
-    stiffness = np.abs(diagonal(db.hydrostatic_stiffness)[2::6])
+    mass = finding.displaced_mass(db) + finding.diagonal(db.added_mass)[0, 2::6]
+    stiffness = np.abs(finding.diagonal(db.hydrostatic_stiffness)[2::6])
     load = np.maximum(stiffness, np.abs(_loads_in_long_wave(db)[..., 2]).max(axis=0))
-    return reaches_long_waves(db) and bool(
+    return finding.reaches_long_waves(db) and bool(
         (db.frequency[0] ** 2 * mass < _COUPLED_INERTIA_FRACTION * load).all()
     )
 
 
-def _phase_degrees(load: Complex) -> Real:
+def _phase_degrees(load: database.Complex) -> database.Real:
     return np.asarray(np.degrees(np.abs(np.angle(load))))
 
 
-def _ratio_decades(ratio: Complex) -> Real:
+def _ratio_decades(ratio: database.Complex) -> database.Real:
     return np.asarray(np.abs(np.log10(np.maximum(np.abs(ratio), _TINY))))
 
 
@@ -252,16 +242,16 @@ _PHASE = (
 )
 
 LONG_WAVES = (
-    Check(
+    finding.Check(
         "phase of the horizontal load in long waves",
         _horizontal_phase,
         30.0,
         _PHASE,
         refusal=60.0,
-        proves=reaches_long_waves,
-        of=frozenset({CheckSubject.LOADS}),
+        proves=finding.reaches_long_waves,
+        of=frozenset({finding.CheckSubject.LOADS}),
     ),
-    Check(
+    finding.Check(
         "phase of the heave load in long waves",
         _heave_phase,
         30.0,
@@ -269,9 +259,9 @@ LONG_WAVES = (
         refusal=60.0,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
-        of=frozenset({CheckSubject.LOADS}),
+        of=frozenset({finding.CheckSubject.LOADS}),
     ),
-    Check(
+    finding.Check(
         "size of the heave load in long waves",
         _heave_size,
         0.1,
@@ -280,9 +270,9 @@ LONG_WAVES = (
         refusal=0.25,
         needs=("hydrostatic_stiffness",),
         proves=_heave_is_static,
-        of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
+        of=frozenset({finding.CheckSubject.LOADS, finding.CheckSubject.STIFFNESS}),
     ),
-    Check(
+    finding.Check(
         "size of the horizontal load in long waves",
         _horizontal_size,
         0.1,
@@ -290,9 +280,9 @@ LONG_WAVES = (
         " frequency; start at a lower frequency, or look for a wrong water depth (it determines"
         " k), volume, density or factor rho",
         needs=("volume",),
-        of=frozenset({CheckSubject.LOADS}),
+        of=frozenset({finding.CheckSubject.LOADS}),
     ),
-    Check(
+    finding.Check(
         "roll and pitch moments in long waves",
         _moment_errors,
         0.1,
@@ -301,10 +291,10 @@ LONG_WAVES = (
         " centre, exchanged roll and pitch, or pitch positive bow up",
         refusal=0.5,
         needs=("hydrostatic_stiffness", "volume", "centre_of_gravity"),
-        proves=reaches_long_waves,
-        of=frozenset({CheckSubject.LOADS, CheckSubject.STIFFNESS}),
+        proves=finding.reaches_long_waves,
+        of=frozenset({finding.CheckSubject.LOADS, finding.CheckSubject.STIFFNESS}),
     ),
-    Check(
+    finding.Check(
         "Froude-Krylov loads in long waves",
         _froude_krylov,
         0.1,
@@ -312,7 +302,7 @@ LONG_WAVES = (
         " start at a lower frequency, or look for rho g, the sign of i or a wrong depth",
         refusal=0.5,
         needs=("froude_krylov", "hydrostatic_stiffness", "volume"),
-        proves=reaches_long_waves,
-        of=frozenset({CheckSubject.SPARE}),
+        proves=finding.reaches_long_waves,
+        of=frozenset({finding.CheckSubject.SPARE}),
     ),
 )

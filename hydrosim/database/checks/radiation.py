@@ -17,6 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from hydrosim.database import database
 from hydrosim.database.checks.finding import (
     LENGTH_POWERS,
     Check,
@@ -27,14 +28,6 @@ from hydrosim.database.checks.finding import (
     damping_scale,
     length,
     radius,
-)
-from hydrosim.database.database import (
-    PANELS_ATTRIBUTE,
-    TURN_RAD,
-    HydroDatabase,
-    Real,
-    all_headings,
-    require_array,
 )
 from hydrosim.dofs import MIRROR_SIGN
 from hydrosim.water.radiation.retardation import (
@@ -54,23 +47,25 @@ ADDED_MASS_UNITS, DAMPING_UNITS = ("kg", ""), ("kg", "/s")
 _RADIATION_AXES = ("frequency", "dof", "motion")
 
 
-def _errors_of_pairs(error: Real, scale: Real, unit: tuple[str, str]) -> RelativeErrors:
+def _errors_of_pairs(
+    error: database.Real, scale: database.Real, unit: tuple[str, str]
+) -> RelativeErrors:
     """Errors (nw, n, n) or (n, n) of a matrix, relative to the ``scale`` (n,) of its rows."""
     relative = np.abs(error) / np.outer(scale, scale)
     return RelativeErrors(relative, _RADIATION_AXES[-relative.ndim :], error, unit)
 
 
-def _added_mass_asymmetry(db: HydroDatabase) -> RelativeErrors:
+def _added_mass_asymmetry(db: database.HydroDatabase) -> RelativeErrors:
     A = db.added_mass
     return _errors_of_pairs(A - A.transpose(0, 2, 1), added_mass_scale(db), ADDED_MASS_UNITS)
 
 
-def _damping_asymmetry(db: HydroDatabase) -> RelativeErrors:
+def _damping_asymmetry(db: database.HydroDatabase) -> RelativeErrors:
     B = db.radiation_damping
     return _errors_of_pairs(B - B.transpose(0, 2, 1), damping_scale(db), DAMPING_UNITS)
 
 
-def _symmetry_errors(db: HydroDatabase) -> RelativeErrors:
+def _symmetry_errors(db: database.HydroDatabase) -> RelativeErrors:
     """Errors: coupling of symmetric with antisymmetric motions."""
     if not db.port_starboard_symmetric:
         raise LeftOut("the bodies are not symmetric about y = 0")
@@ -81,14 +76,14 @@ def _symmetry_errors(db: HydroDatabase) -> RelativeErrors:
     return max(mass, damping, key=lambda errors: errors.relative.max())
 
 
-def _negative_damping(db: HydroDatabase) -> RelativeErrors:
+def _negative_damping(db: database.HydroDatabase) -> RelativeErrors:
     scale = damping_scale(db)
     scaled = db.radiation_damping / np.outer(scale, scale)
     lowest = np.linalg.eigvalsh((scaled + scaled.transpose(0, 2, 1)) / 2)[:, 0]
     return RelativeErrors(np.maximum(0.0, -lowest), ("frequency",))
 
 
-def _causality_errors(db: HydroDatabase) -> RelativeErrors:
+def _causality_errors(db: database.HydroDatabase) -> RelativeErrors:
     """Errors at frequencies that are resolved and that the assumed tail of the damping hardly
     affects. In finite depth, heave added mass varies as log w below them."""
     scale = added_mass_scale(db)
@@ -99,15 +94,15 @@ def _causality_errors(db: HydroDatabase) -> RelativeErrors:
     return _errors_of_pairs(left, scale, ADDED_MASS_UNITS)
 
 
-def _infinite_frequency_errors(db: HydroDatabase) -> RelativeErrors:
-    gap = require_array(db, "added_mass_infinite") - _ogilvie_integrals(db)[0]
+def _infinite_frequency_errors(db: database.HydroDatabase) -> RelativeErrors:
+    gap = database.require_array(db, "added_mass_infinite") - _ogilvie_integrals(db)[0]
     return _errors_of_pairs(gap, added_mass_scale(db), ADDED_MASS_UNITS)
 
 
-def _zero_frequency_errors(db: HydroDatabase) -> RelativeErrors:
+def _zero_frequency_errors(db: database.HydroDatabase) -> RelativeErrors:
     """Errors in finite depth of surge, sway and yaw only, because the others grow as -log w for w
     -> 0."""
-    gap = require_array(db, "added_mass_zero") - db.added_mass[0]
+    gap = database.require_array(db, "added_mass_zero") - db.added_mass[0]
     dofs = np.arange(6 * db.bodies) % 6
     level = (dofs < 2) | (dofs == 5) | np.isinf(db.water_depth)
     return _errors_of_pairs(
@@ -116,7 +111,7 @@ def _zero_frequency_errors(db: HydroDatabase) -> RelativeErrors:
 
 
 @lru_cache(maxsize=1)
-def _ogilvie_integrals(db: HydroDatabase) -> tuple[Real, Real]:
+def _ogilvie_integrals(db: database.HydroDatabase) -> tuple[database.Real, database.Real]:
     """A_inf (n, n) from the damping, and the remainder of A(w) (nw, n, n), by a retardation
     function as long and as fine as the frequencies allow."""
     w = db.frequency
@@ -202,11 +197,11 @@ _DEEP_WATER_KH = 50.0  # k h from which on the water counts as deep
 _LEVER_FRACTION = 0.03  # of V^(1/3): lever of loads misplaced by coarse panels
 
 
-def _haskind_errors(db: HydroDatabase) -> RelativeErrors:
+def _haskind_errors(db: database.HydroDatabase) -> RelativeErrors:
     """Largest difference of B_ij from that by the loads, within each body, relative to the
     diagonal."""
-    circle = all_headings(db)
-    gaps = np.diff(circle.heading, append=circle.heading[0] + TURN_RAD)
+    circle = database.all_headings(db)
+    gaps = np.diff(circle.heading, append=circle.heading[0] + database.TURN_RAD)
     if gaps.max() > _MAX_HEADING_GAP_RAD:
         raise LeftOut(
             "needs headings all around, at most 45 deg apart; the widest gap is"
@@ -226,15 +221,15 @@ def _haskind_errors(db: HydroDatabase) -> RelativeErrors:
     return RelativeErrors(relative, ("frequency", "dof", "motion"), gap, ("kg", "/s"))
 
 
-def _is_resolved(k: Real, radius: float, gap: float) -> np.ndarray:
+def _is_resolved(k: database.Real, radius: float, gap: float) -> np.ndarray:
     """Whether the trapezoidal rule over the headings is exact: |X|^2 has 2 k R waves in a turn."""
-    seen = 2 * k * radius + 2 < TURN_RAD / gap
+    seen = 2 * k * radius + 2 < database.TURN_RAD / gap
     if not seen.any():
         raise LeftOut("needs a lower frequency, or more headings")
     return seen
 
 
-def _error_scale(db: HydroDatabase, seen: np.ndarray) -> Real:
+def _error_scale(db: database.HydroDatabase, seen: np.ndarray) -> database.Real:
     """Scale (n,) from the damping at those frequencies, or the noise if that is larger. The
     remainder of loads that should cancel is a small fraction of the body's largest load."""
     largest = np.abs(np.diagonal(db.radiation_damping[seen], axis1=1, axis2=2)).max(axis=0)
@@ -244,20 +239,20 @@ def _error_scale(db: HydroDatabase, seen: np.ndarray) -> Real:
     return np.maximum(scales, noise).ravel()
 
 
-def _pairs_between_bodies(db: HydroDatabase) -> np.ndarray:
+def _pairs_between_bodies(db: database.HydroDatabase) -> np.ndarray:
     """Mask (n, n) of pairs of two bodies, for which there is no such relation."""
     body = np.arange(6 * db.bodies) // 6
     return body[:, None] != body
 
 
-def _wide_panels(db: HydroDatabase) -> str:
+def _wide_panels(db: database.HydroDatabase) -> str:
     """Cause that only a database of several bodies built from panels has."""
-    if db.bodies < 2 or PANELS_ATTRIBUTE not in db.attributes:
+    if db.bodies < 2 or database.PANELS_ATTRIBUTE not in db.attributes:
         return ""
     return "; panels wider than the gap between two bodies are a cause: build it with smaller ones"
 
 
-def _group_speed(db: HydroDatabase, k: Real) -> Real:
+def _group_speed(db: database.HydroDatabase, k: database.Real) -> database.Real:
     kh = np.minimum(k * db.water_depth, _DEEP_WATER_KH)
     return db.frequency / (2 * k) * (1 + 2 * kh / np.sinh(2 * kh))
 

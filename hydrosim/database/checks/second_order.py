@@ -6,56 +6,44 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrosim.database.checks.finding import (
-    Check,
-    CheckSubject,
-    LeftOut,
-    RelativeErrors,
-    length,
-    single_error,
-)
-from hydrosim.database.database import (
-    SAME_HEADING,
-    TURN_RAD,
-    Complex,
-    HydroDatabase,
-    Real,
-    require_array,
-)
+from hydrosim.database import database
+from hydrosim.database.checks import finding
 
 _SHORT_WAVE = 2.0  # k V^(1/3) above which the drift is near its limit for short waves
 
 
-def _drift_along_waves(db: HydroDatabase) -> Real:
+def _drift_along_waves(db: database.HydroDatabase) -> database.Real:
     """Mean drift force (nw, nh) of all bodies along the waves."""
     drift = (
-        require_array(db, "mean_drift").reshape(*db.excitation.shape[:2], db.bodies, 6).sum(axis=2)
+        database.require_array(db, "mean_drift")
+        .reshape(*db.excitation.shape[:2], db.bodies, 6)
+        .sum(axis=2)
     )
     return drift[..., 0] * np.cos(db.heading) + drift[..., 1] * np.sin(db.heading)
 
 
-def _maruo_drift(db: HydroDatabase) -> RelativeErrors:
+def _maruo_drift(db: database.HydroDatabase) -> finding.RelativeErrors:
     """Maruo's (1960) formula gives the force along the waves as an integral of |H(theta)|^2 (1 -
     cos(theta - beta)), which is never negative."""
     along = _drift_along_waves(db)
     against = np.maximum(0.0, -along)
     relative = against / max(np.abs(along).max(), np.finfo(float).tiny)
-    return RelativeErrors(relative, ("frequency", "heading"), against, ("N/m²", ""))
+    return finding.RelativeErrors(relative, ("frequency", "heading"), against, ("N/m²", ""))
 
 
-def _drift_size(db: HydroDatabase) -> RelativeErrors:
+def _drift_size(db: database.HydroDatabase) -> finding.RelativeErrors:
     """A wall of width b reflects short waves, with a force of rho g b / 2. The force over all
     headings is compared with that for the bodies' size."""
-    if db.frequency[-1] ** 2 / db.gravity * length(db).min() < _SHORT_WAVE:
-        raise LeftOut("needs a higher frequency")
-    wall = 0.5 * db.water_density * db.gravity * length(db).sum()
-    return single_error(
+    if db.frequency[-1] ** 2 / db.gravity * finding.length(db).min() < _SHORT_WAVE:
+        raise finding.LeftOut("needs a higher frequency")
+    wall = 0.5 * db.water_density * db.gravity * finding.length(db).sum()
+    return finding.single_error(
         abs(np.log10(max(np.abs(_drift_along_waves(db)[-1]).mean() / wall, 1e-300)))
     )
 
 
-def _symmetry_errors(db: HydroDatabase) -> RelativeErrors:
-    qtf = require_array(db, "qtf_difference")
+def _symmetry_errors(db: database.HydroDatabase) -> finding.RelativeErrors:
+    qtf = database.require_array(db, "qtf_difference")
     apart = [
         _transfer_errors(db, p, qtf[p], qtf[q].conj().swapaxes(0, 1))
         for p, q in _opposite_pairs(db)
@@ -63,37 +51,42 @@ def _symmetry_errors(db: HydroDatabase) -> RelativeErrors:
     return max(apart, key=_worst_error)
 
 
-def _sum_symmetry(db: HydroDatabase) -> RelativeErrors:
-    qtf = require_array(db, "qtf_sum")
+def _sum_symmetry(db: database.HydroDatabase) -> finding.RelativeErrors:
+    qtf = database.require_array(db, "qtf_sum")
     return max(
         (_transfer_errors(db, p, qtf[p], qtf[q].swapaxes(0, 1)) for p, q in _opposite_pairs(db)),
         key=_worst_error,
     )
 
 
-def _opposite_pairs(db: HydroDatabase) -> list[tuple[int, int]]:
+def _opposite_pairs(db: database.HydroDatabase) -> list[tuple[int, int]]:
     """Pairs of headings, and the positions of the same pairs in reverse order."""
-    headings = require_array(db, "qtf_heading")
+    headings = database.require_array(db, "qtf_heading")
     same = _is_same_heading(headings[:, None, :], headings[None, :, ::-1]).all(axis=-1)
     pairs = [(int(p), int(q)) for p, q in np.argwhere(same)]
     if not pairs:
-        raise LeftOut("no pair of headings occurs in both orders")
+        raise finding.LeftOut("no pair of headings occurs in both orders")
     return pairs
 
 
-def _diagonal(db: HydroDatabase) -> RelativeErrors:
+def _diagonal(db: database.HydroDatabase) -> finding.RelativeErrors:
     """Largest difference of the diagonal from the mean drift at the same heading, for DOFs that
     have both."""
     errors = list(_diagonal_errors(db))
     if not errors:
-        raise LeftOut("the mean drift has none of the headings of the QTF")
+        raise finding.LeftOut("the mean drift has none of the headings of the QTF")
     return max(errors, key=_worst_error)
 
 
-def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
-    frequency, drift = require_array(db, "qtf_frequency"), require_array(db, "mean_drift")
+def _diagonal_errors(db: database.HydroDatabase) -> Iterator[finding.RelativeErrors]:
+    frequency, drift = (
+        database.require_array(db, "qtf_frequency"),
+        database.require_array(db, "mean_drift"),
+    )
     in_range = (frequency >= db.frequency[0]) & (frequency <= db.frequency[-1])
-    for (first, second), qtf in zip(require_array(db, "qtf_heading"), _qtf_values(db), strict=True):
+    for (first, second), qtf in zip(
+        database.require_array(db, "qtf_heading"), _qtf_values(db), strict=True
+    ):
         at = np.flatnonzero(_is_same_heading(db.heading, first))
         if not _is_same_heading(first, second) or at.size == 0 or not in_range.any():
             continue
@@ -108,31 +101,42 @@ def _diagonal_errors(db: HydroDatabase) -> Iterator[RelativeErrors]:
             yield _largest_errors(of_dofs, frequency[in_range], first)
 
 
-def _qtf_values(db: HydroDatabase) -> Complex:
+def _qtf_values(db: database.HydroDatabase) -> database.Complex:
     return np.asarray(db.qtf_difference)
 
 
-def _transfer_errors(db: HydroDatabase, pair: int, a: Complex, b: Complex) -> RelativeErrors:
+def _transfer_errors(
+    db: database.HydroDatabase, pair: int, a: database.Complex, b: database.Complex
+) -> finding.RelativeErrors:
     """Errors between two transfer functions (nq, nq, n) of a pair of headings."""
     gap = np.abs(a - b).max(axis=1) / max(np.abs(a).max(), np.finfo(float).tiny)
     return _largest_errors(
-        gap, require_array(db, "qtf_frequency"), require_array(db, "qtf_heading")[pair][0]
+        gap,
+        database.require_array(db, "qtf_frequency"),
+        database.require_array(db, "qtf_heading")[pair][0],
     )
 
 
-def _largest_errors(relative: Real, frequency: Real, heading: float) -> RelativeErrors:
+def _largest_errors(
+    relative: database.Real, frequency: database.Real, heading: float
+) -> finding.RelativeErrors:
     """Largest of errors (nq, n) for each degree of freedom, and its position."""
     row = np.nanargmax(np.nanmax(relative, axis=1))
     where = f"at {frequency[row]:.4g} rad/s, heading {np.degrees(heading):.4g} deg"
-    return RelativeErrors(relative[row], ("dof",), where=where)
+    return finding.RelativeErrors(relative[row], ("dof",), where=where)
 
 
-def _worst_error(errors: RelativeErrors) -> float:
+def _worst_error(errors: finding.RelativeErrors) -> float:
     return float(np.nanmax(errors.relative))
 
 
-def _is_same_heading(a: Real | float, b: Real | float) -> np.ndarray:
-    return np.abs((np.asarray(a) - b + TURN_RAD / 2) % TURN_RAD - TURN_RAD / 2) < SAME_HEADING
+def _is_same_heading(a: database.Real | float, b: database.Real | float) -> np.ndarray:
+    return (
+        np.abs(
+            (np.asarray(a) - b + database.TURN_RAD / 2) % database.TURN_RAD - database.TURN_RAD / 2
+        )
+        < database.SAME_HEADING
+    )
 
 
 _SYMMETRY = (
@@ -140,7 +144,7 @@ _SYMMETRY = (
 )
 
 SECOND_ORDER = (
-    Check(
+    finding.Check(
         "drift along the waves",
         _maruo_drift,
         0.05,
@@ -148,9 +152,9 @@ SECOND_ORDER = (
         " without current and damping: look for a wrong sign, or headings that waves come from",
         refusal=0.3,
         needs=("mean_drift",),
-        of=frozenset({CheckSubject.DRIFT}),
+        of=frozenset({finding.CheckSubject.DRIFT}),
     ),
-    Check(
+    finding.Check(
         "size of the drift",
         _drift_size,
         0.7,
@@ -158,27 +162,27 @@ SECOND_ORDER = (
         " for a factor such as rho g, or wave heights used for amplitudes",
         refusal=1.5,
         needs=("mean_drift",),
-        of=frozenset({CheckSubject.DRIFT}),
+        of=frozenset({finding.CheckSubject.DRIFT}),
     ),
-    Check(
+    finding.Check(
         "QTF is Hermitian",
         _symmetry_errors,
         1e-3,
         f"largest |T-_12 - conj T-_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_difference", "qtf_heading"),
-        of=frozenset({CheckSubject.DIFFERENCE}),
+        of=frozenset({finding.CheckSubject.DIFFERENCE}),
     ),
-    Check(
+    finding.Check(
         "sum QTF is symmetric",
         _sum_symmetry,
         1e-3,
         f"largest |T+_12 - T+_21|, relative to the largest; {_SYMMETRY}",
         refusal=0.1,
         needs=("qtf_sum", "qtf_heading"),
-        of=frozenset({CheckSubject.SUM}),
+        of=frozenset({finding.CheckSubject.SUM}),
     ),
-    Check(
+    finding.Check(
         "QTF against mean drift",
         _diagonal,
         0.15,
@@ -186,6 +190,6 @@ SECOND_ORDER = (
         " use more frequencies or finer panels, or look for a factor such as 2 or rho g",
         refusal=1.0,
         needs=("qtf_difference", "qtf_frequency", "qtf_heading", "mean_drift"),
-        of=frozenset({CheckSubject.DIFFERENCE}),
+        of=frozenset({finding.CheckSubject.DIFFERENCE}),
     ),
 )

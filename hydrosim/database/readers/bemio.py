@@ -28,13 +28,7 @@ import numpy as np
 
 from hydrosim.database.changes import move_reference
 from hydrosim.database.database import Complex, HydroDatabase, Real, require_array
-from hydrosim.database.readers.assembly import (
-    are_bodies_symmetric,
-    bitwise_inverse,
-    drop_unused_frequencies,
-    invertible_quotient,
-    preferred_drift,
-)
+from hydrosim.database.readers import assembly
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
@@ -87,7 +81,7 @@ def _write_parameters(db: HydroDatabase, group: h5py.Group) -> None:
     w, b = db.frequency, db.heading
     deep = np.isinf(db.water_depth)
     group["w"], group["T"] = w[:, None], 2 * np.pi / w[:, None]
-    group["wave_dir"] = bitwise_inverse(np.radians, np.degrees(b), b)[:, None]
+    group["wave_dir"] = assembly.bitwise_inverse(np.radians, np.degrees(b), b)[:, None]
     group["water_depth"] = np.bytes_("infinite") if deep else [[db.water_depth]]
     group["rho"], group["g"], group["scaled"] = [[db.water_density]], [[db.gravity]], [[0.0]]
 
@@ -108,17 +102,21 @@ def _write_properties(db: HydroDatabase, body: int, group: h5py.Group) -> None:
 
 def _write_coefficients(db: HydroDatabase, rows: slice, group: h5py.Group) -> None:
     density, weight = db.water_density, db.water_density * db.gravity
-    damping = invertible_quotient(db.radiation_damping, density * db.frequency[:, None, None])
-    mass = invertible_quotient(db.added_mass, density)
+    damping = assembly.invertible_quotient(
+        db.radiation_damping, density * db.frequency[:, None, None]
+    )
+    mass = assembly.invertible_quotient(db.added_mass, density)
     group["added_mass/all"] = mass[:, rows].transpose(1, 2, 0)
     group["radiation_damping/all"] = damping[:, rows].transpose(1, 2, 0)
     if db.added_mass_infinite is not None:
-        group["added_mass/inf_freq"] = invertible_quotient(db.added_mass_infinite[rows], density)
+        group["added_mass/inf_freq"] = assembly.invertible_quotient(
+            db.added_mass_infinite[rows], density
+        )
     if db.hydrostatic_stiffness is not None:
         stiffness = db.hydrostatic_stiffness[rows, rows]
-        group["linear_restoring_stiffness"] = invertible_quotient(stiffness, weight)
+        group["linear_restoring_stiffness"] = assembly.invertible_quotient(stiffness, weight)
     if db.mean_drift is not None:
-        drift = invertible_quotient(db.mean_drift[..., rows].transpose(2, 1, 0), weight)
+        drift = assembly.invertible_quotient(db.mean_drift[..., rows].transpose(2, 1, 0), weight)
         group["mean_drift/control_surface/val"] = drift
     loads = {"excitation": db.excitation, "excitation/froude-krylov": db.froude_krylov}
     if db.froude_krylov is not None:
@@ -130,8 +128,8 @@ def _write_coefficients(db: HydroDatabase, rows: slice, group: h5py.Group) -> No
 
 def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
     real, imaginary = (
-        invertible_quotient(value.real, weight),
-        invertible_quotient(value.imag, weight),
+        assembly.invertible_quotient(value.real, weight),
+        assembly.invertible_quotient(value.imag, weight),
     )
     group["re"], group["im"] = real, imaginary
     group["mag"], group["phase"] = np.hypot(real, imaginary), np.arctan2(imaginary, real)
@@ -140,9 +138,9 @@ def _write_loads(value: Complex, weight: float, group: h5py.Group) -> None:
 def _write_transfer(db: HydroDatabase, rows: slice, group: h5py.Group, name: str) -> None:
     """For each DOF, a column of n^2 numbers; the index of the first wave varies fastest."""
     w = require_array(db, "qtf_frequency")
-    period = bitwise_inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
+    period = assembly.bitwise_inverse(lambda T: 2 * np.pi / T, 2 * np.pi / w, w)
     pair = require_array(db, "qtf_heading")[0]
-    degrees = bitwise_inverse(np.radians, np.degrees(pair), pair)
+    degrees = assembly.bitwise_inverse(np.radians, np.degrees(pair), pair)
     for kind, transfer in (("Diff", db.qtf_difference), ("Sum", db.qtf_sum)):
         if transfer is None:
             continue
@@ -283,7 +281,7 @@ def _read_database(source: _Source, given: Given) -> HydroDatabase:
     drift, method = _mean_drift(source, layout)
     symmetric = given.port_starboard_symmetric
     if symmetric is None:
-        symmetric = are_bodies_symmetric(added_mass, layout.heading, excitation)
+        symmetric = assembly.are_bodies_symmetric(added_mass, layout.heading, excitation)
     points, assumed = _read_points(source, given, layout.bodies), ""
     if points["reference_point"] is None:
         points["reference_point"] = points["centre_of_gravity"]
@@ -302,7 +300,7 @@ def _read_database(source: _Source, given: Given) -> HydroDatabase:
         "froude_krylov": _read_loads(source, layout, "excitation/froude-krylov"),
         "mean_drift": drift,
     }
-    frequency, by_frequency = drop_unused_frequencies(
+    frequency, by_frequency = assembly.drop_unused_frequencies(
         layout.frequency, by_frequency, given.frequencies
     )
     return HydroDatabase(
@@ -412,7 +410,7 @@ def _mean_drift(source: _Source, layout: _Layout) -> tuple[Real | None, str]:
             for name in _DRIFT
         )
     )
-    return preferred_drift(momentum, control_surface, pressure, layout.bodies)
+    return assembly.preferred_drift(momentum, control_surface, pressure, layout.bodies)
 
 
 def _read_stiffness(source: _Source, layout: _Layout) -> Real | None:

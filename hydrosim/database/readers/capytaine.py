@@ -24,14 +24,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real, remedy_for_gaps
-from hydrosim.database.readers.assembly import (
-    Abscissa,
-    assemble,
-    frequencies,
-    points,
-    require_number,
-    volumes,
-)
+from hydrosim.database.readers import assembly
 from hydrosim.dofs import DOFS
 from hydrosim.errors import InputError
 from hydrosim.files import text
@@ -121,18 +114,20 @@ class _File:
     def database(self, given: Given) -> HydroDatabase:
         """All variables of the file."""
         path, nb = self.path, self.bodies
-        density = require_number(path, "rho", given.water_density, self.scalar("rho"))
-        gravity = require_number(path, "g", given.gravity, self.scalar("g"))
-        depth = require_number(path, "water_depth", given.water_depth, self.scalar("water_depth"))
+        density = assembly.require_number(path, "rho", given.water_density, self.scalar("rho"))
+        gravity = assembly.require_number(path, "g", given.gravity, self.scalar("g"))
+        depth = assembly.require_number(
+            path, "water_depth", given.water_depth, self.scalar("water_depth")
+        )
         if self.scalar("forward_speed"):
             raise self.wrong("forward_speed", "a ship under way", "a body at rest")
         omega = self.omega(depth, gravity)
         centre = self.of_bodies("rotation_center", 3)
-        reference = points(path, "rotation_center", given.reference_point, centre, nb)
+        reference = assembly.points(path, "rotation_center", given.reference_point, centre, nb)
         unknown = {} if reference is not None else {"assumed": POINTS_UNKNOWN}
         used = given.frequencies
         heading, total, froude_krylov = self.loads(omega.size)
-        return assemble(
+        return assembly.assemble(
             path,
             omega,
             heading,
@@ -144,15 +139,15 @@ class _File:
             froude_krylov=froude_krylov,
             hydrostatic_stiffness=self.square("hydrostatic_stiffness"),
             inertia_matrix=self.square("inertia_matrix"),
-            volume=volumes(path, given.volume, self.volume(density)),
-            centre_of_buoyancy=points(
+            volume=assembly.volumes(path, given.volume, self.volume(density)),
+            centre_of_buoyancy=assembly.points(
                 path,
                 "center_of_buoyancy",
                 given.centre_of_buoyancy,
                 self.of_bodies("center_of_buoyancy", 3),
                 nb,
             ),
-            centre_of_gravity=points(
+            centre_of_gravity=assembly.points(
                 path,
                 "center_of_mass",
                 given.centre_of_gravity,
@@ -268,7 +263,7 @@ class _File:
             with np.errstate(all="ignore"):
                 abscissa = self.real(self.abscissa, self.abscissa)
                 value = _TO_OMEGA[self.abscissa](abscissa, depth, gravity)
-        return frequencies(self.path, value, Abscissa.RADIANS_PER_SECOND)
+        return assembly.frequencies(self.path, value, assembly.Abscissa.RADIANS_PER_SECOND)
 
     def matrices(self, name: str, omega: Real, used: tuple[float, float] | None) -> Real:
         """Matrices (nw, n, n) in the order of the DOFs; damping at the limits is not needed, nor

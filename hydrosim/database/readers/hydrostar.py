@@ -43,17 +43,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers import wamit
-from hydrosim.database.readers.assembly import (
-    Abscissa,
-    assemble,
-    elevation,
-    frequencies,
-    points,
-    polar,
-    preferred_drift,
-    volumes,
-)
+from hydrosim.database.readers import assembly, wamit
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given, first_given
@@ -120,7 +110,7 @@ def qtf_table_of(text: Text) -> QtfTable:
         numbers_of(text, head, "COORD", 3),
         np.array(numbers_after(text, "Ref.pt incident wave", 2)),
         np.radians(heading),
-        frequencies(text.path, frequency, Abscissa.RADIANS_PER_SECOND),
+        assembly.frequencies(text.path, frequency, assembly.Abscissa.RADIANS_PER_SECOND),
         difference,
         value,
         crossed,
@@ -244,9 +234,9 @@ def read_linear(paths: Sequence[Path], given: Given) -> HydroDatabase:
     gravity = float(particulars.gravity or np.nan)
     start = _entry_of(entries, _LOAD, 1)
     omega = start.frequency
-    waves = elevation(omega[:, None], start.heading, first.wave_point, depth, gravity)
+    waves = assembly.elevation(omega[:, None], start.heading, first.wave_point, depth, gravity)
     path = paths[0]
-    return assemble(
+    return assembly.assemble(
         path,
         omega,
         start.heading,
@@ -255,10 +245,16 @@ def read_linear(paths: Sequence[Path], given: Given) -> HydroDatabase:
         added_mass=_fill_matrix(entries, _MASS),
         radiation_damping=_fill_matrix(entries, _DAMPING),
         excitation=loads * waves[..., None],
-        reference_point=points(path, "reference point", given.reference_point, first.point, 1),
-        volume=volumes(path, given.volume, None),
-        centre_of_buoyancy=points(path, "centre of buoyancy", given.centre_of_buoyancy, None, 1),
-        centre_of_gravity=points(path, "centre of gravity", given.centre_of_gravity, None, 1),
+        reference_point=assembly.points(
+            path, "reference point", given.reference_point, first.point, 1
+        ),
+        volume=assembly.volumes(path, given.volume, None),
+        centre_of_buoyancy=assembly.points(
+            path, "centre of buoyancy", given.centre_of_buoyancy, None, 1
+        ),
+        centre_of_gravity=assembly.points(
+            path, "centre of gravity", given.centre_of_gravity, None, 1
+        ),
         water_depth=depth,
         water_density=float(particulars.water_density or np.nan),
         gravity=gravity,
@@ -325,8 +321,8 @@ def _read_entry(text: Text) -> LinearEntry:
         np.array(numbers_after(text, "Reference point of body 1", 3)),
         np.array(numbers_after(text, "Ref.pt incident wave", 2)),
         np.radians(heading),
-        frequencies(text.path, rows[:, 0], Abscissa.RADIANS_PER_SECOND),
-        polar(size, -np.radians(phase)),
+        assembly.frequencies(text.path, rows[:, 0], assembly.Abscissa.RADIANS_PER_SECOND),
+        assembly.polar(size, -np.radians(phase)),
     )
 
 
@@ -428,7 +424,7 @@ def _mean_drift(db: HydroDatabase, tables: Sequence[QtfTable]) -> tuple[Real | N
         methods.append(drift_tables if any(table.value.any() for table in drift_tables) else [])
     far, middle, pressure = methods
     momentum = far or middle
-    return preferred_drift(
+    return assembly.preferred_drift(
         _read_drift(db, momentum) if momentum else None,
         None,
         _read_drift(db, pressure) if pressure else None,
@@ -518,7 +514,9 @@ def _read_transfer(db: HydroDatabase, tables: Sequence[QtfTable]) -> Complex | N
     out = np.zeros((first.heading.size, w.size, w.size, 6), dtype=complex)
     for table in tables:
         out[..., table.dof] = _square_table(table)
-    wave = elevation(w[:, None], first.heading, first.wave_point, db.water_depth, db.gravity).T
+    wave = assembly.elevation(
+        w[:, None], first.heading, first.wave_point, db.water_depth, db.gravity
+    ).T
     second = wave.conj() if first.is_difference else wave
     out *= (wave[:, :, None] * second[:, None, :])[..., None]
     return np.asarray(_loads_at_reference(db, first, out, len(tables)))

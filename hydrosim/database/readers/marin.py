@@ -22,16 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers.assembly import (
-    Abscissa,
-    assemble,
-    frequencies,
-    points,
-    polar,
-    require_number,
-    volumes,
-    with_fore_aft_headings,
-)
+from hydrosim.database.readers import assembly
 from hydrosim.database.readers.text import Text, read_text
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
 
@@ -133,16 +124,16 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     line = reader.peek("keyword SPRING").line
     spring = _Spring(*reader.take("SPRING", 6))
     tables = _read_tables(reader)
-    density = require_number(path, "water density", given.water_density)
-    gravity = require_number(path, "gravity", given.gravity)
-    centre = points(path, "centre of gravity", given.centre_of_gravity, None, 1)
+    density = assembly.require_number(path, "water density", given.water_density)
+    gravity = assembly.require_number(path, "gravity", given.gravity)
+    centre = assembly.points(path, "centre of gravity", given.centre_of_gravity, None, 1)
     stiffness = None
     if centre is not None:
         _check_flotation(reader.text, line, tables, spring, gravity)
         keel = -(draught if draught > 0 else waterline)
         stiffness = density * gravity * _build_stiffness(spring, centre[0, 2] - keel)
     symmetric = given.port_starboard_symmetric
-    return assemble(
+    return assembly.assemble(
         path,
         tables.omega,
         tables.heading,
@@ -152,9 +143,11 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         radiation_damping=tables.damping,
         excitation=tables.loads,
         hydrostatic_stiffness=stiffness,
-        volume=volumes(path, given.volume, spring.volume),
+        volume=assembly.volumes(path, given.volume, spring.volume),
         centre_of_gravity=centre,
-        centre_of_buoyancy=points(path, "centre of buoyancy", given.centre_of_buoyancy, None, 1),
+        centre_of_buoyancy=assembly.points(
+            path, "centre of buoyancy", given.centre_of_buoyancy, None, 1
+        ),
         reference_point=np.array([[0.0, 0.0, -waterline]]),
         water_depth=depth if depth > 0 else np.inf,
         water_density=density,
@@ -179,9 +172,9 @@ def _read_tables(reader: _Reader) -> _Tables:
     heading: Real = np.radians(blocks[0].heading)
     loads: Complex = np.array([block.loads for block in blocks])
     if symmetry == 2:
-        heading, loads = with_fore_aft_headings(heading, loads)
-    omega = frequencies(
-        reader.text.path, [block.omega for block in blocks], Abscissa.RADIANS_PER_SECOND
+        heading, loads = assembly.with_fore_aft_headings(heading, loads)
+    omega = assembly.frequencies(
+        reader.text.path, [block.omega for block in blocks], assembly.Abscissa.RADIANS_PER_SECOND
     )
     added_mass = _KILO * np.array([block.added_mass for block in blocks])
     damping = _KILO * np.array([block.damping for block in blocks])
@@ -196,7 +189,7 @@ def _read_block(reader: _Reader, headings: float) -> _Block:
     while len(loads) < headings:
         directions += reader.take("WDIR", 1)
         size, lag = reader.take("FAMP", 6), reader.take("FEPS", 6)
-        loads.append(_KILO * polar(size, np.radians(lag)))
+        loads.append(_KILO * assembly.polar(size, np.radians(lag)))
     return _Block(omega, np.array(directions), added_mass, damping, np.array(loads))
 
 

@@ -24,18 +24,7 @@ import numpy as np
 
 from hydrosim.database.changes import velocity_transfer
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers.assembly import (
-    Abscissa,
-    Pairs,
-    assemble,
-    at_origin,
-    block_diagonal,
-    frequencies,
-    points,
-    polar,
-    quadratic,
-    volumes,
-)
+from hydrosim.database.readers import assembly
 from hydrosim.database.readers.text import Text, parse_number, read_text
 from hydrosim.errors import InputError
 from hydrosim.scene.hydrodynamics import NOTHING_GIVEN, Given
@@ -89,7 +78,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     omega, matrices = _read_zones(tec, 6 * bodies, 6 * bodies)
     loads = _first_order(results, project, omega)  # confirms the number of headings
     hydrostatics = _read_hydrostatics(folder, bodies, project.rotation_points)
-    return assemble(
+    return assembly.assemble(
         project.text.path,
         omega,
         project.headings(),
@@ -100,11 +89,11 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         **loads,
         **_second_order(results, project),
         hydrostatic_stiffness=hydrostatics.stiffness,
-        volume=volumes(path, given.volume, hydrostatics.volume),
-        centre_of_buoyancy=points(
+        volume=assembly.volumes(path, given.volume, hydrostatics.volume),
+        centre_of_buoyancy=assembly.points(
             path, "centre of buoyancy", given.centre_of_buoyancy, hydrostatics.buoyancy, bodies
         ),
-        centre_of_gravity=points(
+        centre_of_gravity=assembly.points(
             path, "centre of gravity", given.centre_of_gravity, hydrostatics.gravity, bodies
         ),
         reference_point=project.rotation_points,
@@ -220,17 +209,21 @@ def _read_zones(path: Path, zones: int, pairs: int) -> tuple[Real, Real]:
         raise InputError(
             f"{path}: found zones with different frequencies, expected the same in all."
         )
-    omega = frequencies(path, table[0, :, 0], _read_abscissa(text.lines[0]))
+    omega = assembly.frequencies(path, table[0, :, 0], _read_abscissa(text.lines[0]))
     return omega, table[..., 1:].reshape(zones, -1, pairs, 2)
 
 
-def _read_abscissa(head: str) -> Abscissa:
+def _read_abscissa(head: str) -> assembly.Abscissa:
     """Kind of the first column, from the head of a table."""
     if "rad" in head:
-        return Abscissa.RADIANS_PER_SECOND
+        return assembly.Abscissa.RADIANS_PER_SECOND
     if "Hz" in head:
-        return Abscissa.HERTZ
-    return Abscissa.PERIOD if "(s)" in head or "[s]" in head else Abscissa.RADIANS_PER_SECOND
+        return assembly.Abscissa.HERTZ
+    return (
+        assembly.Abscissa.PERIOD
+        if "(s)" in head or "[s]" in head
+        else assembly.Abscissa.RADIANS_PER_SECOND
+    )
 
 
 def _first_order(results: Path, project: _Project, omega: Real) -> dict[str, Complex]:
@@ -249,8 +242,8 @@ def _read_loads(path: Path, project: _Project, omega: Real) -> Complex:
             f"{path}: has other frequencies than RadiationCoefficients.tec, expected the same."
             " The files belong to different runs; run Nemoh again."
         )
-    loads = polar(table[..., 0], table[..., 1]).transpose(1, 0, 2)
-    return at_origin(
+    loads = assembly.polar(table[..., 0], table[..., 1]).transpose(1, 0, 2)
+    return assembly.at_origin(
         loads, omega, project.headings(), project.wave_point, project.depth, project.gravity
     )
 
@@ -262,10 +255,10 @@ def _second_order(results: Path, project: _Project) -> dict[str, Any]:
         return {}
     bodies = len(project.rotation_points)
     difference, total = (_read_pairs(folder, project, kind) for kind in ("M", "P"))
-    return quadratic(folder, 6 * bodies, difference, total)
+    return assembly.quadratic(folder, 6 * bodies, difference, total)
 
 
-def _read_pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
+def _read_pairs(folder: Path, project: _Project, kind: str) -> assembly.Pairs | None:
     """Rows of all bodies of one kind."""
     bodies = len(project.rotation_points)
     whole = _find_any_case(folder, f"OUT_QTF{kind}_N.dat")
@@ -286,7 +279,7 @@ def _read_pairs(folder: Path, project: _Project, kind: str) -> Pairs | None:
             " for each. The files are damaged or belong to another project; run Nemoh again."
         )
     scale = project.density * project.gravity
-    pairs = Pairs(omega, heading, dof.astype(np.intp), polar(scale * size, phase))
+    pairs = assembly.Pairs(omega, heading, dof.astype(np.intp), assembly.polar(scale * size, phase))
     return pairs.at_origin(project.wave_point, project.depth, project.gravity, kind == "M")
 
 
@@ -298,7 +291,7 @@ def _read_rows(path: Path, first_dof: int) -> tuple[Real, ...]:
     if rows.size == 0:
         raise text.wrong(0, "no rows", "a head and rows of nine numbers")
     return (
-        frequencies(path, rows[:, :2], _read_abscissa(text.lines[0])),
+        assembly.frequencies(path, rows[:, :2], _read_abscissa(text.lines[0])),
         np.radians(rows[:, 2:4]),
         rows[:, 4] - 1 + first_dof,
         rows[:, 5],
@@ -333,7 +326,7 @@ def _read_hydrostatics(folder: Path, bodies: int, rotation_points: Real) -> _Hyd
     matrices = [mesh and _numbered_mesh(mesh, "KH", k, bodies) for k in range(bodies)]
     if not all(matrices):
         return hydrostatics
-    stiffness = block_diagonal([_read_matrix(path) for path in matrices if path])
+    stiffness = assembly.block_diagonal([_read_matrix(path) for path in matrices if path])
     move = velocity_transfer(np.array(gravity) - rotation_points)
     return hydrostatics._replace(stiffness=move.T @ stiffness @ move)
 

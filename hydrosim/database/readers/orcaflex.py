@@ -28,19 +28,7 @@ import yaml
 
 from hydrosim.database.changes import velocity_transfer
 from hydrosim.database.database import Complex, HydroDatabase, Real
-from hydrosim.database.readers.assembly import (
-    Abscissa,
-    Pairs,
-    assemble,
-    at_origin,
-    frequencies,
-    points,
-    polar,
-    quadratic,
-    require_number,
-    volumes,
-    with_fore_aft_headings,
-)
+from hydrosim.database.readers import assembly
 from hydrosim.database.readers.text import parse_number, read_text
 from hydrosim.errors import InputError
 from hydrosim.files.units import value_text
@@ -65,9 +53,9 @@ _POSITIVE = {
     "YawPositiveBow": ("port", "starboard"),
 }
 _ABSCISSA_BY_UNIT = {
-    "period (s)": Abscissa.PERIOD,
-    "frequency (rad/s)": Abscissa.RADIANS_PER_SECOND,
-    "frequency (Hz)": Abscissa.HERTZ,
+    "period (s)": assembly.Abscissa.PERIOD,
+    "frequency (rad/s)": assembly.Abscissa.RADIANS_PER_SECOND,
+    "frequency (Hz)": assembly.Abscissa.HERTZ,
 }
 _CENTRES = ("CentreOfMass", "CentreOfGravity")
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048, "in": 0.0254}
@@ -168,7 +156,7 @@ class _Node:
 class _Conventions(NamedTuple):
     """Conventions of one vessel type."""
 
-    abscissa: Abscissa
+    abscissa: assembly.Abscissa
     sign: Real  # (6,)
     leads: bool
     phase_unit: float  # rad
@@ -242,7 +230,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
     buoyancy = units.length * draught.numbers("CentreOfBuoyancy", (3,)) - lift
     volume = units.length**3 * draught.numbers("DisplacedVolume", ())
     reference = vessel.reference - lift
-    return assemble(
+    return assembly.assemble(
         path,
         omega,
         heading,
@@ -255,9 +243,11 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
         **_second_order(vessel),
         hydrostatic_stiffness=_read_stiffness(vessel),
         inertia_matrix=_read_inertia(draught, centre - reference, units),
-        volume=volumes(path, given.volume, volume),
-        centre_of_gravity=points(path, "CentreOfMass", given.centre_of_gravity, centre, 1),
-        centre_of_buoyancy=points(path, "CentreOfBuoyancy", given.centre_of_buoyancy, buoyancy, 1),
+        volume=assembly.volumes(path, given.volume, volume),
+        centre_of_gravity=assembly.points(path, "CentreOfMass", given.centre_of_gravity, centre, 1),
+        centre_of_buoyancy=assembly.points(
+            path, "CentreOfBuoyancy", given.centre_of_buoyancy, buoyancy, 1
+        ),
         reference_point=reference[None],
         water_depth=vessel.depth,
         water_density=_read_density(model, given, units),
@@ -345,7 +335,7 @@ def _find_vessel(model: _Node, given: Given) -> _Vessel:
         kind.choice("Symmetry", _SYMMETRY),
         reference,
         reference[2] - units.length * height,
-        require_number(model.path, "water depth", given.water_depth, depth),
+        assembly.require_number(model.path, "water depth", given.water_depth, depth),
         gravity if given.gravity is None else given.gravity,
     )
 
@@ -403,7 +393,7 @@ def _read_density(model: _Node, given: Given, units: _Units) -> float:
     density = None
     if "Density" in environment.content:
         density = units.mass / units.length**3 * environment.number("Density")
-    return require_number(model.path, "water density", given.water_density, density)
+    return assembly.require_number(model.path, "water density", given.water_density, density)
 
 
 def _read_matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
@@ -417,7 +407,7 @@ def _read_matrices(vessel: _Vessel) -> tuple[Real, Real, Real]:
         for first in ("AddedMassMatrixX", "DampingX")
     )
     sign = np.outer(vessel.conventions.sign, vessel.conventions.sign)
-    omega = frequencies(vessel.draught.path, value, vessel.conventions.abscissa)
+    omega = assembly.frequencies(vessel.draught.path, value, vessel.conventions.abscissa)
     units = vessel.units
     return omega, added_mass * sign * units.inertia, damping * sign * units.stiffness
 
@@ -436,7 +426,7 @@ def _first_order(vessel: _Vessel) -> tuple[Real, Real, Complex]:
     waves, heading, table = _read_by_direction(vessel, node)
     size, phase = _sizes_and_phases(*table)
     scale = vessel.units.loads(1) * vessel.conventions.sign
-    loads = polar(size, vessel.conventions.lag(phase, 1)) * scale
+    loads = assembly.polar(size, vessel.conventions.lag(phase, 1)) * scale
     origin, phase_origin = _read_origins(node, vessel.units)
     loads = _loads_at(vessel, loads, waves, heading, phase_origin - origin)
     heading, loads = _mirror_headings(vessel, heading, loads)
@@ -458,11 +448,11 @@ def _mirror_headings(vessel: _Vessel, heading: Real, loads: Any) -> tuple[Real, 
     """Loads with the headings that fore-aft symmetry gives."""
     if "yz" not in vessel.symmetry:
         return heading, loads
-    return with_fore_aft_headings(heading, loads)
+    return assembly.with_fore_aft_headings(heading, loads)
 
 
 def _loads_at(vessel: _Vessel, loads: Complex, omega: Real, heading: Real, point: Real) -> Complex:
-    return at_origin(loads, omega, heading, point, vessel.depth, vessel.gravity)
+    return assembly.at_origin(loads, omega, heading, point, vessel.depth, vessel.gravity)
 
 
 def _read_by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[list[str], Real]]:
@@ -479,7 +469,7 @@ def _read_by_direction(vessel: _Vessel, node: _Node) -> tuple[Real, Real, tuple[
                 "RAOPeriodOrFrequency", "other columns or waves", "those of the first direction"
             )
     heading = np.array([item.number("RAODirection") for item in items])
-    omega = frequencies(node.path, first[:, 0], vessel.conventions.abscissa)
+    omega = assembly.frequencies(node.path, first[:, 0], vessel.conventions.abscissa)
     stack = np.stack([rows for _, rows in tables], axis=1)
     return omega, np.radians(heading), (columns, stack)
 
@@ -548,10 +538,10 @@ def _second_order(vessel: _Vessel) -> dict[str, Any]:
     """Full transfer functions, if there are rows."""
     difference = _read_pairs(vessel, "WaveDrift", difference=True)
     total = _read_pairs(vessel, "SumFrequencyQTFs", difference=False)
-    return quadratic(vessel.draught.path, 6, difference, total)
+    return assembly.quadratic(vessel.draught.path, 6, difference, total)
 
 
-def _read_pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
+def _read_pairs(vessel: _Vessel, key: str, difference: bool) -> assembly.Pairs | None:
     """Rows of one table about the origin of the matrices."""
     node = vessel.draught.node(key) if key in vessel.draught.content else None
     if node is None or not any("," in line for line in node.content):
@@ -565,10 +555,12 @@ def _read_pairs(vessel: _Vessel, key: str, difference: bool) -> Pairs | None:
     size, phase = _sizes_and_phases(columns, rows)
     lag = vessel.conventions.lag(phase, 0 if difference else 2)
     origin, phase_origin = _read_origins(node, vessel.units)
-    loads = polar(size, lag) * vessel.units.loads(2) * vessel.conventions.sign
+    loads = assembly.polar(size, lag) * vessel.units.loads(2) * vessel.conventions.sign
     loads = loads @ velocity_transfer((origin - vessel.reference)[None])
-    pairs = Pairs(
-        np.repeat(frequencies(node.path, rows[:, :2], vessel.conventions.abscissa), 6, axis=0),
+    pairs = assembly.Pairs(
+        np.repeat(
+            assembly.frequencies(node.path, rows[:, :2], vessel.conventions.abscissa), 6, axis=0
+        ),
         np.repeat(np.radians(rows[:, 2:4]), 6, axis=0),
         np.tile(np.arange(6), len(rows)),
         loads.ravel(),

@@ -30,13 +30,7 @@ from hydrosim.database.readers.assembly import are_bodies_symmetric, preferred_d
 from hydrosim.database.readers.text import Index, NumberTable, read_table
 from hydrosim.database.readers.wamit_writer import write as write
 from hydrosim.errors import InputError
-from hydrosim.scene.hydrodynamics import (
-    NOTHING_GIVEN,
-    ORIGIN_ASSUMED,
-    FrequencyColumn,
-    Given,
-    first_given,
-)
+from hydrosim.scene import hydrodynamics
 
 NAME = "WAMIT"
 
@@ -47,7 +41,9 @@ _SUM = (".12s", ".11s", ".10s")
 _NUMERIC = {".1", ".3fk", ".3sc", ".hst", ".mmx", *_EXCITATION, *_DRIFT, *_DIFFERENCE, *_SUM}
 _TEXT = {".out", ".pot", ".gdf"}
 
-_ASSUMED = Given(length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf)
+_ASSUMED = hydrodynamics.Given(
+    length=1.0, water_density=1025.0, gravity=9.80665, water_depth=np.inf
+)
 _FREQUENCY_RTOL = 1e-4  # relative difference of equal frequencies, printed with 5 to 7 digits
 _SAME_DEGREES = 1e-3
 _HIGHEST_INDEX = 6000
@@ -63,7 +59,7 @@ class WamitUnits:
     density: float
     gravity: float
     depth: float
-    column: FrequencyColumn
+    column: hydrodynamics.FrequencyColumn
 
     @property
     def rotations(self) -> Real:
@@ -90,16 +86,16 @@ class WamitUnits:
         return w
 
 
-def angular(column: FrequencyColumn, value: Real, units: WamitUnits) -> Real:
+def angular(column: hydrodynamics.FrequencyColumn, value: Real, units: WamitUnits) -> Real:
     """Frequency [rad/s]. A zero period is infinite frequency, a negative one zero frequency. For
     frequencies and wavenumbers, zero is zero and a negative value is infinity."""
     size = np.maximum(np.abs(value), 1e-30)
     k = size / units.length
-    if column is FrequencyColumn.PERIOD:
+    if column is hydrodynamics.FrequencyColumn.PERIOD:
         return np.where(value > 0, 2 * np.pi / size, np.where(value < 0, 0.0, np.inf))
-    if column is FrequencyColumn.FREQUENCY:
+    if column is hydrodynamics.FrequencyColumn.FREQUENCY:
         w = size
-    elif column is FrequencyColumn.DEEP_WAVENUMBER:
+    elif column is hydrodynamics.FrequencyColumn.DEEP_WAVENUMBER:
         w = np.sqrt(units.gravity * k)
     else:
         w = np.sqrt(units.gravity * k * np.tanh(k * units.depth))
@@ -112,7 +108,7 @@ def sniff(path: Path, head: bytes) -> bool:
     return suffix in _NUMERIC or (suffix in _TEXT and ".1" in _find_files(path))
 
 
-def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
+def read(path: Path, given: hydrodynamics.Given = hydrodynamics.NOTHING_GIVEN) -> HydroDatabase:
     """Database of the set that the file ``path`` belongs to. A name without suffix is the name of
     the set. Raises `InputError` if files are missing, malformed or inconsistent."""
     files = _find_files(path)
@@ -129,7 +125,7 @@ def read(path: Path, given: Given = NOTHING_GIVEN) -> HydroDatabase:
 def _build_database(
     path: Path,
     files: dict[str, Path],
-    facts: Given,
+    facts: hydrodynamics.Given,
     units: WamitUnits,
     radiation: NumberTable,
     excitation: list[NumberTable],
@@ -195,41 +191,43 @@ def _excitation_tables(path: Path, files: dict[str, Path]) -> list[NumberTable]:
 
 
 def _read_header(
-    path: Path, files: dict[str, Path], given: Given, bodies: int
-) -> tuple[Given, list[str]]:
+    path: Path, files: dict[str, Path], given: hydrodynamics.Given, bodies: int
+) -> tuple[hydrodynamics.Given, list[str]]:
     """Header data of all files, and the names of data that were assumed."""
-    readers: dict[str, Callable[[Path], Given]] = {
+    readers: dict[str, Callable[[Path], hydrodynamics.Given]] = {
         ".out": wamit_header.main_output,
         ".pot": wamit_header.control_file,
         ".mmx": wamit_header.matrix_file,
         ".gdf": wamit_header.geometry_file,
     }
-    file_facts = first_given(
+    file_facts = hydrodynamics.first_given(
         *(read(files[suffix]) for suffix, read in readers.items() if suffix in files)
     )
-    origin = first_given(
-        file_facts, given, Given(reference_point=(0.0,) * 3 * bodies)
+    origin = hydrodynamics.first_given(
+        file_facts, given, hydrodynamics.Given(reference_point=(0.0,) * 3 * bodies)
     ).reference_point
     where = ", ".join(str(files[suffix]) for suffix in readers if suffix in files) or str(path)
-    _check_units(where, first_given(file_facts, given, _ASSUMED))
+    _check_units(where, hydrodynamics.first_given(file_facts, given, _ASSUMED))
     _check_bodies(where, file_facts, bodies)
     file_facts = replace(
         file_facts,
         centre_of_buoyancy=_shift_points(file_facts.centre_of_buoyancy, origin),
         centre_of_gravity=_shift_points(file_facts.centre_of_gravity, origin),
     )
-    facts = first_given(file_facts, given)
+    facts = hydrodynamics.first_given(file_facts, given)
     assumed = [
         f"{name.replace('_', ' ')} {getattr(_ASSUMED, name):g}"
         for name in ("length", "water_density", "gravity", "water_depth")
         if getattr(facts, name) is None
     ]
     if facts.reference_point is None:
-        assumed.append(ORIGIN_ASSUMED)
-    return first_given(facts, _ASSUMED, Given(reference_point=origin)), assumed
+        assumed.append(hydrodynamics.ORIGIN_ASSUMED)
+    return hydrodynamics.first_given(
+        facts, _ASSUMED, hydrodynamics.Given(reference_point=origin)
+    ), assumed
 
 
-def _check_units(where: str, facts: Given) -> None:
+def _check_units(where: str, facts: hydrodynamics.Given) -> None:
     """Raises `InputError` if the numbers cannot be in SI units."""
     ranges = {
         "length": (1e-3, 1e4),
@@ -246,7 +244,7 @@ def _check_units(where: str, facts: Given) -> None:
             )
 
 
-def _check_bodies(where: str, particulars: Given, bodies: int) -> None:
+def _check_bodies(where: str, particulars: hydrodynamics.Given, bodies: int) -> None:
     """Raises `InputError` if the headers have another number of bodies."""
     for name in ("volume", "reference_point", "centre_of_buoyancy", "centre_of_gravity"):
         items, per_body = getattr(particulars, name), 1 if name == "volume" else 3
@@ -263,7 +261,7 @@ def _shift_points(points: tuple[float, ...] | None, by: tuple[float, ...] | None
     return tuple(p + b for p, b in zip(points, by, strict=True))
 
 
-def _read_points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
+def _read_points(path: Path, facts: hydrodynamics.Given, bodies: int) -> dict[str, Any]:
     """Fields of the database about bodies, not waves."""
     arrays = {}
     for name in ("volume", "centre_of_buoyancy", "centre_of_gravity", "reference_point"):
@@ -278,15 +276,17 @@ def _read_points(path: Path, facts: Given, bodies: int) -> dict[str, Any]:
 
 
 def _choose_units(
-    facts: Given, bodies: int, radiation: NumberTable, excitation: list[NumberTable]
+    facts: hydrodynamics.Given, bodies: int, radiation: NumberTable, excitation: list[NumberTable]
 ) -> tuple[WamitUnits, list[str]]:
     """Units, and a remark if the kind of the first column is a guess."""
     names = ("length", "water_density", "gravity", "water_depth")
     length, density, gravity, depth = (float(getattr(facts, name)) for name in names)
-    units = WamitUnits(bodies, length, density, gravity, depth, FrequencyColumn.PERIOD)
+    units = WamitUnits(
+        bodies, length, density, gravity, depth, hydrodynamics.FrequencyColumn.PERIOD
+    )
     if facts.frequency_column is not None:
         return replace(units, column=facts.frequency_column), []
-    guess = FrequencyColumn.PERIOD
+    guess = hydrodynamics.FrequencyColumn.PERIOD
     if excitation:
         guess = _guessed_column(units, radiation, excitation[0])
     return replace(units, column=guess), [f"first column {guess}"]
@@ -294,7 +294,7 @@ def _choose_units(
 
 def _guessed_column(
     units: WamitUnits, radiation: NumberTable, excitation: NumberTable
-) -> FrequencyColumn:
+) -> hydrodynamics.FrequencyColumn:
     """By Haskind's relation, w^2 L/g = 2 B33'/|X3'|^2 in deep water if the heave load does not
     depend on the heading. This nearly holds in long waves (Newman 1962, J. Ship Research 6)."""
     heave = radiation.select_rows((radiation.values[:, 1:3] == 3).all(axis=1)).values
@@ -306,13 +306,15 @@ def _guessed_column(
     value, expected = np.array(both)[is_reliable], 2 * damping[is_reliable] / square[is_reliable]
     errors = {
         column: float(np.median(np.abs(np.log(_deep_number(column, value, units) / expected))))
-        for column in FrequencyColumn
-        if column is not FrequencyColumn.WAVENUMBER and is_reliable.any()
+        for column in hydrodynamics.FrequencyColumn
+        if column is not hydrodynamics.FrequencyColumn.WAVENUMBER and is_reliable.any()
     }
-    return min(errors, key=lambda column: errors[column], default=FrequencyColumn.PERIOD)
+    return min(
+        errors, key=lambda column: errors[column], default=hydrodynamics.FrequencyColumn.PERIOD
+    )
 
 
-def _deep_number(column: FrequencyColumn, value: Real, units: WamitUnits) -> Real:
+def _deep_number(column: hydrodynamics.FrequencyColumn, value: Real, units: WamitUnits) -> Real:
     return angular(column, value, units) ** 2 * units.length / units.gravity
 
 

@@ -22,6 +22,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from hydrosim.elements import kind
 from hydrosim.elements.contact import curves, geometry, group, laws
 from hydrosim.elements.contact.curves import BRANCH_START
 from hydrosim.elements.contact.fender import (
@@ -48,23 +49,6 @@ from hydrosim.elements.contact.fender import (
 from hydrosim.elements.contact.geometry import contact_kinematics
 from hydrosim.elements.contact.law import OPEN, SLIP, STICK
 from hydrosim.elements.contact.laws import COULOMB, LAW, least_slip_speed, steady_slip_state
-from hydrosim.elements.kind import (
-    LINEARISATION_DEPTH,
-    Columns,
-    KindConstants,
-    KindWithModeSets,
-    ModeRows,
-    ModeSet,
-    RecordedStates,
-    StateBlocks,
-    UnitRecord,
-    Variable,
-    capacity_of,
-    elements_of,
-    rest_at_first,
-    steepest_segment,
-    with_mode_of_unit,
-)
 from hydrosim.elements.signal import time_of_largest, value
 from hydrosim.jit.kernels import clear, kernel
 from hydrosim.modes import MODE, NO_INDEX, SEGMENT
@@ -142,26 +126,28 @@ CLOSED_MODES = {STICK: "sticking", SLIP: "slipping"}
 SLIDING = 0.1  # m/s: the speed at which slip is linearised, unless slip begins at a higher one
 
 
-class KindOfContacts(KindWithModeSets):
+class KindOfContacts(kind.KindWithModeSets):
     """Postures of contact points."""
 
-    def mode_sets(self, p: ContactConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: ContactConstants) -> Sequence[kind.ModeSet]:
         text = "all contacts open" if p.points.size else "no contact"
-        rest = ModeSet(text, rest_at_first(p.points["first"], OPEN))
+        rest = kind.ModeSet(text, kind.rest_at_first(p.points["first"], OPEN))
         modes = CLOSED_MODES if p.points.size else ()
         return [
             rest,
-            *(ModeSet(f"all contacts {CLOSED_MODES[m]}", _closed_modes(p, m)) for m in modes),
+            *(kind.ModeSet(f"all contacts {CLOSED_MODES[m]}", _closed_modes(p, m)) for m in modes),
         ]
 
     def one_unit_active(
         self, p: ContactConstants, names: Sequence[str], which: Sequence[int]
-    ) -> Iterator[ModeSet]:
-        rest = rest_at_first(p.points["first"], OPEN)
+    ) -> Iterator[kind.ModeSet]:
+        rest = kind.rest_at_first(p.points["first"], OPEN)
         for mode, text in CLOSED_MODES.items() if p.points.size > 1 else ():
             closed = _closed_modes(p, mode)
             for i in which:
-                yield ModeSet(f"{names[i]} alone {text}", with_mode_of_unit(rest, closed, i))
+                yield kind.ModeSet(
+                    f"{names[i]} alone {text}", kind.with_mode_of_unit(rest, closed, i)
+                )
 
     def equivalence_keys(self, p: ContactConstants) -> Sequence[Hashable]:
         law = (name for name, _ in LAW)
@@ -190,7 +176,7 @@ class KindOfContacts(KindWithModeSets):
                 start = p.segments[segment]["start"]
                 nearer = (
                     start
-                    + LINEARISATION_DEPTH
+                    + kind.LINEARISATION_DEPTH
                     - contact_kinematics(point, bodies, motion).compression
                 )
                 point["plane_point"] += nearer * point["plane_normal"]
@@ -240,7 +226,7 @@ class KindOfContacts(KindWithModeSets):
 
 def _closed_modes(p: ContactConstants, mode: int) -> np.ndarray:
     """Modes with all points in one mode on their steepest pieces."""
-    modes = rest_at_first(p.points["first"], mode)
+    modes = kind.rest_at_first(p.points["first"], mode)
     modes[:, SEGMENT] = [_steepest_segment(p, point) for point in p.points]
     return modes
 
@@ -248,7 +234,11 @@ def _closed_modes(p: ContactConstants, mode: int) -> np.ndarray:
 def _steepest_segment(p: ContactConstants, point: np.void) -> int:
     """The steepest piece of the curve of a point: the stiff line, if it has one."""
     line = int(point["line"])
-    return line if line != NO_INDEX else steepest_segment(p.segments, point["first"], point["last"])
+    return (
+        line
+        if line != NO_INDEX
+        else kind.steepest_segment(p.segments, point["first"], point["last"])
+    )
 
 
 def _normal_loads(p: ContactConstants, modes: np.ndarray, time: float) -> list[float]:
@@ -261,7 +251,7 @@ def _normal_load(p: ContactConstants, point: np.void, mode: np.ndarray, time: fl
     if point["prescribed"]:
         return float(value(time, point["signal"], p.pieces))
     piece = p.segments[mode[SEGMENT]]
-    return float(piece["force"] + LINEARISATION_DEPTH * piece["slope"])
+    return float(piece["force"] + kind.LINEARISATION_DEPTH * piece["slope"])
 
 
 EARTH_NAME = "earth"
@@ -282,78 +272,84 @@ def group_of_points(scene: Scene) -> list[str]:
 class ContactKind(KindOfContacts):
     unit = "fender"
     variables: ClassVar = {
-        "fender_compression": Variable(
+        "fender_compression": kind.Variable(
             "compression, negative when open, at most 0 where the plane or seat does not act",
             "m",
             NORMAL,
         ),
-        "fender_normal_force": Variable("normal force", "N", NORMAL),
-        "fender_mode": Variable("contact mode", "1", flags="open stick slip"),
-        "fender_friction": Variable("friction force on the body", "N", EARTH_NAME),
-        "fender_node": Variable("position of the contact node on the plane", "m", EARTH_NAME),
-        "fender_slip_distance": Variable("distance slipped since the start", "m", "plane"),
-        "fender_dissipated": Variable("energy lost in friction and loops since the start", "J"),
-        "fender_dissipated_damping": Variable(
+        "fender_normal_force": kind.Variable("normal force", "N", NORMAL),
+        "fender_mode": kind.Variable("contact mode", "1", flags="open stick slip"),
+        "fender_friction": kind.Variable("friction force on the body", "N", EARTH_NAME),
+        "fender_node": kind.Variable("position of the contact node on the plane", "m", EARTH_NAME),
+        "fender_slip_distance": kind.Variable("distance slipped since the start", "m", "plane"),
+        "fender_dissipated": kind.Variable(
+            "energy lost in friction and loops since the start", "J"
+        ),
+        "fender_dissipated_damping": kind.Variable(
             "part of the energy lost: in the node's damper C2", "J"
         ),
-        "fender_dissipated_slip_damping": Variable(
+        "fender_dissipated_slip_damping": kind.Variable(
             "part of the energy lost: in slip damping C3", "J"
         ),
-        "fender_closings": Variable("number of closings since the start", "1"),
-        "fender_closing_speed": Variable("speed of the last closing", "m/s", NORMAL),
-        "fender_largest_force": Variable(
+        "fender_closings": kind.Variable("number of closings since the start", "1"),
+        "fender_closing_speed": kind.Variable("speed of the last closing", "m/s", NORMAL),
+        "fender_largest_force": kind.Variable(
             "largest normal force since the last closing", "N", NORMAL
         ),
-        "fender_segment": Variable("piece of the normal curve, counted from 0", "1"),
-        "fender_rising": Variable("1 if the stretch is that of a rising load", "1"),
-        "contact_time": Variable("time in a contact mode", "s"),
-        "contact_impulse": Variable("integral of the normal force in a contact mode", "N s"),
-        "contact_press": Variable(
+        "fender_segment": kind.Variable("piece of the normal curve, counted from 0", "1"),
+        "fender_rising": kind.Variable("1 if the stretch is that of a rising load", "1"),
+        "contact_time": kind.Variable("time in a contact mode", "s"),
+        "contact_impulse": kind.Variable("integral of the normal force in a contact mode", "N s"),
+        "contact_press": kind.Variable(
             "impulse of the normal force on the body in a contact mode", "N s", EARTH_NAME
         ),
-        "contact_friction": Variable(
+        "contact_friction": kind.Variable(
             "impulse of friction on the body in a contact mode", "N s", EARTH_NAME
         ),
-        "contact_moved": Variable(
+        "contact_moved": kind.Variable(
             "displacement of the point along the plane in a mode", "m", EARTH_NAME
         ),
-        "contact_friction_work": Variable(
+        "contact_friction_work": kind.Variable(
             "work of friction on the body in a contact mode", "J", EARTH_NAME
         ),
-        "contact_press_work": Variable("work of the normal force in a contact mode", "J"),
-        "slip_direction": Variable("integral of the direction of slip", "s", EARTH_NAME),
-        "slip_load": Variable(
+        "contact_press_work": kind.Variable("work of the normal force in a contact mode", "J"),
+        "slip_direction": kind.Variable("integral of the direction of slip", "s", EARTH_NAME),
+        "slip_load": kind.Variable(
             "integral of normal force times direction of slip", "N s", EARTH_NAME
         ),
-        "slip_damping": Variable("integral of C3 times the velocity of slip", "N s", EARTH_NAME),
-        "slip_moved": Variable("displacement of the contact node in slip", "m", EARTH_NAME),
-        "slip_direction_ahead": Variable(
+        "slip_damping": kind.Variable(
+            "integral of C3 times the velocity of slip", "N s", EARTH_NAME
+        ),
+        "slip_moved": kind.Variable("displacement of the contact node in slip", "m", EARTH_NAME),
+        "slip_direction_ahead": kind.Variable(
             "the part of slip_direction towards positive axes", "s", EARTH_NAME
         ),
-        "slip_load_ahead": Variable(
+        "slip_load_ahead": kind.Variable(
             "the part of slip_load towards positive axes", "N s", EARTH_NAME
         ),
-        "slip_moved_ahead": Variable(
+        "slip_moved_ahead": kind.Variable(
             "the part of slip_moved towards positive axes", "m", EARTH_NAME
         ),
     }
     impulse_names: ClassVar = tuple(f"tally {k + 1}" for k in range(POINT_TALLIES))
 
-    def modes(self, p: ContactConstants) -> ModeRows:
+    def modes(self, p: ContactConstants) -> kind.ModeRows:
         points = p.points
         last = np.maximum(points["last"], points["line"])
-        return ModeRows(points.size, "mode", "rising", points["first"], last, points["steepest"])
+        return kind.ModeRows(
+            points.size, "mode", "rising", points["first"], last, points["steepest"]
+        )
 
-    def states(self, p: ContactConstants, scene: Scene) -> Iterator[StateBlocks]:
+    def states(self, p: ContactConstants, scene: Scene) -> Iterator[kind.StateBlocks]:
         """States of all points, of points with memory, and of groups with memory."""
         names = self.unit_names(scene)
         groups = [*dict.fromkeys(group_of_points(scene))]
-        yield StateBlocks("contact node", names, CONTACT_STATE_NAMES)
-        yield StateBlocks(
+        yield kind.StateBlocks("contact node", names, CONTACT_STATE_NAMES)
+        yield kind.StateBlocks(
             "closings", [names[i] for i in points_with_memory(p)], curves.LOOP_STATE_NAMES
         )
         owners = [groups[k] for k in p.groups["index"]]
-        yield StateBlocks("contact group", owners, group.GROUP_STATE_NAMES, "group ")
+        yield kind.StateBlocks("contact group", owners, group.GROUP_STATE_NAMES, "group ")
 
     def coupled_states(self, p: ContactConstants) -> np.ndarray:
         return dynamic_states(p)
@@ -368,11 +364,13 @@ class ContactKind(KindOfContacts):
             "fender": ("fender", self.unit_names(scene)),
             "fender_group": ("fender", groups, description),
             "contact_group": ("contact_group", [*dict.fromkeys(groups)], description),
-            **capacity_of(self.unit, elements_of(scene, self.classes)),
+            **kind.capacity_of(self.unit, kind.elements_of(scene, self.classes)),
             **(_kinetic_coefficients(scene) if scene.output_impulses else {}),
         }
 
-    def record(self, p: ContactConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(
+        self, p: ContactConstants, bodies: Any, unit_record: kind.UnitRecord
+    ) -> kind.Columns:
         seen = unit_record.observed
         is_open = unit_record.modes[:, :, MODE] == OPEN
         axes = POINT_AXES[:2]
@@ -437,7 +435,7 @@ def _kinetic_coefficients(scene: Scene) -> dict[str, object]:
     }
 
 
-def _closing_columns(p: ContactConstants, y: RecordedStates) -> Columns:
+def _closing_columns(p: ContactConstants, y: kind.RecordedStates) -> kind.Columns:
     """Memory of closings of contacts; NaN for contacts without memory."""
     if p.remembering == 0:
         return {}
@@ -472,7 +470,7 @@ def _tally_variables(
         at += count
 
 
-def remembered_groups(parts: KindConstants, y: RecordedStates) -> list[group.GroupMemory]:
+def remembered_groups(parts: kind.KindConstants, y: kind.RecordedStates) -> list[group.GroupMemory]:
     """All groups with memory, with their states from y."""
     p = CONTACT_KIND.constants_in(parts)
     starts = p.state + p.groups["first"]

@@ -26,19 +26,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from hydrosim.elements import kind
 from hydrosim.elements.contact import curves, geometry
 from hydrosim.elements.kind import LINEARISATION_DEPTH as COMPRESSED
-from hydrosim.elements.kind import (
-    Columns,
-    KindWithModeSets,
-    Layout,
-    ModeRows,
-    ModeSet,
-    UnitRecord,
-    Variable,
-    rest_at_first,
-    unit_ranges,
-)
 from hydrosim.jit.kernels import kernel, root
 from hydrosim.modes import CONTACT_MARGIN, MARGINS, MODE, RISING_MARGIN, SEGMENT, SEGMENT_MARGIN
 from hydrosim.multibody.vectors import length
@@ -70,11 +60,11 @@ class GuideConstants(NamedTuple):
     losses: int
 
 
-def compile_elements(elements: Mapping[str, ForceElement], layout: Layout) -> GuideConstants:
+def compile_elements(elements: Mapping[str, ForceElement], layout: kind.Layout) -> GuideConstants:
     """Constants of the guides of all landings among ``elements``, in their order."""
     rows = []
     segments = [np.zeros(0, dtype=curves.SEGMENT)]
-    for name, (begin, end) in unit_ranges(elements, Contact).items():
+    for name, (begin, end) in kind.unit_ranges(elements, Contact).items():
         wall = getattr(elements[name], "wall", None)
         if wall is None:
             continue
@@ -239,13 +229,13 @@ def set_initial_modes(modes, motion, bodies, elements):
         mode[SEGMENT] = curves.find_segment(pin.first, pin.last, p.segments, e)
 
 
-class GuideKind(KindWithModeSets):
+class GuideKind(kind.KindWithModeSets):
     unit = "guide"
     variables: ClassVar = {
-        "guide_force": Variable("force of the wall, across the axis of the seat", "N"),
-        "guide_clearance": Variable("clearance to the wall, negative if pressed", "m"),
-        "guide_mode": Variable("mode of a pin in its guide", "1", flags=" ".join(GUIDE_MODES)),
-        "guide_segment": Variable("piece of the curve of the wall, counted from 0", "1"),
+        "guide_force": kind.Variable("force of the wall, across the axis of the seat", "N"),
+        "guide_clearance": kind.Variable("clearance to the wall, negative if pressed", "m"),
+        "guide_mode": kind.Variable("mode of a pin in its guide", "1", flags=" ".join(GUIDE_MODES)),
+        "guide_segment": kind.Variable("piece of the curve of the wall, counted from 0", "1"),
     }
 
     def unit_names(self, scene: Scene) -> list[str]:
@@ -253,15 +243,15 @@ class GuideKind(KindWithModeSets):
         walled = ((name, e) for name, e in scene.forces.items() if getattr(e, "wall", None))
         return [unit for name, e in walled for unit in e.unit_names(name)]
 
-    def modes(self, p: GuideConstants) -> ModeRows:
-        return ModeRows(p.pins.size, first=p.pins["first"], last=p.pins["last"])
+    def modes(self, p: GuideConstants) -> kind.ModeRows:
+        return kind.ModeRows(p.pins.size, first=p.pins["first"], last=p.pins["last"])
 
-    def mode_sets(self, p: GuideConstants) -> Sequence[ModeSet]:
+    def mode_sets(self, p: GuideConstants) -> Sequence[kind.ModeSet]:
         if not p.pins.size:
             return []
         first = p.pins["first"]
-        free = ModeSet("pins free", rest_at_first(first, FREE))
-        return [free, ModeSet("pins at their walls", rest_at_first(first, PIN_PRESSED))]
+        free = kind.ModeSet("pins free", kind.rest_at_first(first, FREE))
+        return [free, kind.ModeSet("pins at their walls", kind.rest_at_first(first, PIN_PRESSED))]
 
     def moved_onto_segment(
         self, p: GuideConstants, modes: np.ndarray, bodies: Any, motion: Any, y: np.ndarray
@@ -276,7 +266,7 @@ class GuideKind(KindWithModeSets):
             pin["gap"] = pin["slope"] * COMPRESSED
         return p._replace(pins=pins, segments=segments)
 
-    def record(self, p: GuideConstants, bodies: Any, unit_record: UnitRecord) -> Columns:
+    def record(self, p: GuideConstants, bodies: Any, unit_record: kind.UnitRecord) -> kind.Columns:
         dims = ("time", "guide")
         return {
             "guide_force": (dims, unit_record.observed[:, :, PIN_FORCE]),

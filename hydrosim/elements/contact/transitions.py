@@ -17,18 +17,7 @@ Where a plane ends, the distance inside its nearest edge belongs to the margin o
 
 from __future__ import annotations
 
-from hydrosim.elements.contact import curves, geometry, group, laws
-from hydrosim.elements.contact.fender import (
-    CONTACT_STATES,
-    DISSIPATED,
-    SETTLED,
-    SLIP_DISTANCE,
-    memory_start,
-    normal_load,
-    normal_load_of,
-    residual_energy,
-    stored_along_normal,
-)
+from hydrosim.elements.contact import curves, fender, geometry, group, laws
 from hydrosim.elements.contact.law import ABSENT, AT_REST, OPEN, PASSED, SLIP, STICK
 from hydrosim.elements.contact.laws import COULOMB, FRICTION_SLOPE
 from hydrosim.jit.kernels import kernel, root
@@ -62,20 +51,20 @@ def find_margins(t, y, modes, motion, bodies, p, headings, reactions, watched, o
             continue
         c, k, mode = (
             geometry.contact_kinematics(point, bodies, motion),
-            p.state + CONTACT_STATES * i,
+            p.state + fender.CONTACT_STATES * i,
             modes[row],
         )
         out[m + FRICTION_MARGIN] = out[m + SEGMENT_MARGIN] = out[m + RISING_MARGIN] = 1.0
         if mode[MODE] == OPEN:
             out[m + CONTACT_MARGIN] = _open_margin(t, mode, point, c, p)
             continue
-        load, s, v = normal_load_of(i, t, y, modes, c, p), (y[k], y[k + 1]), c.velocity
+        load, s, v = fender.normal_load_of(i, t, y, modes, c, p), (y[k], y[k + 1]), c.velocity
         heading, reaction = (headings[i, 0], headings[i, 1]), (reactions[i, 0], reactions[i, 1])
         grip = laws.margin(mode[MODE], load, v, s, heading, reaction, point)
         out[m + CONTACT_MARGIN] = _contact_margin(t, mode[MODE], point, mode[SEGMENT], c, p)
         out[m + FRICTION_MARGIN] = grip
         if mode[SEGMENT] == point.line:
-            start = y[memory_start(point, p) + curves.BRANCH_START]
+            start = y[fender.memory_start(point, p) + curves.BRANCH_START]
             out[m + SEGMENT_MARGIN] = curves.inside_reload_branch(
                 start, c.compression, point, p.segments
             )
@@ -105,7 +94,7 @@ def _pressed_margin(t, mode, point, segment, contact, p):
     """The margin of contact without the edge."""
     held = point.steepest * contact.compression
     if point.line == NO_INDEX:  # on a loop N is not negative
-        N = normal_load(t, point, p.segments[segment], 0.0, 0, contact, p).N
+        N = fender.normal_load(t, point, p.segments[segment], 0.0, 0, contact, p).N
         # not N: a force that reaches exactly zero and stays there also ends contact
         if point.prescribed:
             return N - (REGAINED * point.least if mode == OPEN else point.least)
@@ -134,13 +123,13 @@ def find_slip_directions(t, y, modes, motion, bodies, p, out):
     """Unit vectors ``out`` (n, 2) along the traction, or the velocity, of all slipping points; laws
     without a node keep theirs in y."""
     for i in range(p.points.size):
-        point, k = p.points[i], p.state + CONTACT_STATES * i
-        x = y[k : k + CONTACT_STATES]
+        point, k = p.points[i], p.state + fender.CONTACT_STATES * i
+        x = y[k : k + fender.CONTACT_STATES]
         if modes[p.mode + i, MODE] != SLIP or not (point.node or laws.keeps_slip_direction(point)):
             continue
         c = geometry.contact_kinematics(point, bodies, motion)
         a = laws.slip_direction(
-            normal_load_of(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point
+            fender.normal_load_of(i, t, y, modes, c, p), c.velocity, (x[0], x[1]), point
         )
         size, keeps_direction, has_direction = (
             length(a),
@@ -189,14 +178,14 @@ def transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p):
     else:
         _open_point(i, t, y, modes, c, p)
     if mode[MODE] != STICK and point.relaxation < FAST * step:
-        y[p.state + CONTACT_STATES * i + SETTLED] = t + RELAXATIONS * point.relaxation
+        y[p.state + fender.CONTACT_STATES * i + fender.SETTLED] = t + RELAXATIONS * point.relaxation
 
 
 @root
 def _start_reload_branch(i, t, y, modes, contact, p):
     """The motion reverses on a branch of a loop: the stiff line begins here."""
     point, mode = p.points[i], modes[p.mode + i]
-    k, N = memory_start(point, p), normal_load_of(i, t, y, modes, contact, p).elastic
+    k, N = fender.memory_start(point, p), fender.normal_load_of(i, t, y, modes, contact, p).elastic
     y[k + curves.LOOP_LOSS] += curves.branch_loss(
         mode[SEGMENT], contact.compression, point, p.segments
     )
@@ -209,7 +198,7 @@ def _start_reload_branch(i, t, y, modes, contact, p):
 def _end_reload_branch(i, y, modes, contact, p):
     """A branch of a loop begins; its losses are counted from here."""
     point, mode = p.points[i], modes[p.mode + i]
-    k, x = memory_start(point, p), contact.compression
+    k, x = fender.memory_start(point, p), contact.compression
     mode[SEGMENT] = curves.segment_after_reload(y[k + curves.BRANCH_START], x, point, p.segments)
     y[k + curves.LOOP_LOSS] -= curves.branch_loss(mode[SEGMENT], x, point, p.segments)
 
@@ -217,8 +206,8 @@ def _end_reload_branch(i, y, modes, contact, p):
 @root
 def _reverse_load(i, t, y, modes, contact, p):
     """The load begins to fall, or to rise again: the traction is kept."""
-    k, mode = p.state + CONTACT_STATES * i, modes[p.mode + i]
-    load, x = normal_load_of(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
+    k, mode = p.state + fender.CONTACT_STATES * i, modes[p.mode + i]
+    load, x = fender.normal_load_of(i, t, y, modes, contact, p), y[k : k + fender.CONTACT_STATES]
     x[0], x[1] = laws.reverse_load(load, (x[0], x[1]), p.points[i])
     mode[RISING] = 1 - mode[RISING]
 
@@ -226,20 +215,20 @@ def _reverse_load(i, t, y, modes, contact, p):
 @kernel
 def _break_away(i, t, y, modes, contact, reactions, p):
     """Slip begins."""
-    k, reaction = p.state + CONTACT_STATES * i, (reactions[i, 0], reactions[i, 1])
-    x = y[k : k + CONTACT_STATES]
-    load, v = normal_load_of(i, t, y, modes, contact, p), contact.velocity
+    k, reaction = p.state + fender.CONTACT_STATES * i, (reactions[i, 0], reactions[i, 1])
+    x = y[k : k + fender.CONTACT_STATES]
+    load, v = fender.normal_load_of(i, t, y, modes, contact, p), contact.velocity
     (x[0], x[1]), jump, lost = laws.break_away(load, v, (x[0], x[1]), reaction, p.points[i])
-    x[SLIP_DISTANCE] += jump
-    x[DISSIPATED] += lost
+    x[fender.SLIP_DISTANCE] += jump
+    x[fender.DISSIPATED] += lost
     modes[p.mode + i, MODE] = SLIP
 
 
 @kernel
 def _stick_point(i, size, t, y, modes, contact, p):
     """Slip ends."""
-    k = p.state + CONTACT_STATES * i
-    load, x = normal_load_of(i, t, y, modes, contact, p), y[k : k + CONTACT_STATES]
+    k = p.state + fender.CONTACT_STATES * i
+    load, x = fender.normal_load_of(i, t, y, modes, contact, p), y[k : k + fender.CONTACT_STATES]
     mode, (x[0], x[1]) = laws.end_slip(size, load, contact.velocity, (x[0], x[1]), p.points[i])
     modes[p.mode + i, MODE] = mode
 
@@ -247,14 +236,14 @@ def _stick_point(i, size, t, y, modes, contact, p):
 @root
 def _close_point(i, t, y, modes, contact, p):
     """Contact begins."""
-    k, mode, point = p.state + CONTACT_STATES * i, modes[p.mode + i], p.points[i]
-    segment, x = _find_segment(point, contact, p), y[k : k + CONTACT_STATES]
-    load = normal_load(t, point, p.segments[segment], 0.0, 0, contact, p)
+    k, mode, point = p.state + fender.CONTACT_STATES * i, modes[p.mode + i], p.points[i]
+    segment, x = _find_segment(point, contact, p), y[k : k + fender.CONTACT_STATES]
+    load = fender.normal_load(t, point, p.segments[segment], 0.0, 0, contact, p)
     mode[SEGMENT], mode[RISING] = segment, 1 if load.rate > 0.0 else 0
     mode[MODE], (x[0], x[1]) = laws.begin_contact(load, contact.velocity, (x[0], x[1]), point)
-    x[DISSIPATED] -= stored_along_normal(i, t, y, modes, contact, p)
+    x[fender.DISSIPATED] -= fender.stored_along_normal(i, t, y, modes, contact, p)
     if point.memory != NO_INDEX:
-        first = memory_start(point, p)
+        first = fender.memory_start(point, p)
         y[first + curves.LOOP_LOSS] -= curves.branch_loss(
             segment, contact.compression, point, p.segments
         )
@@ -267,14 +256,14 @@ def _close_point(i, t, y, modes, contact, p):
 def _open_point(i, t, y, modes, contact, p):
     """Contact ends. Energy still in the normal curve, because its damper pulled or the plane has
     ended, is lost."""
-    k, mode, point = p.state + CONTACT_STATES * i, modes[p.mode + i], p.points[i]
-    x = y[k : k + CONTACT_STATES]
-    x[DISSIPATED] += stored_along_normal(i, t, y, modes, contact, p)
-    load = normal_load_of(i, t, y, modes, contact, p)
+    k, mode, point = p.state + fender.CONTACT_STATES * i, modes[p.mode + i], p.points[i]
+    x = y[k : k + fender.CONTACT_STATES]
+    x[fender.DISSIPATED] += fender.stored_along_normal(i, t, y, modes, contact, p)
+    load = fender.normal_load_of(i, t, y, modes, contact, p)
     (x[0], x[1]), lost = laws.end_contact(mode[MODE], load, contact.velocity, (x[0], x[1]), point)
-    x[DISSIPATED] += lost
+    x[fender.DISSIPATED] += lost
     if point.memory != NO_INDEX:
-        y[memory_start(point, p) + curves.LOOP_LOSS] += curves.branch_loss(
+        y[fender.memory_start(point, p) + curves.LOOP_LOSS] += curves.branch_loss(
             mode[SEGMENT], contact.compression, point, p.segments
         )
     passed = _goes_over_edge(t, mode, point, contact, p)
@@ -303,7 +292,7 @@ def break_loose(t, y, modes, motion, bodies, p, reactions):
         point = p.points[i]
         if point.law == COULOMB and modes[p.mode + i, MODE] == STICK:
             c = geometry.contact_kinematics(point, bodies, motion)
-            held = point.static * normal_load_of(i, t, y, modes, c, p).N
+            held = point.static * fender.normal_load_of(i, t, y, modes, c, p).N
             if length((reactions[i, 0], reactions[i, 1])) > held:
                 _break_away(i, t, y, modes, c, reactions, p)
                 return True
@@ -321,8 +310,8 @@ def recheck_after_impact(t, y, modes, motion, bodies, headings, reactions, p):
             continue
         point = p.points[i]
         c = geometry.contact_kinematics(point, bodies, motion)
-        load = normal_load_of(i, t, y, modes, c, p)
-        x = y[p.state + CONTACT_STATES * i : p.state + CONTACT_STATES * (i + 1)]
+        load = fender.normal_load_of(i, t, y, modes, c, p)
+        x = y[p.state + fender.CONTACT_STATES * i : p.state + fender.CONTACT_STATES * (i + 1)]
         if point.law == COULOMB:
             mode[MODE], (x[0], x[1]) = laws.begin_contact(load, c.velocity, (x[0], x[1]), point)
             continue
@@ -348,7 +337,7 @@ def has_load_limit(modes, p):
 def has_fast_transient(t, y, p):
     """True if any node still relaxes fast after an event."""
     for i in range(p.points.size):
-        if t < y[p.state + CONTACT_STATES * i + SETTLED]:
+        if t < y[p.state + fender.CONTACT_STATES * i + fender.SETTLED]:
             return True
     return False
 
@@ -361,7 +350,9 @@ def set_initial_modes(t, y, modes, motion, bodies, p):
         reset_losses(i, y, p)
         c = geometry.contact_kinematics(p.points[i], bodies, motion)
         if modes[p.mode + i, MODE] == OPEN:  # energy left by a damper is lost gradually
-            y[p.state + CONTACT_STATES * i + DISSIPATED] = residual_energy(i, modes, c, p)
+            y[p.state + fender.CONTACT_STATES * i + fender.DISSIPATED] = fender.residual_energy(
+                i, modes, c, p
+            )
 
 
 @kernel
@@ -384,9 +375,9 @@ def activate(i, t, y, modes, motion, bodies, p):
 def reset_losses(i, y, p):
     """Reset the losses of point ``i`` so far, and its memory of closing."""
     point = p.points[i]
-    y[p.state + CONTACT_STATES * i + DISSIPATED] = 0.0
+    y[p.state + fender.CONTACT_STATES * i + fender.DISSIPATED] = 0.0
     if point.memory != NO_INDEX:
-        k = memory_start(point, p)
+        k = fender.memory_start(point, p)
         y[k + curves.LOOP_LOSS] = y[k + curves.CLOSINGS] = y[k + curves.CLOSING_SPEED] = 0.0
 
 
@@ -407,9 +398,11 @@ def record_largest(t, y, modes, motion, bodies, p):
         point = p.points[i]
         if modes[p.mode + i, MODE] == OPEN or point.memory == point.group == NO_INDEX:
             continue
-        N = normal_load_of(i, t, y, modes, geometry.contact_kinematics(point, bodies, motion), p).N
+        N = fender.normal_load_of(
+            i, t, y, modes, geometry.contact_kinematics(point, bodies, motion), p
+        ).N
         if point.memory != NO_INDEX:
-            k = memory_start(point, p) + curves.LARGEST_NORMAL
+            k = fender.memory_start(point, p) + curves.LARGEST_NORMAL
             y[k] = max(y[k], N)
         if point.group != NO_INDEX:
             group.add_to_load(N, y, point, p)

@@ -37,15 +37,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrosim.elements import signal
+from hydrosim.elements import pair, signal
 from hydrosim.elements.contact.geometry import EARTH
 from hydrosim.elements.kind import Layout
-from hydrosim.elements.pair import (
-    apply_tension,
-    line_between,
-    relative_small_turn,
-    relative_turn_rate,
-)
 from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import RISING
@@ -191,7 +185,7 @@ def find_kinematics(link, mode, t, y, motion, bodies, p):
 def _distance(link, t, motion, bodies, p):
     point = vector(link.ends, 0)
     place = vector(link.ends, 3)
-    s = line_between(link.body, point, link.other, place, bodies, motion)
+    s = pair.line_between(link.body, point, link.other, place, bodies, motion)
     neutral = link.neutral
     speed = 0.0
     if link.varies:
@@ -235,7 +229,7 @@ def _twist(link, mode, motion):
 def _small_twist(link, mode, motion):
     """The same with small angles."""
     axis = vector(link.axes, 0)
-    angle = dot(axis, relative_small_turn(link.body, link.other, motion))
+    angle = dot(axis, pair.relative_small_turn(link.body, link.other, motion))
     turned = angle - pi * mode[HALF_TURNS]
     return _twist_kinematics(link, angle, axis, 1.0, turned, motion)
 
@@ -243,7 +237,7 @@ def _small_twist(link, mode, motion):
 @kernel
 def _twist_kinematics(link, place, g, swing_room, turned, motion):
     """The `LinkKinematics` of a twist with the gradient ``g``."""
-    rate = dot(g, relative_turn_rate(link.body, link.other, motion))
+    rate = dot(g, pair.relative_turn_rate(link.body, link.other, motion))
     room = min(swing_room, MAX_HALF_TURN - abs(turned))
     return LinkKinematics(place - link.neutral, rate, 0.0, place, ZERO, ZERO, g, room, turned)
 
@@ -264,7 +258,7 @@ def add_load(link, T, s, motion, bodies, wrench):
         return
     if link.coordinate == DISTANCE:
         force = scale(T, s.direction)
-        apply_tension(link.body, link.other, s.arm, s.other_arm, force, wrench)
+        pair.apply_tension(link.body, link.other, s.arm, s.other_arm, force, wrench)
         return
     add_wrench(link.body, ZERO, scale(-T, s.direction), wrench)
     if link.other != EARTH:

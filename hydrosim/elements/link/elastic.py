@@ -17,14 +17,7 @@ import numpy as np
 
 from hydrosim.elements.contact import curves
 from hydrosim.elements.kind import Variable
-from hydrosim.elements.link.law import (
-    LOAD_OUTPUT,
-    PLACE_OUTPUT,
-    Column,
-    LinkClass,
-    curve_fields,
-    load_and_place,
-)
+from hydrosim.elements.link import law
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import SEGMENT, SEGMENT_MARGIN
 from hydrosim.scene.links import SpringDamper, Strut, TorsionSpring
@@ -46,7 +39,7 @@ def curve(link: Elastic) -> np.ndarray:
 def law_fields(link: Elastic, pieces: np.ndarray) -> dict[str, Any]:
     """Fields of `LINK` of a link."""
     idle = curves.piece_at(pieces, 0.0)
-    fields = curve_fields(pieces, idle, (pieces["lower"][idle], pieces["upper"][idle]))
+    fields = law.curve_fields(pieces, idle, (pieces["lower"][idle], pieces["upper"][idle]))
     stiff = fields["stiff"]
     return {
         **fields,
@@ -58,21 +51,25 @@ def law_fields(link: Elastic, pieces: np.ndarray) -> dict[str, Any]:
 
 
 STRUT_COLUMNS = {
-    "strut_force": Column(
-        LOAD_OUTPUT, Variable("force, tension positive", "N", "from the point to the anchor")
+    "strut_force": law.Column(
+        law.LOAD_OUTPUT, Variable("force, tension positive", "N", "from the point to the anchor")
     ),
-    "strut_length": Column(PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")),
+    "strut_length": law.Column(
+        law.PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")
+    ),
 }
 TORSION_COLUMNS = {
-    "torsion_moment": Column(
-        LOAD_OUTPUT, Variable("moment against the twist", "N m", "about the axis")
+    "torsion_moment": law.Column(
+        law.LOAD_OUTPUT, Variable("moment against the twist", "N m", "about the axis")
     ),
-    "torsion_angle": Column(PLACE_OUTPUT, Variable("twist about the axis from rest", "rad")),
+    "torsion_angle": law.Column(
+        law.PLACE_OUTPUT, Variable("twist about the axis from rest", "rad")
+    ),
 }
-STRUT = LinkClass(Strut, "strut", STRUT_COLUMNS, law_fields, curve)
-TORSION_SPRING = LinkClass(TorsionSpring, "torsion_spring", TORSION_COLUMNS, law_fields, curve)
-SPRING_DAMPER = LinkClass(
-    SpringDamper, "spring_damper", load_and_place("spring_damper"), law_fields, curve
+STRUT = law.LinkClass(Strut, "strut", STRUT_COLUMNS, law_fields, curve)
+TORSION_SPRING = law.LinkClass(TorsionSpring, "torsion_spring", TORSION_COLUMNS, law_fields, curve)
+SPRING_DAMPER = law.LinkClass(
+    SpringDamper, "spring_damper", law.load_and_place("spring_damper"), law_fields, curve
 )
 
 

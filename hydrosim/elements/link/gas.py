@@ -27,13 +27,7 @@ from typing import Any
 import numpy as np
 
 from hydrosim.elements.kind import LINEARISATION_DEPTH, Variable
-from hydrosim.elements.link.law import (
-    LOAD_OUTPUT,
-    OFFSET_OUTPUT,
-    Column,
-    LinkClass,
-    load_and_place,
-)
+from hydrosim.elements.link import law
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
 from hydrosim.scene.links import Compensator, GasSpring
@@ -78,21 +72,21 @@ def _cylinder(element: Compensator | GasSpring, sign: float, load: float) -> np.
 
 
 COLUMNS = {
-    "compensator_tension": Column(
-        LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
+    "compensator_tension": law.Column(
+        law.LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
     ),
-    "compensator_stroke": Column(
-        OFFSET_OUTPUT, Variable("extension from the middle of the stroke", "m")
+    "compensator_stroke": law.Column(
+        law.OFFSET_OUTPUT, Variable("extension from the middle of the stroke", "m")
     ),
 }
-COMPENSATOR = LinkClass(
+COMPENSATOR = law.LinkClass(
     *(Compensator, "compensator", COLUMNS, law_fields),
     constants=lambda element: _cylinder(element, 1.0, element.tension),
     inactive_mode=CYLINDER_INACTIVE,
     pulls_only=True,
 )
-GAS_SPRING = LinkClass(
-    *(GasSpring, "gas_spring", load_and_place("gas_spring"), law_fields),
+GAS_SPRING = law.LinkClass(
+    *(GasSpring, "gas_spring", law.load_and_place("gas_spring"), law_fields),
     constants=lambda element: _cylinder(element, -1.0, element.push),
 )
 

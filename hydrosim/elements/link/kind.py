@@ -24,12 +24,7 @@ from hydrosim.elements.kind import (
     rest_at_first,
     with_mode_of_unit,
 )
-from hydrosim.elements.link.coordinate import (
-    DISTANCE,
-    TWIST,
-    LinkKinematics,
-    find_kinematics,
-)
+from hydrosim.elements.link import coordinate
 from hydrosim.elements.link.gas import PULLING
 from hydrosim.elements.link.law import POWER_OUTPUT
 from hydrosim.elements.link.laws import ELASTIC, LAWS, LinkConstants
@@ -148,10 +143,12 @@ def variables_of(*classes: type[Link]) -> dict[str, Variable]:
 
 def link_kinematics(
     p: LinkConstants, i: int, y: np.ndarray, motion: Any, bodies: Any
-) -> LinkKinematics:
+) -> coordinate.LinkKinematics:
     """State of link ``i`` at the time 0, its twist within half a turn."""
     mode = np.zeros(MODE_COLUMNS, dtype=np.int64)
-    return LinkKinematics(*find_kinematics(p.links[i], mode, 0.0, y, motion, bodies, p))
+    return coordinate.LinkKinematics(
+        *coordinate.find_kinematics(p.links[i], mode, 0.0, y, motion, bodies, p)
+    )
 
 
 class SpringKind(TableKind):
@@ -215,7 +212,9 @@ class LinkKind(TableKind):
 
     def resistances(self, p: LinkConstants) -> Iterator[LinearResistance]:
         """Damping of each torsion spring with small angles; struts are never linear."""
-        for link in p.links[(p.links["coordinate"] == TWIST) & (p.links["law"] == ELASTIC)]:
+        for link in p.links[
+            (p.links["coordinate"] == coordinate.TWIST) & (p.links["law"] == ELASTIC)
+        ]:
             axis = link["axes"][:3]
             J = np.array([0.0, 0.0, 0.0, *axis])
             if link["other"] != EARTH:
@@ -227,8 +226,9 @@ class LinkKind(TableKind):
 
     def undefined_units(self, p: LinkConstants, modes: np.ndarray) -> Iterator[tuple[int, str]]:
         reasons = {
-            DISTANCE: "its ends meet (closer than 1 % of its length), where it has no direction",
-            TWIST: "its axis has swung to the opposite, where its twist is not defined",
+            coordinate.DISTANCE: "its ends meet (closer than 1 % of its length), where it has no"
+            " direction",
+            coordinate.TWIST: "its axis has swung to the opposite, where its twist is not defined",
         }
         for i in np.flatnonzero(modes[:, MODE] == UNDEFINED).tolist():
             yield i, reasons[int(p.links[i]["coordinate"])]

@@ -24,14 +24,7 @@ import numpy as np
 
 from hydrosim.elements.contact import curves
 from hydrosim.elements.kind import LINEARISATION_DEPTH, Variable
-from hydrosim.elements.link.law import (
-    ANYWHERE,
-    LOAD_OUTPUT,
-    PLACE_OUTPUT,
-    Column,
-    LinkClass,
-    curve_fields,
-)
+from hydrosim.elements.link import law
 from hydrosim.jit.kernels import kernel
 from hydrosim.modes import CONTACT_MARGIN, MODE, SEGMENT, SEGMENT_MARGIN
 from hydrosim.scene.links import Spring
@@ -48,16 +41,20 @@ def curve(spring: Spring) -> np.ndarray:
 
 def law_fields(spring: Spring, pieces: np.ndarray) -> dict[str, Any]:
     """Fields of `LINK` of a spring."""
-    fields = curve_fields(pieces, 0, ANYWHERE)
+    fields = law.curve_fields(pieces, 0, law.ANYWHERE)
     taut = float(pieces["start"][fields["stiff"]]) + LINEARISATION_DEPTH
     return {**fields, "stiff_range": (taut, taut), "damping": spring.damping}
 
 
 COLUMNS = {
-    "spring_tension": Column(LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")),
-    "spring_length": Column(PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")),
+    "spring_tension": law.Column(
+        law.LOAD_OUTPUT, Variable("tension", "N", "from the point to the anchor")
+    ),
+    "spring_length": law.Column(
+        law.PLACE_OUTPUT, Variable("distance from the point to the anchor", "m")
+    ),
 }
-SPRING = LinkClass(
+SPRING = law.LinkClass(
     *(Spring, "spring", COLUMNS, law_fields, curve),
     inactive_mode=SPRING_INACTIVE,
     pulls_only=True,

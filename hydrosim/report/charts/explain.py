@@ -30,13 +30,8 @@ from hydrosim.report.charts.panels import (
     thin_records,
     wrap_title,
 )
+from hydrosim.statistics import explain
 from hydrosim.statistics.effects import seed_spread
-from hydrosim.statistics.explain import (
-    DIRECTION_AXES,
-    FRICTION_PARTS,
-    significant_entries,
-    stages_with_values,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +61,10 @@ def draw_explained(
             )
         )
         return save_picture(figure, output, dpi=100)
-    panels = [*_push_panels(run, body, direction), *_contact_panels(run, DIRECTION_AXES[direction])]
+    panels = [
+        *_push_panels(run, body, direction),
+        *_contact_panels(run, explain.DIRECTION_AXES[direction]),
+    ]
     figure = picture(panels, f"{run.attrs.get('title', '')}: {body} in {direction}")
     for axis in figure.axes:
         for end in np.unique(
@@ -83,7 +81,7 @@ def _push_panels(run: xr.Dataset, body: str, direction: str) -> Iterator[Panel]:
     at = {"body": body, "dof": direction}
     yield lines(time, direction, units.display_unit("m"), {"": run.position.sel(at).values})
     gained = run.impulse.sel(at) - run.impulse.sel(at).isel(time=0)
-    matters = significant_entries(gained, "force", LITTLE)
+    matters = explain.significant_entries(gained, "force", LITTLE)
     pushes = {str(name).replace("_", " "): gained.sel(force=name).values for name in matters}
     if pushes:
         yield lines(time, "impulses", units.display_unit("N s"), pushes)
@@ -126,8 +124,8 @@ def _draw_runs(explanations: xr.Dataset, body: str, direction: str, units: Units
     mean = explanations.mean_force.sel(body=body, dof=direction)
     kinds = [(force.factor * mean, "force", axis_label("mean force", force.unit))]
     if "friction_part" in explanations:
-        along = explanations.sel(direction=DIRECTION_AXES[direction])
-        part = along.friction_part.sum("fender").sel(part=list(FRICTION_PARTS))
+        along = explanations.sel(direction=explain.DIRECTION_AXES[direction])
+        part = along.friction_part.sum("fender").sel(part=list(explain.FRICTION_PARTS))
         moved = along.mode_moved.mean("fender")
         kinds += [
             (force.factor * part, "part", axis_label("mean friction", force.unit)),
@@ -142,8 +140,8 @@ def _draw_runs(explanations: xr.Dataset, body: str, direction: str, units: Units
 
 def _draw_bars(axis: Axes, values: xr.DataArray, dim: str, label: str) -> None:
     """Draw a group of bars for each stage, with one bar for each entry of ``dim`` that matters."""
-    stages = stages_with_values(values)
-    shown = significant_entries(values, dim, LITTLE)
+    stages = explain.stages_with_values(values)
+    shown = explain.significant_entries(values, dim, LITTLE)
     width = 0.8 / max(len(shown), 1)
     for k, name in enumerate(shown):
         spreads = [seed_spread(values.sel({dim: name, "span": stage}).values) for stage in stages]

@@ -12,20 +12,9 @@ from hydrosim.analysis.line import LineResponse, StillLine, angle_at_fairlead
 from hydrosim.dofs import DOFS
 from hydrosim.elements.line.shape import REASONS
 from hydrosim.elements.roll_decay import DecayFit, Interval
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import DEFAULT, Units, unit_of_dof, units_of
 from hydrosim.files.document import Document
-from hydrosim.files.document_nodes import (
-    Cell,
-    Heading,
-    Node,
-    Outcome,
-    Part,
-    Sentence,
-    Table,
-    Value,
-    Verdict,
-    warnings,
-)
 from hydrosim.report.sentences.sections import lines_of, title_of
 from hydrosim.scene import Scene, TankTable
 
@@ -56,16 +45,19 @@ def linear_document(analysis: xr.Dataset, raos: bool = False) -> Document:
     return Document(title_of(analysis), nodes, units=units_of(analysis.attrs))
 
 
-def _describe_remarks(analysis: xr.Dataset) -> Iterator[Node]:
-    return (Verdict(Outcome.WARNING, line) for line in lines_of(analysis, "remarks"))
+def _describe_remarks(analysis: xr.Dataset) -> Iterator[document_nodes.Node]:
+    return (
+        document_nodes.Verdict(document_nodes.Outcome.WARNING, line)
+        for line in lines_of(analysis, "remarks")
+    )
 
 
-def _motion_table(analysis: xr.Dataset) -> Table:
+def _motion_table(analysis: xr.Dataset) -> document_nodes.Table:
     columns = {
         name: variable for name, variable in RESPONSE_COLUMNS.items() if variable in analysis
     }
     waves = range(analysis.sizes.get("wave", 0))
-    rows: list[list[Cell]] = []
+    rows: list[list[document_nodes.Cell]] = []
     for body in map(str, analysis.body.values):
         for dof in map(str, analysis.dof.values):
             at = analysis.sel(body=body, dof=dof)
@@ -74,7 +66,9 @@ def _motion_table(analysis: xr.Dataset) -> Table:
                 _harmonic_cell(at.isel(wave=k), "regular", unit_of_dof(dof)) for k in waves
             ]
             rows.append([f"{body} {dof}", *figures, *harmonics])
-    return Table(("motion", *columns, *(_wave_text(analysis, k) for k in waves)), rows, "Motions")
+    return document_nodes.Table(
+        ("motion", *columns, *(_wave_text(analysis, k) for k in waves)), rows, "Motions"
+    )
 
 
 def _wave_text(analysis: xr.Dataset, k: int) -> str:
@@ -83,30 +77,36 @@ def _wave_text(analysis: xr.Dataset, k: int) -> str:
     return f"{where}: amplitude, phase"
 
 
-def _statistic_value(at: xr.Dataset, variable: str, dof: str) -> Value:
+def _statistic_value(at: xr.Dataset, variable: str, dof: str) -> document_nodes.Value:
     number = float(at[variable])
     if variable == "response_period":
-        return Value(number, "s")
-    return Value(0.0 if abs(number) <= ROUNDING_BELOW else number, unit_of_dof(dof))
+        return document_nodes.Value(number, "s")
+    return document_nodes.Value(0.0 if abs(number) <= ROUNDING_BELOW else number, unit_of_dof(dof))
 
 
-def _mode_table(analysis: xr.Dataset) -> Table:
+def _mode_table(analysis: xr.Dataset) -> document_nodes.Table:
     head = ("mode", "natural period", "damped period", "damping ratio", "moves")
     modes = {str(mode): analysis.sel(mode=mode) for mode in analysis.mode.values}
     rows = [[mode, *_decay_cells(at), _motion_text(at)] for mode, at in modes.items()]
-    return Table(head, rows, "Natural modes")
+    return document_nodes.Table(head, rows, "Natural modes")
 
 
-def _decay_cells(at: xr.Dataset) -> list[Cell]:
+def _decay_cells(at: xr.Dataset) -> list[document_nodes.Cell]:
     """Periods and damping of a mode, or what it is instead."""
     kind = str(at.mode_kind.values)
     if kind == "free":
         return ["free", "", ""]
     natural = float(at.natural_period)
-    period: Cell = Value(natural, "s") if isfinite(natural) else "none"
+    period: document_nodes.Cell = (
+        document_nodes.Value(natural, "s") if isfinite(natural) else "none"
+    )
     if kind != "oscillating":
         return [period, kind, ""]
-    return [period, Value(float(at.damped_period), "s"), Value(float(at.damping_ratio), "", 3)]
+    return [
+        period,
+        document_nodes.Value(float(at.damped_period), "s"),
+        document_nodes.Value(float(at.damping_ratio), "", 3),
+    ]
 
 
 def _motion_text(at: xr.Dataset) -> str:
@@ -125,7 +125,7 @@ def _motion_text(at: xr.Dataset) -> str:
     return ", ".join(f"{name} {value:.0%}" for value, name in parts if value >= MIN_SHARE)
 
 
-def _rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
+def _rao_tables(analysis: xr.Dataset) -> Iterator[document_nodes.Node]:
     """RAOs over the period, a table for each body and heading; motions that no wave excites are
     left out."""
     for body in map(str, analysis.body.values):
@@ -138,17 +138,17 @@ def _rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
                 _rao_cells(at.sel(frequency=omega), moving) for omega in at.frequency.values[::-1]
             ]
             title = f"RAOs of {body}, waves to {degrees(float(heading)):g} deg: amplitude, phase"
-            yield Table(("period", *moving), rows, title)
+            yield document_nodes.Table(("period", *moving), rows, title)
 
 
-def _joint_rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
+def _joint_rao_tables(analysis: xr.Dataset) -> Iterator[document_nodes.Node]:
     """RAOs of the motions of joints over the period, a table for each heading."""
     for heading in analysis.heading.values if "joint_motion" in analysis.dims else ():
         at = analysis.sel(heading=heading)
         names = list(map(str, at.joint_motion.values))
         rows = [
             [
-                Value(2.0 * pi / float(omega), "s"),
+                document_nodes.Value(2.0 * pi / float(omega), "s"),
                 *(
                     _harmonic_cell(
                         at.sel(frequency=omega, joint_motion=name),
@@ -161,7 +161,7 @@ def _joint_rao_tables(analysis: xr.Dataset) -> Iterator[Node]:
             for omega in at.frequency.values[::-1]
         ]
         title = f"RAOs in joints, waves to {degrees(float(heading)):g} deg: amplitude, phase"
-        yield Table(("period", *names), rows, title)
+        yield document_nodes.Table(("period", *names), rows, title)
 
 
 def _unit_of_motion(joint_motion: str) -> str:
@@ -169,16 +169,20 @@ def _unit_of_motion(joint_motion: str) -> str:
     return "m/m" if joint_motion.endswith("offset") else "rad/m"
 
 
-def _rao_cells(at: xr.Dataset, moving: list[str]) -> list[Cell]:
+def _rao_cells(at: xr.Dataset, moving: list[str]) -> list[document_nodes.Cell]:
     of = [_harmonic_cell(at.sel(dof=dof), "rao", f"{unit_of_dof(dof)}/m") for dof in moving]
-    return [Value(2.0 * pi / float(at.frequency), "s"), *of]
+    return [document_nodes.Value(2.0 * pi / float(at.frequency), "s"), *of]
 
 
-def _harmonic_cell(at: xr.Dataset, name: str, unit: str) -> Cell:
+def _harmonic_cell(at: xr.Dataset, name: str, unit: str) -> document_nodes.Cell:
     """Amplitude and phase lead; no phase of what does not move."""
     size = float(at[f"{name}_amplitude"])
-    phase = Value(float(at[f"{name}_phase"]), "rad", 3)
-    return Sentence("{}, {}", [Value(size, unit), phase]) if size else "0"
+    phase = document_nodes.Value(float(at[f"{name}_phase"]), "rad", 3)
+    return (
+        document_nodes.Sentence("{}, {}", [document_nodes.Value(size, unit), phase])
+        if size
+        else "0"
+    )
 
 
 # Mooring lines by themselves: at rest, and over offsets of their fairleads.
@@ -202,42 +206,48 @@ def line_document(
 ) -> Document:
     """The lines at rest, and the ``responses`` of one of them; before them what is ``left_out`` of
     their file."""
-    nodes: list[Node] = [*warnings(left_out), *_unsolved_lines(lines), _rest_table(lines)]
+    nodes: list[document_nodes.Node] = [
+        *document_nodes.warnings(left_out),
+        *_unsolved_lines(lines),
+        _rest_table(lines),
+    ]
     if any(line.friction > 0.0 for line in lines):
-        nodes.append(Sentence(FRICTION_NOTE, detail=True))
+        nodes.append(document_nodes.Sentence(FRICTION_NOTE, detail=True))
     for response in responses:
         nodes += [_offset_table(response), *_describe_gaps(response)]
     return Document(title, nodes, units=units)
 
 
-def _unsolved_lines(lines: Sequence[StillLine]) -> Iterator[Verdict]:
+def _unsolved_lines(lines: Sequence[StillLine]) -> Iterator[document_nodes.Verdict]:
     for line in lines:
         pull = line.end_forces()
         if not pull.converged:
-            yield Verdict(Outcome.BAD, f"line {line.name} has no shape: {REASONS[pull.reason]}")
+            yield document_nodes.Verdict(
+                document_nodes.Outcome.BAD, f"line {line.name} has no shape: {REASONS[pull.reason]}"
+            )
 
 
-def _rest_table(lines: Sequence[StillLine]) -> Table:
-    return Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest")
+def _rest_table(lines: Sequence[StillLine]) -> document_nodes.Table:
+    return document_nodes.Table(AT_REST_COLUMNS, [_row_at_rest(line) for line in lines], "At rest")
 
 
-def _row_at_rest(line: StillLine) -> list[Cell]:
+def _row_at_rest(line: StillLine) -> list[document_nodes.Cell]:
     pull = line.end_forces()
     grounded = line.grounded_length(pull)
     return [
         line.name,
-        Value(line.heading, "rad"),
-        Value(float(np.hypot(pull.H, pull.V)), "N"),
-        Value(pull.H, "N"),
-        Value(pull.V, "N"),
-        Value(angle_at_fairlead(pull), "rad"),
-        Value(float(np.hypot(pull.anchor_H, pull.anchor_V)), "N"),
-        Value(grounded, "m"),
-        Value(line.length, "m"),
+        document_nodes.Value(line.heading, "rad"),
+        document_nodes.Value(float(np.hypot(pull.H, pull.V)), "N"),
+        document_nodes.Value(pull.H, "N"),
+        document_nodes.Value(pull.V, "N"),
+        document_nodes.Value(angle_at_fairlead(pull), "rad"),
+        document_nodes.Value(float(np.hypot(pull.anchor_H, pull.anchor_V)), "N"),
+        document_nodes.Value(grounded, "m"),
+        document_nodes.Value(line.length, "m"),
     ]
 
 
-def _offset_table(response: LineResponse) -> Table:
+def _offset_table(response: LineResponse) -> document_nodes.Table:
     way = "upward" if response.up else "away from the anchor"
     head = (
         *("offset", "tension", "horizontal pull", "down at fairlead", "anchor tension"),
@@ -248,19 +258,22 @@ def _offset_table(response: LineResponse) -> Table:
         *(response.stiffness, response.grounded),
     )
     units = ("N", "N", "N", "N", "N/m", "m")
-    rows: list[list[Cell]] = [
+    rows: list[list[document_nodes.Cell]] = [
         [
-            Value(float(response.offsets[i]), "m"),
-            *(Value(float(c[i]), unit) for c, unit in zip(columns, units, strict=True)),
+            document_nodes.Value(float(response.offsets[i]), "m"),
+            *(
+                document_nodes.Value(float(c[i]), unit)
+                for c, unit in zip(columns, units, strict=True)
+            ),
         ]
         for i in range(response.offsets.size)
     ]
-    return Table(head, rows, f"Offset of the fairlead {way}")
+    return document_nodes.Table(head, rows, f"Offset of the fairlead {way}")
 
 
-def _describe_gaps(response: LineResponse) -> Iterator[Node]:
+def _describe_gaps(response: LineResponse) -> Iterator[document_nodes.Node]:
     for reason in response.reasons:
-        yield Sentence(f"A dash is where the line has no shape: {reason}.")
+        yield document_nodes.Sentence(f"A dash is where the line has no shape: {reason}.")
 
 
 # The loading condition of bodies with tanks, and plans of their pumps.
@@ -280,44 +293,46 @@ def ballast_document(
 ) -> Document:
     """What bodies weigh and how they float at a ``time`` [s], with what free surfaces take at an
     ``angle`` of heel [rad]; a ``plan`` of their pumps; pumps that are ``waiting`` for events."""
-    nodes: list[Node] = [*_shallow_surfaces(conditions)]
+    nodes: list[document_nodes.Node] = [*_shallow_surfaces(conditions)]
     nodes += [] if angle is None else _upright_walls(conditions, angle)
     if waiting:
         text = "These pumps wait for events and are taken as not started: {}."
-        nodes.append(Verdict(Outcome.WARNING, text, [", ".join(waiting)]))
+        nodes.append(
+            document_nodes.Verdict(document_nodes.Outcome.WARNING, text, [", ".join(waiting)])
+        )
     for condition in conditions:
         nodes += [
-            Heading(f"{condition.body.name} at {time:g} s"),
+            document_nodes.Heading(f"{condition.body.name} at {time:g} s"),
             *_describe_condition(condition, angle),
         ]
     nodes += [] if plan is None else _pump_plan(plan)
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
-def _describe_condition(condition: Condition, angle: float | None) -> Iterator[Node]:
+def _describe_condition(condition: Condition, angle: float | None) -> Iterator[document_nodes.Node]:
     """What a body weighs and how it floats; its tanks; its mass matrix."""
     weights = (("lightship", condition.lightship), ("with its tanks", condition.loading))
-    rows: list[list[Cell]] = [
+    rows: list[list[document_nodes.Cell]] = [
         [name, _mass_value(x.mass), *_length_values(x.centre)] for name, x in weights
     ]
-    yield Table(("", "mass", *COORDINATES), rows)
+    yield document_nodes.Table(("", "mass", *COORDINATES), rows)
     heave, heel, trim = condition.position[2:5]
-    at_rest: list[Cell] = [
+    at_rest: list[document_nodes.Cell] = [
         _length_value(round(heave, 4)),
         *(_angle_value(round(x, 6)) for x in (heel, trim)),
     ]
-    yield Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
+    yield document_nodes.Table(("", "heave", "heel", "trim"), [["at rest", *at_rest]])
     yield _metacentric_table(condition, angle)
     head = ("tank", "level", "mass", "filled", "free to a heel", "free to a trim")
-    yield Table(head, [_tank_cells(tank) for tank in condition.tanks])
+    yield document_nodes.Table(head, [_tank_cells(tank) for tank in condition.tanks])
     origin = np.array(condition.body.centre_of_gravity)
     matrix = condition.loading._replace(centre=condition.loading.centre - origin).matrix
     rows = [[dof, *(_four_digits(x) for x in row)] for dof, row in zip(DOFS, matrix, strict=True)]
     title = "Mass matrix about the body's origin [kg, kg m, kg m^2]"
-    yield Table(("", *DOFS), rows, title, detail=True)
+    yield document_nodes.Table(("", *DOFS), rows, title, detail=True)
 
 
-def _metacentric_table(condition: Condition, angle: float | None) -> Table:
+def _metacentric_table(condition: Condition, angle: float | None) -> document_nodes.Table:
     """Metacentric heights in heel and trim, and what free surfaces take of them."""
     head = ["", "GM", "taken by free surfaces"]
     columns = [condition.metacentric, condition.loss]
@@ -325,53 +340,60 @@ def _metacentric_table(condition: Condition, angle: float | None) -> Table:
         head.append(f"taken at {np.degrees(angle):g} deg of heel")
         columns.append(np.array([condition.secant, np.nan]))
     rows = zip(("heel", "trim"), np.transpose([*columns, condition.held]), strict=True)
-    cells: list[list[Cell]] = [[of, *(_length_value(x) for x in row)] for of, row in rows]
-    return Table([*head, "with lines and contacts"], cells, "Metacentric heights at rest")
+    cells: list[list[document_nodes.Cell]] = [
+        [of, *(_length_value(x) for x in row)] for of, row in rows
+    ]
+    return document_nodes.Table(
+        [*head, "with lines and contacts"], cells, "Metacentric heights at rest"
+    )
 
 
-def _tank_cells(tank: TankState) -> list[Cell]:
+def _tank_cells(tank: TankState) -> list[document_nodes.Cell]:
     reach = ("" if isnan(x) else _angle_value(x) for x in tank.reach)
-    filled = Value(tank.filled, "share")
+    filled = document_nodes.Value(tank.filled, "share")
     return [tank.tank.name, _length_value(tank.level), _mass_value(tank.mass), filled, *reach]
 
 
-def _pump_plan(plan: PumpPlan) -> Iterator[Node]:
+def _pump_plan(plan: PumpPlan) -> Iterator[document_nodes.Node]:
     heave, heel, trim = plan.position[0, 2:5]
-    parts: list[Part] = [
-        Value(plan.within, "s", 6),
+    parts: list[document_nodes.Part] = [
+        document_nodes.Value(plan.within, "s", 6),
         _length_value(heave),
         _angle_value(heel),
         _angle_value(trim),
     ]
-    yield Heading("Plan of the pumps")
-    yield Sentence("After {} the body is at rest at heave {}, heel {}, trim {}.", parts)
+    yield document_nodes.Heading("Plan of the pumps")
+    yield document_nodes.Sentence(
+        "After {} the body is at rest at heave {}, heel {}, trim {}.", parts
+    )
     runs = zip(plan.pumps, plan.rate, plan.mass, strict=True)
-    rows: list[list[Cell]] = [
-        [name, Value(rate, "kg/s", 5), _mass_value(mass)] for name, rate, mass in runs
+    rows: list[list[document_nodes.Cell]] = [
+        [name, document_nodes.Value(rate, "kg/s", 5), _mass_value(mass)]
+        for name, rate, mass in runs
     ]
-    yield Table(("pump", "rate", "mass"), rows)
+    yield document_nodes.Table(("pump", "rate", "mass"), rows)
 
 
-def _shallow_surfaces(conditions: Sequence[Condition]) -> Iterator[Node]:
+def _shallow_surfaces(conditions: Sequence[Condition]) -> Iterator[document_nodes.Node]:
     """Free surfaces that meet bottom or top at once: GM is another beyond."""
     for condition in conditions:
         for tank in condition.tanks:
             if 0.0 < tank.reach[0] < COMMON_HEEL_RAD:
-                yield Verdict(
-                    Outcome.WARNING,
+                yield document_nodes.Verdict(
+                    document_nodes.Outcome.WARNING,
                     "{}: its surface meets bottom or top at {} of heel. GM is the slope at rest. At"
                     " a larger heel the free surface takes less: see --heel.",
                     [_key_text(condition, tank), _angle_value(tank.reach[0], 2)],
                 )
 
 
-def _upright_walls(conditions: Sequence[Condition], angle: float) -> Iterator[Node]:
+def _upright_walls(conditions: Sequence[Condition], angle: float) -> Iterator[document_nodes.Node]:
     """Tables, whose walls are upright also where the surface meets bottom or top."""
     for condition in conditions:
         for tank in condition.tanks:
             if isinstance(tank.tank.shape, TankTable) and abs(angle) > tank.reach[0]:
-                yield Verdict(
-                    Outcome.WARNING,
+                yield document_nodes.Verdict(
+                    document_nodes.Outcome.WARNING,
                     "{}: a table has upright walls at every heel, but its surface meets bottom or"
                     " top at {}. It takes less than is printed. Give it as a box or a mesh.",
                     [_key_text(condition, tank), _angle_value(tank.reach[0], 3)],
@@ -382,20 +404,20 @@ def _key_text(of: Condition, tank: TankState) -> str:
     return f"bodies.{of.body.name}.tanks.{tank.tank.name}"
 
 
-def _mass_value(value: float) -> Value:
-    return Value(float(value), "kg", 6)
+def _mass_value(value: float) -> document_nodes.Value:
+    return document_nodes.Value(float(value), "kg", 6)
 
 
-def _length_value(value: float) -> Value:
-    return Value(float(value), "m")
+def _length_value(value: float) -> document_nodes.Value:
+    return document_nodes.Value(float(value), "m")
 
 
-def _length_values(values: np.ndarray) -> list[Value]:
+def _length_values(values: np.ndarray) -> list[document_nodes.Value]:
     return [_length_value(value) for value in values]
 
 
-def _angle_value(value: float, digits: int = 3) -> Value:
-    return Value(float(value), "rad", digits)
+def _angle_value(value: float, digits: int = 3) -> document_nodes.Value:
+    return document_nodes.Value(float(value), "rad", digits)
 
 
 def _four_digits(value: float) -> str:
@@ -414,8 +436,10 @@ CASE_UNITS = ("s^-1", "rad^-1", "s/rad^2")
 
 def calibration_document(fit: DecayFit) -> Document:
     """Damping of the decays, how well the records tell it, and where the equation does not fit."""
-    doubts = [Verdict(Outcome.WARNING, "{}", [text]) for text in fit.doubts]
-    notes = [Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
+    doubts = [
+        document_nodes.Verdict(document_nodes.Outcome.WARNING, "{}", [text]) for text in fit.doubts
+    ]
+    notes = [document_nodes.Sentence("{}.", [note]) for decay in fit.decays for note in decay.notes]
     nodes = [
         *doubts,
         _term_table(fit),
@@ -440,49 +464,59 @@ def keys_of(fit: DecayFit, body: str) -> list[str]:
     ]
 
 
-def _term_table(fit: DecayFit) -> Table:
+def _term_table(fit: DecayFit) -> document_nodes.Table:
     rows = [
         _term_cells(f"{name} [{unit}]", fit.terms.interval(k), fit.damping[k])
         for k, (name, unit) in enumerate(TERMS)
     ]
     rows.append(_term_cells("natural period [s]", fit.period, fit.period.value))
     rows.append(_term_cells("cubic restoring [1/rad^2]", fit.restoring, fit.restoring.value))
-    return Table(("", "fitted", "90 % from", "to", "for use"), rows, "Fit")
+    return document_nodes.Table(("", "fitted", "90 % from", "to", "for use"), rows, "Fit")
 
 
-def _term_cells(name: str, interval: Interval, used: float) -> list[Cell]:
+def _term_cells(name: str, interval: Interval, used: float) -> list[document_nodes.Cell]:
     return [name, *(f"{x:.{COEFFICIENT_DIGITS}g}" for x in (*interval, used))]
 
 
-def _undetermined_terms(fit: DecayFit) -> Node:
+def _undetermined_terms(fit: DecayFit) -> document_nodes.Node:
     """Terms that the records do not tell from zero."""
     names = [name for k, (name, _) in enumerate(TERMS) if fit.terms.interval(k).includes_zero]
     if not names:
-        return Sentence("The records tell p1, p2 and p3 from zero.", [])
+        return document_nodes.Sentence("The records tell p1, p2 and p3 from zero.", [])
     text = (
         "The records do not tell {} from zero. The damping of all terms together is known better:"
         " see the ratios. No term for use is negative."
     )
-    return Sentence(text, [", ".join(names)])
+    return document_nodes.Sentence(text, [", ".join(names)])
 
 
-def _ratio_table(fit: DecayFit) -> Table:
-    rows: list[list[Cell]] = []
+def _ratio_table(fit: DecayFit) -> document_nodes.Table:
+    rows: list[list[document_nodes.Cell]] = []
     for amplitude in np.linspace(*fit.amplitudes, MAX_RATIO_ROWS):
         ratio = fit.terms.damping_ratio(amplitude)
         used = fit.used_ratio(amplitude)
-        cells: list[Cell] = [Value(x, "share", 3) for x in (*ratio, used)]
-        rows.append([Value(amplitude, "rad", 3), *cells])
+        cells: list[document_nodes.Cell] = [
+            document_nodes.Value(x, "share", 3) for x in (*ratio, used)
+        ]
+        rows.append([document_nodes.Value(amplitude, "rad", 3), *cells])
     head = ("amplitude", "damping ratio", "90 % from", "to", "for use")
-    return Table(head, rows, "Equivalent linear damping, of critical")
+    return document_nodes.Table(head, rows, "Equivalent linear damping, of critical")
 
 
-def _record_table(fit: DecayFit) -> Table:
-    rows: list[list[Cell]] = []
+def _record_table(fit: DecayFit) -> document_nodes.Table:
+    rows: list[list[document_nodes.Cell]] = []
     for decay, deviation in zip(fit.decays, fit.deviations, strict=True):
         begin, end = decay.time[0], decay.time[-1]
-        size = Value(decay.size, "rad", 3)
-        residual = Value(deviation, "rad", 3)
-        rows.append([decay.called, Value(begin, "s"), Value(end, "s"), size, residual])
+        size = document_nodes.Value(decay.size, "rad", 3)
+        residual = document_nodes.Value(deviation, "rad", 3)
+        rows.append(
+            [
+                decay.called,
+                document_nodes.Value(begin, "s"),
+                document_nodes.Value(end, "s"),
+                size,
+                residual,
+            ]
+        )
     head = ("record", "from", "to", "largest roll", "std of residuals")
-    return Table(head, rows, "Records")
+    return document_nodes.Table(head, rows, "Records")

@@ -23,21 +23,9 @@ from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.line.catenary import Catenary
 from hydrosim.elements.viscous_roll import EDDIES, VISCOUS_ROLL_KIND
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
-from hydrosim.files.document_nodes import (
-    Cell,
-    Heading,
-    List,
-    Node,
-    Outcome,
-    Part,
-    Sentence,
-    Table,
-    Value,
-    Verdict,
-    warnings,
-)
 from hydrosim.files.yaml_nodes import add_source_lines, source_context
 from hydrosim.integrate.names import coordinate_at
 from hydrosim.integrate.state import start_loads
@@ -109,21 +97,27 @@ def _restoring_text(body: Body) -> str:
     )
 
 
-def describe_drives(scene: Scene, begin: float = 0.0) -> Iterator[Sentence]:
+def describe_drives(scene: Scene, begin: float = 0.0) -> Iterator[document_nodes.Sentence]:
     """A sentence for each drive: what it moves, how far, and how fast."""
     for name, drive in drives_of(scene).items():
         unit = "rad" if is_turn(scene, drive) else "m"
         times = sample_times(drive, begin, begin + scene.duration)
         position, speed, acceleration = np.array([motion_at(drive, float(t)) for t in times]).T
-        parts: list[Part] = [
+        parts: list[document_nodes.Part] = [
             *(name, drive.driven, _drive_form_text(drive)),
-            *(Value(float(position.min()), unit), Value(float(position.max()), unit)),
-            *(Value(float(position[0]), unit), Value(float(speed[0]), f"{unit}/s")),
-            Value(float(np.abs(speed).max()), f"{unit}/s"),
-            Value(float(np.abs(acceleration).max()), f"{unit}/s^2"),
+            *(
+                document_nodes.Value(float(position.min()), unit),
+                document_nodes.Value(float(position.max()), unit),
+            ),
+            *(
+                document_nodes.Value(float(position[0]), unit),
+                document_nodes.Value(float(speed[0]), f"{unit}/s"),
+            ),
+            document_nodes.Value(float(np.abs(speed).max()), f"{unit}/s"),
+            document_nodes.Value(float(np.abs(acceleration).max()), f"{unit}/s^2"),
         ]
         text = "{} moves {} by {}: from {} to {}; it starts at {} with {}; at most {} and {}."
-        yield Sentence(text, parts)
+        yield document_nodes.Sentence(text, parts)
 
 
 def _drive_form_text(drive: Drive) -> str:
@@ -195,7 +189,7 @@ FLOATING_HEAD = (
 )
 
 
-def describe_floating(compiled: Compiled) -> Iterator[Node]:
+def describe_floating(compiled: Compiled) -> Iterator[document_nodes.Node]:
     """Directions of the environment beside bodies, and how hulls with a database float."""
     scene = compiled.scene
     about = describe_start(
@@ -206,18 +200,18 @@ def describe_floating(compiled: Compiled) -> Iterator[Node]:
     headings = {name: atan2(R[1, 0], R[0, 0]) for name, R in rotation.items()}
     directions = list(_describe_directions(scene, headings))
     if directions:
-        yield List(directions, "Directions at the start")
+        yield document_nodes.List(directions, "Directions at the start")
     rows = [
         _floating_row(about, body, db, headings[body.name], rotation[body.name])
         for _, body, db in afloat
     ]
     if rows:
-        yield Table(FLOATING_HEAD, rows, "Bodies afloat at the start")
+        yield document_nodes.Table(FLOATING_HEAD, rows, "Bodies afloat at the start")
 
 
 def _floating_row(
     about: SceneContext, body: Body, db: HydroDatabase, heading: float, R: np.ndarray
-) -> list[Cell]:
+) -> list[document_nodes.Cell]:
     gravity = about.scene.environment.gravity
     size = extents(body, db)
     stiffness = require_array(db, "hydrostatic_stiffness")
@@ -225,13 +219,13 @@ def _floating_row(
     height = float(about.centre(about.body_numbers[body.name])[2])
     return [
         body.name,
-        Value(heading, "rad", 3),
-        Value(atan2(R[2, 1], R[2, 2]), "rad", 3),
-        Value(atan2(-R[2, 0], hypot(R[0, 0], R[1, 0])), "rad", 3),
-        Value(size.draught, "m", 3) if size is not None else "",
-        Value(height, "m", 3),
-        Value(transverse, "m", 3),
-        Value(longitudinal, "m", 3),
+        document_nodes.Value(heading, "rad", 3),
+        document_nodes.Value(atan2(R[2, 1], R[2, 2]), "rad", 3),
+        document_nodes.Value(atan2(-R[2, 0], hypot(R[0, 0], R[1, 0])), "rad", 3),
+        document_nodes.Value(size.draught, "m", 3) if size is not None else "",
+        document_nodes.Value(height, "m", 3),
+        document_nodes.Value(transverse, "m", 3),
+        document_nodes.Value(longitudinal, "m", 3),
     ]
 
 
@@ -272,7 +266,7 @@ def _axis_text(heading: float) -> str:
     return " and ".join(parts)
 
 
-def describe_lines(compiled: Compiled) -> Iterator[Table]:
+def describe_lines(compiled: Compiled) -> Iterator[document_nodes.Table]:
     """Tensions of lines and forces of struts at the start, beside what they may carry, and the
     heights of the ends of mooring lines."""
     lines = {
@@ -288,19 +282,29 @@ def describe_lines(compiled: Compiled) -> Iterator[Table]:
     )
     heights = {name: _line_heights(about, of) for name, of in lines.items()}
     moored = any(any(cells) for cells in heights.values())
-    rows: list[list[Cell]] = []
+    rows: list[list[document_nodes.Cell]] = []
     for name, line in lines.items():
-        allowed: list[Cell] = ["", ""]
+        allowed: list[document_nodes.Cell] = ["", ""]
         if line.capacity is not None:
-            allowed = [Value(line.capacity, "N"), Value(loads[name] / line.capacity, "share", 2)]
-        rows.append([name, Value(loads[name], "N"), *allowed, *(heights[name] if moored else ())])
+            allowed = [
+                document_nodes.Value(line.capacity, "N"),
+                document_nodes.Value(loads[name] / line.capacity, "share", 2),
+            ]
+        rows.append(
+            [
+                name,
+                document_nodes.Value(loads[name], "N"),
+                *allowed,
+                *(heights[name] if moored else ()),
+            ]
+        )
     head = ["line", "load at the start", "capacity", "used"]
     if moored:
         head += ["fairlead above water", "anchor above bed"]
-    yield Table(head, rows, "Loads of lines")
+    yield document_nodes.Table(head, rows, "Loads of lines")
 
 
-def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
+def _line_heights(about: SceneContext, line: TwoPointElement) -> list[document_nodes.Cell]:
     """Heights of the fairlead of a mooring line above the water, and of its anchor above the bed;
     empty for other lines."""
     if not isinstance(line, Catenary) or line.anchor_body is not None:
@@ -308,7 +312,10 @@ def _line_heights(about: SceneContext, line: TwoPointElement) -> list[Cell]:
     b = about.body_numbers[line.body]
     place = about.centre(b) + about.motion.rotation[b] @ np.array(line.point, float)
     above = about.scene.environment.water_depth + line.anchor[2]
-    return [Value(float(place[2]), "m", 3), Value(above, "m", 3) if isfinite(above) else ""]
+    return [
+        document_nodes.Value(float(place[2]), "m", 3),
+        document_nodes.Value(above, "m", 3) if isfinite(above) else "",
+    ]
 
 
 CLOSE_ENOUGH = 1e-2  # tolerance of a fit for periods and damping ratios, where a run convolves
@@ -325,7 +332,7 @@ def check_document(
         check_criteria(whole_scene)
     compiled = with_linearisable_memory(whole_scene)
     whole = with_linearisable_memory(whole_scene.whole) if whole_scene.whole else compiled
-    nodes: list[Node] = [*_describe_verdicts(whole_scene, compiled, watch)]
+    nodes: list[document_nodes.Node] = [*_describe_verdicts(whole_scene, compiled, watch)]
     nodes += _lists({"Waves": whole_scene.notes.seas})
     nodes += describe_floating(whole_scene.whole or whole_scene)
     nodes += _lists({"Trees of joints": list(_describe_roots(whole_scene.scene))})
@@ -340,7 +347,10 @@ def check_document(
         nodes += _limits_at(
             with_contents_at(compiled, time), with_contents_at(whole, time), watch, time
         )
-    nodes += [Heading("Details", "details", detail=True), *_describe_details(whole_scene, compiled)]
+    nodes += [
+        document_nodes.Heading("Details", "details", detail=True),
+        *_describe_details(whole_scene, compiled),
+    ]
     return Document(scene.title, nodes, units=units_of(scene.source))
 
 
@@ -353,38 +363,51 @@ def check(case: Case | Scene | str | Path, times: Sequence[float] = ()) -> Docum
     return check_document(scene, times)
 
 
-def _describe_verdicts(whole: Compiled, compiled: Compiled, watch: Watch) -> Iterator[Node]:
-    yield from warnings(
+def _describe_verdicts(
+    whole: Compiled, compiled: Compiled, watch: Watch
+) -> Iterator[document_nodes.Node]:
+    yield from document_nodes.warnings(
         [add_source_lines(text, whole.scene.places) for text in whole.notes.warnings]
     )
     if not whole.derived.exact:
         yield from _describe_step(compiled, watch)
     if isfinite(whole.notes.radiation_error):
         yield radiation_verdict(whole.notes.radiation_error)
-    yield Sentence("{}.", [_capitalise(solution(whole.scene, whole.derived))])
+    yield document_nodes.Sentence("{}.", [_capitalise(solution(whole.scene, whole.derived))])
 
 
-def _describe_step(compiled: Compiled, watch: Watch) -> Iterator[Node]:
+def _describe_step(compiled: Compiled, watch: Watch) -> Iterator[document_nodes.Node]:
     """Whether the step is stable, and what it resolves."""
     mode_combinations = scene_combinations(compiled, each_alone=True, watch=watch)
     limits = scene_step_limits(compiled, mode_combinations)
     solver = compiled.scene.solver
     yield from (_limit_verdict(limit, solver.step) for limit in limits)
     if not limits:
-        yield Verdict(Outcome.GOOD, "{} is stable at any step.", [str(solver.method)])
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.GOOD, "{} is stable at any step.", [str(solver.method)]
+        )
     if not compiled.method.adapts:
-        yield Sentence("{}.", [_capitalise(accuracy_limit(compiled, mode_combinations))])
+        yield document_nodes.Sentence(
+            "{}.", [_capitalise(accuracy_limit(compiled, mode_combinations))]
+        )
 
 
-def _limit_verdict(limit: StepLimit, step: float) -> Verdict:
+def _limit_verdict(limit: StepLimit, step: float) -> document_nodes.Verdict:
     stable = step <= limit.step
     text = (
         "The step of {} is stable: the largest stable step is {} ({}, {})."
         if stable
         else "The step of {} is UNSTABLE: the largest stable step is {} ({}, {})."
     )
-    parts: list[Part] = [Value(step, "s", 3), Value(limit.step, "s", 3), limit.what, limit.contact]
-    return Verdict(Outcome.GOOD if stable else Outcome.BAD, text, parts)
+    parts: list[document_nodes.Part] = [
+        document_nodes.Value(step, "s", 3),
+        document_nodes.Value(limit.step, "s", 3),
+        limit.what,
+        limit.contact,
+    ]
+    return document_nodes.Verdict(
+        document_nodes.Outcome.GOOD if stable else document_nodes.Outcome.BAD, text, parts
+    )
 
 
 def _describe_roots(scene: Scene) -> Iterator[str]:
@@ -404,54 +427,64 @@ def _capitalise(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _limits_at(compiled: Compiled, whole: Compiled, watch: Watch, time: float) -> Iterator[Node]:
+def _limits_at(
+    compiled: Compiled, whole: Compiled, watch: Watch, time: float
+) -> Iterator[document_nodes.Node]:
     """Step limits and natural periods at a ``time`` [s]."""
-    yield Heading(f"At {time:g} s")
+    yield document_nodes.Heading(f"At {time:g} s")
     if not compiled.derived.exact:
         yield from _describe_step(compiled, watch)
     yield from _periods_of(whole, f"at {time:g} s", time)
 
 
-def _periods_of(whole: Compiled, when: str, time: float | None = None) -> Iterator[Node]:
+def _periods_of(
+    whole: Compiled, when: str, time: float | None = None
+) -> Iterator[document_nodes.Node]:
     linear = linearise(whole.model, whole.state, time=whole.begin if time is None else time)
     held = len(linear.constraints)
     when = f"{when}, {held} directions held" if held else when
     yield _period_table(whole.scene, natural_modes(linear), when)
 
 
-def _period_table(scene: Scene, modes: Sequence[NaturalMode], when: str) -> Table:
+def _period_table(scene: Scene, modes: Sequence[NaturalMode], when: str) -> document_nodes.Table:
     head = ("body", "mode", "natural period", "damped period", "damping ratio")
-    return Table(head, [_mode_cells(scene, mode) for mode in modes], f"Natural periods {when}")
+    return document_nodes.Table(
+        head, [_mode_cells(scene, mode) for mode in modes], f"Natural periods {when}"
+    )
 
 
-def _mode_cells(scene: Scene, mode: NaturalMode) -> list[Cell]:
+def _mode_cells(scene: Scene, mode: NaturalMode) -> list[document_nodes.Cell]:
     coordinate = coordinate_at(scene, mode.coordinate)
-    cells: list[Cell] = [coordinate.body, coordinate.dof]
+    cells: list[document_nodes.Cell] = [coordinate.body, coordinate.dof]
     if mode.kind == ModeKind.FREE:
         return [*cells, "free", "", ""]
-    cells.append(Value(mode.natural_period, "s"))
+    cells.append(document_nodes.Value(mode.natural_period, "s"))
     if mode.kind != ModeKind.OSCILLATING:
         return [*cells, str(mode.kind), ""]
-    return [*cells, Value(mode.damped_period, "s"), Value(mode.damping_ratio, digits=3)]
+    return [
+        *cells,
+        document_nodes.Value(mode.damped_period, "s"),
+        document_nodes.Value(mode.damping_ratio, digits=3),
+    ]
 
 
-def _describe_details(whole: Compiled, compiled: Compiled) -> Iterator[Node]:
+def _describe_details(whole: Compiled, compiled: Compiled) -> Iterator[document_nodes.Node]:
     """How large the problem is, how it is solved, what it reads and what is skipped."""
     notes = whole.notes
-    yield List(list(_size_texts(whole, compiled)))
+    yield document_nodes.List(list(_size_texts(whole, compiled)))
     for wet in whole.wet:
         provenance = [
             f"{key.replace('_', ' ')}: {value}" for key, value in wet.provenance().items()
         ]
-        yield List(provenance, ", ".join(wet.names))
+        yield document_nodes.List(provenance, ", ".join(wet.names))
     yield from _lists({"Joints": list(describe_joints(whole.scene))})
     yield from _lists({"Roll damping": list(describe_roll_damping(whole))})
     yield from _lists({"Radiation": notes.memory, "Recorded": notes.records})
     yield from _lists({"Where waves meet bodies": notes.meetings, "Skipped": notes.skipped})
 
 
-def _lists(lists: dict[str, Sequence[str]]) -> Iterator[List]:
-    return (List(items, title) for title, items in lists.items() if items)
+def _lists(lists: dict[str, Sequence[str]]) -> Iterator[document_nodes.List]:
+    return (document_nodes.List(items, title) for title, items in lists.items() if items)
 
 
 def _size_texts(whole: Compiled, compiled: Compiled) -> Iterator[str]:

@@ -9,23 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
-from hydrosim.files.document_nodes import (
-    Between,
-    Cell,
-    Chart,
-    Curves,
-    List,
-    Node,
-    Outcome,
-    Part,
-    PlottedCurve,
-    Sentence,
-    Table,
-    Value,
-    Verdict,
-)
 from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, Sections, build_sections, lines_of
 from hydrosim.report.sentences.series import CHARTS_NOTE
 
@@ -97,16 +83,18 @@ def compared_files(comparison: xr.Dataset, other: str) -> Iterator[tuple[str, st
     yield other, str(comparison.attrs.get("recording", "unknown"))
 
 
-def _describe_outcome(comparison: xr.Dataset) -> Iterator[Node]:
-    yield Table(("", "file"), list(compared_files(comparison, "recorded")))
-    yield Sentence(_counts_by_difference(comparison))
+def _describe_outcome(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+    yield document_nodes.Table(("", "file"), list(compared_files(comparison, "recorded")))
+    yield document_nodes.Sentence(_counts_by_difference(comparison))
     yield from _describe_tolerances(comparison)
     channels = [comparison.isel(channel=k) for k in _order_by_difference(comparison)]
     verdicts = [(str(channel.channel.values), str(channel.verdict.values)) for channel in channels]
-    yield Table(("channel", "what is recorded is"), verdicts)
+    yield document_nodes.Table(("channel", "what is recorded is"), verdicts)
     title = "Ours less recorded; std is that of what is recorded"
-    yield Table(CHANNEL_COLUMNS, [_channel_cells(channel) for channel in channels], title)
-    yield List(RULES, "What the words mean:", detail=True)
+    yield document_nodes.Table(
+        CHANNEL_COLUMNS, [_channel_cells(channel) for channel in channels], title
+    )
+    yield document_nodes.List(RULES, "What the words mean:", detail=True)
 
 
 def _counts_by_difference(comparison: xr.Dataset) -> str:
@@ -145,7 +133,7 @@ def _kind(name: str) -> int:
     return KIND_ORDER.index(of)
 
 
-def _describe_tolerances(comparison: xr.Dataset) -> Iterator[Node]:
+def _describe_tolerances(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Which channels are beyond what they may be."""
     limit = (
         comparison.tolerance.values
@@ -153,47 +141,51 @@ def _describe_tolerances(comparison: xr.Dataset) -> Iterator[Node]:
         else np.full(comparison.sizes["channel"], np.nan)
     )
     if np.isnan(limit).all():
-        yield Sentence("No tolerance was given, so differences are not judged.", detail=True)
+        yield document_nodes.Sentence(
+            "No tolerance was given, so differences are not judged.", detail=True
+        )
         return
     size = np.where(np.isnan(comparison.relative), comparison.rms, comparison.relative)
     out = np.flatnonzero(~(size <= limit) & ~np.isnan(limit))
     held = [str(out.size), str(np.count_nonzero(~np.isnan(limit)))]
-    outcome = Outcome.BAD if out.size else Outcome.GOOD
-    yield Verdict(outcome, "{} of {} channels are out of tolerance.", held)
+    outcome = document_nodes.Outcome.BAD if out.size else document_nodes.Outcome.GOOD
+    yield document_nodes.Verdict(outcome, "{} of {} channels are out of tolerance.", held)
     for k in out:
-        parts: list[Part] = [
+        parts: list[document_nodes.Part] = [
             str(comparison.channel.values[k]),
-            Value(float(size[k]), "", 3),
-            Value(float(limit[k])),
+            document_nodes.Value(float(size[k]), "", 3),
+            document_nodes.Value(float(limit[k])),
         ]
-        yield Verdict(Outcome.BAD, "{}: {}, tolerance {}", parts)
+        yield document_nodes.Verdict(document_nodes.Outcome.BAD, "{}: {}, tolerance {}", parts)
 
 
-def _channel_cells(channel: xr.Dataset) -> list[Cell]:
+def _channel_cells(channel: xr.Dataset) -> list[document_nodes.Cell]:
     unit = str(channel.units.values)
-    rms, peak = (Value(float(channel[name]), unit) for name in ("rms", "peak"))
+    rms, peak = (document_nodes.Value(float(channel[name]), unit) for name in ("rms", "peak"))
     relative = float(channel.relative)
-    share = "constant" if np.isnan(relative) else Value(relative, "share", 3)
-    at = Value(float(channel.peak_time), "s")
-    correlation = Value(float(channel.correlation))
+    share = "constant" if np.isnan(relative) else document_nodes.Value(relative, "share", 3)
+    at = document_nodes.Value(float(channel.peak_time), "s")
+    correlation = document_nodes.Value(float(channel.correlation))
     return [str(channel.channel.values), rms, share, peak, at, correlation]
 
 
-def _channel_charts(comparison: xr.Dataset) -> Iterator[Node]:
-    yield Sentence(CHARTS_NOTE)
+def _channel_charts(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+    yield document_nodes.Sentence(CHARTS_NOTE)
     for rank, k in enumerate(_order_by_difference(comparison)):
         channel = comparison.isel(channel=k)
         unit = str(channel.units.values)
         name, folded = str(channel.channel.values), rank >= MAIN_CHART_COUNT
         both = {"ours": channel.ours.values, "recorded": channel.recorded.values}
-        yield Chart(f"{name}: {channel.verdict.values}", unit, both, folded=folded)
+        yield document_nodes.Chart(f"{name}: {channel.verdict.values}", unit, both, folded=folded)
         apart = {"ours less recorded": channel.residual.values}
-        yield Chart(f"{name}: difference", unit, apart, folded=True)
+        yield document_nodes.Chart(f"{name}: difference", unit, apart, folded=True)
 
 
-def _describe_bands(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
+def _describe_bands(
+    comparison: xr.Dataset,
+) -> Iterator[document_nodes.Sentence | document_nodes.Table]:
     low, high = np.ravel(comparison.attrs["band_edges"])
-    yield Sentence(
+    yield document_nodes.Sentence(
         "Rms of the difference without its mean over the std recorded, and in brackets std of ours"
         f" over that recorded: slow is below {low:g} rad/s, fast above {high:g} rad/s, waves are"
         " between. Drift is the mean of the last tenth of the time less that of the first."
@@ -203,15 +195,15 @@ def _describe_bands(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
         _band_cells(comparison.isel(channel=k), names) for k in _order_by_difference(comparison)
     ]
     head = ("channel", "mean difference", "difference of drifts", "gain", "lag", *names)
-    yield Table(head, rows)
+    yield document_nodes.Table(head, rows)
 
 
-def _band_cells(channel: xr.Dataset, names: list[str]) -> list[Cell]:
+def _band_cells(channel: xr.Dataset, names: list[str]) -> list[document_nodes.Cell]:
     unit = str(channel.units.values)
     std = float(channel["std"])
     bands = [_band_text(channel.sel(band=name), std) for name in names]
-    ends = [Value(float(channel[name]), unit) for name in ("mean", "drift")]
-    fit = [Value(float(channel.gain)), Value(float(channel.lag), "s")]
+    ends = [document_nodes.Value(float(channel[name]), unit) for name in ("mean", "drift")]
+    fit = [document_nodes.Value(float(channel.gain)), document_nodes.Value(float(channel.lag), "s")]
     return [str(channel.channel.values), *ends, *fit, *bands]
 
 
@@ -223,7 +215,7 @@ def _band_text(at: xr.Dataset, std: float) -> str:
     return f"{share} ({float(at.band_ours / at.band_recorded):.3f})" if is_large else share
 
 
-def _describe_contacts(comparison: xr.Dataset) -> Iterator[Node]:
+def _describe_contacts(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     contacts = comparison.isel(channel=np.flatnonzero(~np.isnan(comparison.share_ours.values)))
     if contacts.sizes["channel"] == 0:
         return
@@ -234,21 +226,26 @@ def _describe_contacts(comparison: xr.Dataset) -> Iterator[Node]:
         "share_ours": "share",
         "share_recorded": "share",
     }
-    rows: list[list[Cell]] = [
-        [str(name), *(Value(float(contacts[c][k]), unit) for c, unit in columns.items())]
+    rows: list[list[document_nodes.Cell]] = [
+        [
+            str(name),
+            *(document_nodes.Value(float(contacts[c][k]), unit) for c, unit in columns.items()),
+        ]
         for k, name in enumerate(contacts.channel.values)
     ]
-    yield Table(head, rows, "First contact and share of the time in contact")
+    yield document_nodes.Table(head, rows, "First contact and share of the time in contact")
 
 
-def _comparison_assumptions(comparison: xr.Dataset) -> Iterator[Node]:
+def _comparison_assumptions(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     rows = [("times", str(comparison.attrs.get("compared", "unknown")))]
     if "shift" in comparison.attrs:
         rows.append(("added to the recorded times", _shift_text(float(comparison.attrs["shift"]))))
-    yield Table(("assumption", ""), rows)
+    yield document_nodes.Table(("assumption", ""), rows)
     guessed = bool(comparison.attrs.get("guessed"))
     if guessed:
-        yield Sentence("Which column is which channel was guessed from names and units.")
+        yield document_nodes.Sentence(
+            "Which column is which channel was guessed from names and units."
+        )
     pairs = zip(
         comparison.channel.values, comparison.column.values, comparison.units.values, strict=True
     )
@@ -263,12 +260,12 @@ def _comparison_assumptions(comparison: xr.Dataset) -> Iterator[Node]:
     ]
     others = [row for row in rows_ if row[0] != row[1] or row[2] != row[3]]
     if others:
-        yield Table(("channel", "column", "unit", "recorded in"), others)
+        yield document_nodes.Table(("channel", "column", "unit", "recorded in"), others)
     why = "no guess: say in a mapping what they are" if guessed else "not in the mapping"
     for name, what in (("unused", f"Not compared ({why})"), ("zero_in_both", "Zero in both")):
         if left := lines_of(comparison, name):
-            yield Sentence("{}: {}.", [what, ", ".join(left)])
-    yield Sentence(
+            yield document_nodes.Sentence("{}: {}.", [what, ", ".join(left)])
+    yield document_nodes.Sentence(
         "These are figures of two series, and have no intervals; hydrosim compare of two studies"
         " says which differences are more than chance. Which of the two is right is not judged."
     )
@@ -324,36 +321,38 @@ def _run_counts(comparison: xr.Dataset) -> str:
     return f"{counts}: {comparison.attrs['compared']}"
 
 
-def _study_outcome(comparison: xr.Dataset) -> Iterator[Node]:
-    yield Table(("", "file"), list(compared_files(comparison, "theirs")))
+def _study_outcome(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
+    yield document_nodes.Table(("", "file"), list(compared_files(comparison, "theirs")))
     differing, equal = _differing_channels(comparison), _is_equal(comparison)
     all_, level = comparison.sizes["channel"], float(comparison.attrs["level"])
-    yield Sentence(
+    yield document_nodes.Sentence(
         f"{differing.sizes['channel']} of {all_} channels differ by more than chance;"
         f" {int(equal.sum())} are equal in all runs, and differences of the other"
         f" {all_ - differing.sizes['channel'] - int(equal.sum())} may be chance. Were there no"
         f" difference at all, one or more would be named in {level:.0%} of such comparisons."
     )
     if comparison.attrs.get("durations"):
-        yield Verdict(
-            Outcome.WARNING,
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.WARNING,
             "The durations differ, so extremes, sums and places at the end differ by that alone.",
         )
     if codes := str(comparison.attrs.get("codes_apart", "")).split():
-        yield Verdict(
-            Outcome.WARNING, "Codes differ too. They are not tested: {}.", [", ".join(codes)]
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.WARNING,
+            "Codes differ too. They are not tested: {}.",
+            [", ".join(codes)],
         )
     if differing.sizes["channel"]:
-        yield Sentence("What differs, the most certain first:")
+        yield document_nodes.Sentence("What differs, the most certain first:")
         yield _difference_table(differing)
 
 
-def _channel_pictures(comparison: xr.Dataset) -> Iterator[Node]:
+def _channel_pictures(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     differing, paired = _differing_channels(comparison), bool(comparison.attrs.get("paired"))
     if not differing.sizes["channel"]:
         return
     order = "theirs rise; one above the other are runs of the same seed" if paired else "each rise"
-    yield Sentence(
+    yield document_nodes.Sentence(
         f"Values in all runs of the channels that differ most certainly, {MAX_PICTURES} at most:"
         f" {order}. Of channels that are alike, as by symmetry, the first is drawn."
     )
@@ -364,17 +363,19 @@ def _channel_pictures(comparison: xr.Dataset) -> Iterator[Node]:
         yield _channel_curves(channel, paired)
 
 
-def _channel_curves(channel: xr.Dataset, paired: bool) -> Curves:
+def _channel_curves(channel: xr.Dataset, paired: bool) -> document_nodes.Curves:
     unit = str(channel.units.values)
     ours, theirs = (channel[name].values for name in ("ours", "theirs"))
     order = np.argsort(theirs)
     sets = {"ours": ours[order] if paired else np.sort(ours), "theirs": theirs[order]}
     curves = {name: _plotted_curve(values) for name, values in sets.items()}
     label = "share of the runs, in this order"
-    return Curves(str(channel.channel.values), label, "share", "value", unit, curves)
+    return document_nodes.Curves(str(channel.channel.values), label, "share", "value", unit, curves)
 
 
-def _other_channels(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
+def _other_channels(
+    comparison: xr.Dataset,
+) -> Iterator[document_nodes.Sentence | document_nodes.Table]:
     rest = comparison.isel(
         channel=np.flatnonzero((comparison.differs == 0) & ~_is_equal(comparison))
     )
@@ -382,10 +383,10 @@ def _other_channels(comparison: xr.Dataset) -> Iterator[Sentence | Table]:
     if rest.sizes["channel"]:
         yield _difference_table(rest.isel(channel=slice(MAX_TABLE_ROWS)))
     if names := [str(name) for name in comparison.channel.values[_is_equal(comparison)]]:
-        yield Sentence(f"Equal in all runs: {', '.join(names)}.")
+        yield document_nodes.Sentence(f"Equal in all runs: {', '.join(names)}.")
 
 
-def _test_assumptions(comparison: xr.Dataset) -> Iterator[Node]:
+def _test_assumptions(comparison: xr.Dataset) -> Iterator[document_nodes.Node]:
     paired = bool(comparison.attrs.get("paired"))
     test = (
         "Runs of the same seed and parameters are pairs; their differences are tested by"
@@ -395,10 +396,10 @@ def _test_assumptions(comparison: xr.Dataset) -> Iterator[Node]:
         " and their means are tested by Welch's t."
     )
     interval = float(comparison.attrs["interval_probability"])
-    yield Sentence(
+    yield document_nodes.Sentence(
         f"{test} Intervals hold the mean difference of very many runs by {interval:.0%}."
     )
-    yield Sentence(
+    yield document_nodes.Sentence(
         f"A channel differs if it does at {float(comparison.attrs['level']):.0%} for all channels"
         " together, by Holm's procedure (1979). Both tests take values that are about normal over"
         " runs. A difference that is certain may be too small to matter, and one that may be chance"
@@ -421,26 +422,31 @@ def _rows(comparison: xr.Dataset) -> Iterator[xr.Dataset]:
     return (comparison.isel(channel=k) for k in range(comparison.sizes["channel"]))
 
 
-def _difference_table(rows: xr.Dataset) -> Table:
+def _difference_table(rows: xr.Dataset) -> document_nodes.Table:
     interval = f"{float(rows.attrs['interval_probability']):.0%} interval"
     head = ("channel", "ours", "theirs", "ours less theirs", "of theirs", interval, "by chance")
-    return Table(head, [_study_row(channel) for channel in _rows(rows)])
+    return document_nodes.Table(head, [_study_row(channel) for channel in _rows(rows)])
 
 
-def _study_row(channel: xr.Dataset) -> list[Cell]:
+def _study_row(channel: xr.Dataset) -> list[document_nodes.Cell]:
     unit = str(channel.units.values)
-    mean = [Value(float(channel[name]), unit) for name in ("ours_mean", "theirs_mean")]
-    interval = Between(float(channel.low), float(channel.high), unit)
-    apart, chance = Value(float(channel.difference), unit), Value(float(channel.chance), "", 2)
+    mean = [
+        document_nodes.Value(float(channel[name]), unit) for name in ("ours_mean", "theirs_mean")
+    ]
+    interval = document_nodes.Between(float(channel.low), float(channel.high), unit)
+    apart, chance = (
+        document_nodes.Value(float(channel.difference), unit),
+        document_nodes.Value(float(channel.chance), "", 2),
+    )
     theirs = abs(float(channel.theirs_mean)) or np.nan
-    share = Value(float(channel.difference) / theirs, "share", 2)
+    share = document_nodes.Value(float(channel.difference) / theirs, "share", 2)
     return [str(channel.channel.values), *mean, apart, share, interval, chance]
 
 
-def _plotted_curve(values: np.ndarray) -> PlottedCurve:
+def _plotted_curve(values: np.ndarray) -> document_nodes.PlottedCurve:
     none = np.full(values.size, np.nan)
     share = (np.arange(values.size) + 0.5) / max(values.size, 1)
-    return PlottedCurve(share, values, none, none)
+    return document_nodes.PlottedCurve(share, values, none, none)
 
 
 STUDY_COMPARISON_SECTIONS: Sections[xr.Dataset] = {

@@ -7,22 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import digits_of
-from hydrosim.files.document_nodes import (
-    Between,
-    Cell,
-    Curves,
-    List,
-    Node,
-    Outcome,
-    PlottedCurve,
-    Sentence,
-    Table,
-    Value,
-    Verdict,
-)
 from hydrosim.report.sentences import sections
 from hydrosim.statistics.weather import MAX_HEADING_GAP, image_of, without_images
 from hydrosim.statistics.weather import MIRROR_REASON as SIDES
@@ -87,64 +75,74 @@ def _subtitle_text(limits: xr.Dataset) -> str:
     return f"Limits of operation up to which {share:.3g} of the seas hold all criteria"
 
 
-def _describe_outcome(limits: xr.Dataset) -> Iterator[Node]:
+def _describe_outcome(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
     criteria = sections.lines_of(limits, "criteria") or ["none are named"]
-    yield List(criteria, "Criteria")
+    yield document_nodes.List(criteria, "Criteria")
     if "failed" in limits.attrs:
-        yield Verdict(Outcome.BAD, "{}", [str(limits.attrs["failed"])])
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.BAD, "{}", [str(limits.attrs["failed"])]
+        )
     yield from _describe_method(limits)
     if SIDES in limits.attrs:
-        yield Sentence("{}", [str(limits.attrs[SIDES])])
+        yield document_nodes.Sentence("{}", [str(limits.attrs[SIDES])])
     for stage in limits.stage.values:
         at = limits.sel(stage=stage)
         title = f"Limits of {stage}" if limits.sizes["stage"] > 1 else "Limits"
         curves = {name: _plotted_curve(line, limits) for name, line in distinct_lines(at)}
-        yield Curves(title, "peak period", "s", "significant height", "m", curves)
+        yield document_nodes.Curves(title, "peak period", "s", "significant height", "m", curves)
     head = ("stage", "waves", "peak period", "limiting height", "interval", "governed by")
-    yield Table(head, list(_limit_rows(limits)))
+    yield document_nodes.Table(head, list(_limit_rows(limits)))
     yield from weather_nodes(limits)
 
 
-def _describe_method(limits: xr.Dataset) -> Iterator[Sentence]:
+def _describe_method(limits: xr.Dataset) -> Iterator[document_nodes.Sentence]:
     """How the limits were found; how often what was inferred of other heights proved wrong."""
     method = str(limits.attrs.get("method", ""))
     if _are_from_spectra(limits):
-        yield Sentence("The limits are by response spectra ({}).", [method], detail=True)
+        yield document_nodes.Sentence(
+            "The limits are by response spectra ({}).", [method], detail=True
+        )
         return
     runs, of = (int(limits.attrs.get(name, 0)) for name in ("runs", "runs_of_all"))
     text = "The limits take {} runs of {} seeds, {} of a whole grid ({})."
-    share = Value(runs / of if of else np.nan, "share", 2)
-    yield Sentence(text, [str(runs), str(limits.attrs.get("seeds", "")), share, method], True)
+    share = document_nodes.Value(runs / of if of else np.nan, "share", 2)
+    yield document_nodes.Sentence(
+        text, [str(runs), str(limits.attrs.get("seeds", "")), share, method], True
+    )
     if "otherwise" in limits:
         text = "Of {} runs at limits inferred from other heights, {} differ."
         inferred, wrong = int(limits.inferred.sum()), int(limits.otherwise.sum())
-        yield Sentence(text, [str(inferred), str(wrong)], detail=True)
+        yield document_nodes.Sentence(text, [str(inferred), str(wrong)], detail=True)
 
 
-def weather_nodes(limits: xr.Dataset) -> Iterator[Node]:
+def weather_nodes(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
     """What the limits are worth in a scatter diagram and a hindcast."""
     several = limits.sizes["heading"] * limits.sizes["swell"] > 1
     if several and "bearing" not in limits.attrs and {"scatter_workable", "waiting"} & {*limits}:
-        yield Sentence(
+        yield document_nodes.Sentence(
             "Weather is held against the least limit of all headings and swells. If the hindcast"
             " has directions, operability.bearing turns them into headings."
         )
     if "scatter_workable" in limits:
         workable, outside = (
-            Value(float(limits[f"scatter_{name}"]), "share", 3) for name in ("workable", "outside")
+            document_nodes.Value(float(limits[f"scatter_{name}"]), "share", 3)
+            for name in ("workable", "outside")
         )
         low, high = limits.peak_period.values[[0, -1]]
-        yield Sentence(
+        yield document_nodes.Sentence(
             "Of the scatter diagram {} is workable. {} is outside peak periods of {} and counts as"
             " not workable.",
-            [workable, outside, Between(low, high, "s")],
+            [workable, outside, document_nodes.Between(low, high, "s")],
         )
     if "planned" in limits.attrs:
         planned, window = (float(limits.attrs[name]) for name in ("planned", "window"))
-        yield Sentence(
+        yield document_nodes.Sentence(
             "The operation is planned to take {}, with a contingency of {}. A contingency that is"
             " not given is as long as the operation.",
-            [Value(planned / HOUR_S, "h"), Value((window - planned) / HOUR_S, "h")],
+            [
+                document_nodes.Value(planned / HOUR_S, "h"),
+                document_nodes.Value((window - planned) / HOUR_S, "h"),
+            ],
         )
     if "alpha" in limits:
         yield from _describe_alpha_factors(limits)
@@ -152,64 +150,68 @@ def weather_nodes(limits: xr.Dataset) -> Iterator[Node]:
         yield from _describe_hindcast(limits)
 
 
-def _describe_alpha_factors(limits: xr.Dataset) -> Iterator[Node]:
+def _describe_alpha_factors(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
     """The alpha factor of each limit."""
     unmirrored = without_images(limits)
     head = (
         "peak period",
         *(_heading_words(float(heading), unmirrored) for heading in unmirrored.heading.values),
     )
-    rows: list[list[Cell]] = [
-        [digits_of(float(period)), *(Value(float(x), "", 3) for x in at)]
+    rows: list[list[document_nodes.Cell]] = [
+        [digits_of(float(period)), *(document_nodes.Value(float(x), "", 3) for x in at)]
         for period, at in zip(unmirrored.peak_period.values, unmirrored.alpha.values.T, strict=True)
     ]
-    yield Table(head, rows, f"Alpha factors by {limits.alpha.attrs.get('long_name', '')}")
+    yield document_nodes.Table(
+        head, rows, f"Alpha factors by {limits.alpha.attrs.get('long_name', '')}"
+    )
     if limits.alpha.isnull().any():
-        lowest = Value(float(limits.attrs.get("alpha_lowest", np.nan)), "m", 3)
+        lowest = document_nodes.Value(float(limits.attrs.get("alpha_lowest", np.nan)), "m", 3)
         count, of = int(unmirrored.alpha.isnull().sum()), unmirrored.alpha.size
-        yield Verdict(
-            Outcome.WARNING,
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.WARNING,
             "The alpha table begins at {}, above {} of {} limits. These have no factor and count as"
             " not workable: give the table a column for lower heights.",
             [lowest, str(count), str(of)],
         )
 
 
-def _describe_hindcast(limits: xr.Dataset) -> Iterator[Node]:
+def _describe_hindcast(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Windows and waiting times in a hindcast."""
-    yield Sentence("Hindcast: {}.", [str(limits.attrs.get("hindcast", ""))])
+    yield document_nodes.Sentence("Hindcast: {}.", [str(limits.attrs.get("hindcast", ""))])
     if "bearing" in limits.attrs:
-        bearing = Value(float(limits.attrs["bearing"]), "rad")
-        yield Sentence(
+        bearing = document_nodes.Value(float(limits.attrs["bearing"]), "rad")
+        yield document_nodes.Sentence(
             "Its directions are headings, with the x axis at a bearing of {}.", [bearing]
         )
-    outside = Value(float(limits.hindcast_outside), "share", 3)
+    outside = document_nodes.Value(float(limits.hindcast_outside), "share", 3)
     if outside.number > MAX_SHARE_OUTSIDE:
-        yield Verdict(
-            Outcome.WARNING,
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.WARNING,
             "{} of the time has no limit. Add peak periods, and with a bearing headings at most {}"
             " apart, that cover the hindcast.",
-            [outside, Value(MAX_HEADING_GAP, "rad", 3)],
+            [outside, document_nodes.Value(MAX_HEADING_GAP, "rad", 3)],
         )
     else:
-        yield Sentence("{} of the time has no limit and counts as not workable.", [outside])
+        yield document_nodes.Sentence(
+            "{} of the time has no limit and counts as not workable.", [outside]
+        )
     if "hindcast_below_alpha" in limits:
-        share = Value(float(limits.hindcast_below_alpha), "share", 3)
+        share = document_nodes.Value(float(limits.hindcast_below_alpha), "share", 3)
         text = "{} of the time has a limit below the alpha table, and counts as not workable."
-        yield Verdict(Outcome.WARNING, text, [share])
+        yield document_nodes.Verdict(document_nodes.Outcome.WARNING, text, [share])
     window = float(limits.waiting.attrs["window"]) / HOUR_S
     head = ("season", "workable", "a window can begin in", "waiting P50", "P90", "after the last")
     rows = [_season_cells(limits.sel(season=season)) for season in limits.season.values]
-    yield Table(head, rows, f"Windows of {window:g} h")
+    yield document_nodes.Table(head, rows, f"Windows of {window:g} h")
 
 
-def _season_cells(at: xr.Dataset) -> list[Cell]:
+def _season_cells(at: xr.Dataset) -> list[document_nodes.Cell]:
     workable, startable, never = (
-        Value(float(at[f"hindcast_{name}"]), "share", 3)
+        document_nodes.Value(float(at[f"hindcast_{name}"]), "share", 3)
         for name in ("workable", "startable", "never")
     )
     waits = [
-        Value(float(w) / HOUR_S, "h") if np.isfinite(w) else "beyond the record"
+        document_nodes.Value(float(w) / HOUR_S, "h") if np.isfinite(w) else "beyond the record"
         for w in at.waiting.values
     ]
     return [str(at.season.values), workable, startable, *waits, never]
@@ -256,14 +258,16 @@ def _degrees_text(heading: float) -> str:
     return f"{round(np.degrees(heading), 6):g}"
 
 
-def _plotted_curve(at: xr.Dataset, limits: xr.Dataset) -> PlottedCurve:
+def _plotted_curve(at: xr.Dataset, limits: xr.Dataset) -> document_nodes.PlottedCurve:
     """A curve of the limits that lie within the heights; a sea without one has no point."""
     top = float(limits.attrs.get("highest", np.inf))
     points = zip(at.peak_period.values, at.governing.values, strict=True)
     remarks = [f"m at {period:g} s {_governing_words(by)}" for period, by in points]
     within = np.array([not side_of(float(limit), limits) for limit in at.limit.values])
     limit, low, high = (np.where(within, at[name].values, np.nan) for name in LIMIT_VARIABLES[:3])
-    return PlottedCurve(at.peak_period.values, limit, low, np.minimum(high, top), remarks)
+    return document_nodes.PlottedCurve(
+        at.peak_period.values, limit, low, np.minimum(high, top), remarks
+    )
 
 
 def _governing_words(by: object) -> str:
@@ -278,48 +282,57 @@ def side_of(limit: float, limits: xr.Dataset) -> str:
     return "above" if limit >= limits.attrs["highest"] - near else ""
 
 
-def _limit_rows(limits: xr.Dataset) -> Iterator[list[Cell]]:
+def _limit_rows(limits: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
     for stage in limits.stage.values:
         for name, at in _limits_by_heading(limits.sel(stage=stage)):
             for k, period in enumerate(at.peak_period.values):
                 at_period = at.isel(peak_period=k)
                 limit, interval = _limit_cells(at_period)
                 by = str(at_period.governing.values)
-                yield [str(stage), name, Value(float(period), "s"), limit, interval, by]
+                yield [
+                    str(stage),
+                    name,
+                    document_nodes.Value(float(period), "s"),
+                    limit,
+                    interval,
+                    by,
+                ]
 
 
-def _limit_cells(at_period: xr.Dataset) -> tuple[Cell, Cell]:
+def _limit_cells(at_period: xr.Dataset) -> tuple[document_nodes.Cell, document_nodes.Cell]:
     """A limit with its interval, or on which side of the heights it lies."""
     limit, low, high = (float(at_period[name]) for name in ("limit", "low", "high"))
     side = side_of(limit, at_period)
     if side == "below":
-        return Sentence(
-            "below {}", [Value(at_period.attrs["lowest"], "m")]
+        return document_nodes.Sentence(
+            "below {}", [document_nodes.Value(at_period.attrs["lowest"], "m")]
         ), "the first is too high"
     if side == "above":
-        return Sentence("above {}", [Value(at_period.attrs["highest"], "m")]), "all hold"
+        return document_nodes.Sentence(
+            "above {}", [document_nodes.Value(at_period.attrs["highest"], "m")]
+        ), "all hold"
     if _are_from_spectra(at_period):
-        return Value(limit, "m"), "none, without runs"
+        return document_nodes.Value(limit, "m"), "none, without runs"
     top = high if high <= at_period.attrs["highest"] else np.inf
-    return Value(limit, "m"), Between(max(low, 0.0), top, "m", 3)
+    return document_nodes.Value(limit, "m"), document_nodes.Between(max(low, 0.0), top, "m", 3)
 
 
-def _describe_case(limits: xr.Dataset) -> Iterator[Node]:
-    yield Sentence(
+def _describe_case(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+    yield document_nodes.Sentence(
         "The case of all seas. Heights, peak periods, headings and seeds are those of the study."
     )
     yield from sections.case_nodes(limits)
 
 
-def _limit_assumptions(limits: xr.Dataset) -> Iterator[Node]:
+def _limit_assumptions(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
     spectra = _are_from_spectra(limits)
     assumptions = {
         label: sections.attribute_text(limits.attrs[name])
         for name, label in ASSUMPTION_LABELS.items()
         if name in limits.attrs and not (spectra and name in RUN_ATTRIBUTES)
     }
-    yield Table(("assumption", ""), list(assumptions.items()))
-    yield Sentence(
+    yield document_nodes.Table(("assumption", ""), list(assumptions.items()))
+    yield document_nodes.Sentence(
         "Nothing was computed between peak periods. Warnings of single runs are not kept:"
         " hydrosim check prints those of the case."
     )
@@ -330,8 +343,10 @@ def _are_from_spectra(limits: xr.Dataset) -> bool:
     return int(limits.attrs.get("runs", 1)) == 0
 
 
-def _describe_convergence(limits: xr.Dataset) -> Iterator[Node]:
-    yield Sentence("This study does not assess how limits change with the step of the solver.")
+def _describe_convergence(limits: xr.Dataset) -> Iterator[document_nodes.Node]:
+    yield document_nodes.Sentence(
+        "This study does not assess how limits change with the step of the solver."
+    )
 
 
 LIMIT_SECTIONS: sections.Sections[xr.Dataset] = {

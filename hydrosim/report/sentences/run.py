@@ -29,16 +29,9 @@ from hydrosim.files.document_nodes import (
 )
 from hydrosim.files.series import unit_of, units_along
 from hydrosim.report.sentences.sections import attribute_text, lines_of, title_of
+from hydrosim.results import ledger
 from hydrosim.results.channels import COORDINATE_LINKS, largest_loads
 from hydrosim.results.dataset import is_part
-from hydrosim.results.ledger import (
-    COMPANION,
-    CONTACT_FORCE,
-    EVALUATIONS,
-    MAX_RESIDUAL_FRACTION,
-    RELATIVE,
-    reported_beyond,
-)
 from hydrosim.results.phases import FIGURES, STAGE_TIME
 from hydrosim.statistics.figures import Criterion, criteria_of
 
@@ -161,8 +154,8 @@ SOLVER = {
     "solver_rejected": "rejected steps",
     "solver_events": "events",
     "solver_evaluations": "evaluations of the equation of motion",
-    EVALUATIONS: "evaluations more, to measure the error",
-    COMPANION: "compared with, to measure the error",
+    ledger.EVALUATIONS: "evaluations more, to measure the error",
+    ledger.COMPANION: "compared with, to measure the error",
     "wall_time": "computing time [s]",
 }
 
@@ -245,7 +238,7 @@ def solution_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
     """Whether energy adds up, how large errors of steps are, how good radiation is."""
     if "energy_residual_relative" in run.attrs and not is_part(run):
         yield _energy_verdict(float(run.attrs["energy_residual_relative"]))
-    if RELATIVE in run.attrs and not is_part(run):
+    if ledger.RELATIVE in run.attrs and not is_part(run):
         yield from _error_verdicts(run)
     if "radiation_error" in run.attrs:
         yield radiation_verdict(float(run.attrs["radiation_error"]))
@@ -280,19 +273,21 @@ def status_verdict(run: xr.Dataset) -> Verdict:
 
 
 def _energy_verdict(residual: float) -> Verdict:
-    outcome = Outcome.GOOD if residual <= MAX_RESIDUAL_FRACTION else Outcome.WARNING
+    outcome = Outcome.GOOD if residual <= ledger.MAX_RESIDUAL_FRACTION else Outcome.WARNING
     text = "The energy balance closes to {} of the energy exchanged; the limit is {}."
     return Verdict(
-        outcome, text, [Value(residual, digits=2), Value(MAX_RESIDUAL_FRACTION, digits=2)]
+        outcome, text, [Value(residual, digits=2), Value(ledger.MAX_RESIDUAL_FRACTION, digits=2)]
     )
 
 
 def _error_verdicts(run: xr.Dataset) -> Iterator[Verdict]:
     """The measured error of motions; what is too large is a warning of the run."""
-    error = float(run.attrs[RELATIVE])
-    if error <= reported_beyond(run):
+    error = float(run.attrs[ledger.RELATIVE])
+    if error <= ledger.reported_beyond(run):
         text = "Errors of motions are {} of their range, measured against {}."
-        yield Verdict(Outcome.GOOD, text, [Value(error, digits=1), str(run.attrs[COMPANION])])
+        yield Verdict(
+            Outcome.GOOD, text, [Value(error, digits=1), str(run.attrs[ledger.COMPANION])]
+        )
 
 
 def radiation_verdict(error: float) -> Verdict:
@@ -549,10 +544,10 @@ def convergence(run: xr.Dataset) -> Iterator[Node]:
 
 def _step_errors(run: xr.Dataset) -> Iterator[Node]:
     """What the errors by the steps of the solver were measured against."""
-    if COMPANION in run.attrs:
+    if ledger.COMPANION in run.attrs:
         yield Sentence(
             "Errors by the steps of the solver were measured: the run was compared with {}.",
-            [str(run.attrs[COMPANION])],
+            [str(run.attrs[ledger.COMPANION])],
         )
     elif "solver_linear" in run.attrs and str(run.attrs["solver_linear"]).startswith("stepped"):
         yield Sentence("Errors by the steps of the solver were not measured.")
@@ -560,17 +555,21 @@ def _step_errors(run: xr.Dataset) -> Iterator[Node]:
 
 def _evidence_entries(run: xr.Dataset) -> Iterator[tuple[str, Value, Value | str]]:
     """Measured errors and the residual of the energy balance, each with its limit."""
-    limit = Value(reported_beyond(run), digits=2)
+    limit = Value(ledger.reported_beyond(run), digits=2)
     for text, figure in (
-        ("error of motions, relative to their range", RELATIVE),
-        ("error of the largest contact force, relative to it", CONTACT_FORCE),
+        ("error of motions, relative to their range", ledger.RELATIVE),
+        ("error of the largest contact force, relative to it", ledger.CONTACT_FORCE),
     ):
         if figure in run.attrs:
-            beyond = limit if figure == RELATIVE else ""
+            beyond = limit if figure == ledger.RELATIVE else ""
             yield text, Value(float(run.attrs[figure]), digits=2), beyond
     if "energy_residual_relative" in run.attrs:
         residual = Value(float(run.attrs["energy_residual_relative"]), digits=2)
-        yield "residual of the energy balance", residual, Value(MAX_RESIDUAL_FRACTION, digits=2)
+        yield (
+            "residual of the energy balance",
+            residual,
+            Value(ledger.MAX_RESIDUAL_FRACTION, digits=2),
+        )
 
 
 def study_document(study: ConvergenceStudy, title: str, units: Units = DEFAULT) -> Document:

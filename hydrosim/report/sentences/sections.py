@@ -8,38 +8,28 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from hydrosim.case.criteria import TITLE_BLOCK
 from hydrosim.case.tables import case_tables, plain, seas, shorten_path
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document_layout import digits_of
-from hydrosim.files.document_nodes import (
-    Cell,
-    Code,
-    Heading,
-    Node,
-    Outcome,
-    Sentence,
-    Table,
-    Verdict,
-    warnings,
-)
 from hydrosim.scene import Place
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Result = TypeVar("Result")
-SectionBuilder = Callable[[Result], Iterator[Node]]
+SectionBuilder = Callable[[Result], Iterator[document_nodes.Node]]
 Sections = Mapping[str, tuple[str, SectionBuilder[Result]]]
 """Sections by name: the heading, and what gives the nodes below it."""
 MAX_TABLE_ROWS = 300
 """Rows of a table, and remarks of a list."""
 
 
-def build_sections(parts: Sections[Result], result: Result) -> list[Node]:
+def build_sections(parts: Sections[Result], result: Result) -> list[document_nodes.Node]:
     """The headings and nodes of those parts of a result that have anything to say."""
-    nodes: list[Node] = []
+    nodes: list[document_nodes.Node] = []
     for name, (title, part) in parts.items():
         if below := list(_build_section(part, result)):
-            nodes += [Heading(title, name), *below]
+            nodes += [document_nodes.Heading(title, name), *below]
     return nodes
 
 
@@ -63,13 +53,13 @@ def attribute_text(value: Any) -> str:
         return str(value)
 
 
-def _build_section(part: SectionBuilder[Result], result: Result) -> Iterator[Node]:
+def _build_section(part: SectionBuilder[Result], result: Result) -> Iterator[document_nodes.Node]:
     """The nodes of a part. A result of another version or origin gives those that can be made."""
     try:
         yield from part(result)
     except (KeyError, ValueError, AttributeError, IndexError) as error:
-        yield Verdict(
-            Outcome.BAD,
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.BAD,
             "This result lacks what this version of hydrosim writes, so the rest of this part is"
             " missing ({}). Run the case again.",
             [f"{type(error).__name__}: {error}"],
@@ -89,15 +79,17 @@ LABELS = {
 }
 
 
-def title_block(result: xr.Dataset) -> Iterator[Node]:
+def title_block(result: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Project, client, author and revision as the case gives them; remarks; the seas."""
     block = json.loads(str(result.attrs.get(TITLE_BLOCK, "{}")))
-    rows: list[list[Cell]] = [[label, block[key]] for key, label in LABELS.items() if key in block]
+    rows: list[list[document_nodes.Cell]] = [
+        [label, block[key]] for key, label in LABELS.items() if key in block
+    ]
     rows += [["Sea", sea] for sea in _sea_texts(result)]
     rows.append(["Computed by", str(result.attrs.get("program", "hydrosim"))])
-    yield Table(("", ""), rows)
+    yield document_nodes.Table(("", ""), rows)
     if "remarks" in block:
-        yield Sentence("{}", [block["remarks"]])
+        yield document_nodes.Sentence("{}", [block["remarks"]])
 
 
 def _sea_texts(result: xr.Dataset) -> list[str]:
@@ -132,28 +124,32 @@ OF_BODIES = {
 }
 
 
-def case_nodes(run: xr.Dataset) -> Iterator[Node]:
+def case_nodes(run: xr.Dataset) -> Iterator[document_nodes.Node]:
     """The case in short, as it was written, and with every default."""
     data = plain(str(run.attrs.get("case_resolved", "")))
     yield from case_tables(data)
     if text := run.attrs.get("case"):
-        yield Code("The case as it was written, with its units and remarks", str(text))
+        yield document_nodes.Code(
+            "The case as it was written, with its units and remarks", str(text)
+        )
     if text := run.attrs.get("case_resolved"):
-        yield Code("The case with every default, in SI and radians", str(text))
+        yield document_nodes.Code("The case with every default, in SI and radians", str(text))
     if not (data or run.attrs.get("case")):
-        yield Sentence("The result does not hold its case. It was made from Python or otherwise.")
+        yield document_nodes.Sentence(
+            "The result does not hold its case. It was made from Python or otherwise."
+        )
 
 
-def assumption_nodes(run: xr.Dataset) -> Iterator[Node]:
+def assumption_nodes(run: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Warnings first, then all that the run says of its assumptions."""
-    if told := warnings(lines_of(run, "warnings")):
+    if told := document_nodes.warnings(lines_of(run, "warnings")):
         yield from told
     else:
-        yield Sentence("The run holds no warnings.")
+        yield document_nodes.Sentence("The run holds no warnings.")
     yield assumptions(run)
 
 
-def assumptions(run: xr.Dataset) -> Table:
+def assumptions(run: xr.Dataset) -> document_nodes.Table:
     """All that a run, or runs of which each has the same, says of its assumptions."""
     rows = [
         (label, _attribute_words(key, run.attrs[key]))
@@ -164,7 +160,7 @@ def assumptions(run: xr.Dataset) -> Table:
         for body in map(str, run.body.values if "body" in run.coords else ()):
             if (key := f"{start}_{body}") in run.attrs:
                 rows.append((f"{label} {body}", _attribute_words(start, run.attrs[key])))
-    return Table(("assumption", ""), rows)
+    return document_nodes.Table(("assumption", ""), rows)
 
 
 def _attribute_words(key: str, value: Any) -> str:

@@ -9,51 +9,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.dofs import DOFS
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import text_of, value_text
-from hydrosim.files.document_nodes import (
-    Between,
-    Cell,
-    Chart,
-    Heading,
-    Node,
-    Sentence,
-    Table,
-    Value,
-)
 from hydrosim.files.series import units_along
 from hydrosim.report.sentences.sections import MAX_TABLE_ROWS, title_of
+from hydrosim.results import phases
 from hydrosim.results.channels import COORDINATE_LINKS, channel_names, group_by_size
 from hydrosim.results.channels import channel_series as channel
-from hydrosim.results.phases import (
-    CONTACT_WEIGHT,
-    FIGURES,
-    GROUP_IMPULSE,
-    STAGE_TIME,
-    is_operation,
-    transferred_fraction,
-)
+from hydrosim.statistics import explain, over_seeds
 from hydrosim.statistics.effects import PlanRuns, combinations, seed_spread
-from hydrosim.statistics.explain import (
-    DIRECTION_AXES,
-    EXPLAINED_PHASES,
-    FRICTION_PARTS,
-    OTHER,
-    significant_entries,
-    stages_with_values,
-)
 from hydrosim.statistics.gumbel import INTERVAL_PROBABILITY, VALUES_FOR_INTERVAL
-from hydrosim.statistics.over_seeds import (
-    GUMBEL_METHOD,
-    MIN_RUNS,
-    SeedExtremes,
-    SmallestAndLargest,
-    ends_of_channels,
-    ends_of_figures,
-    ends_of_motions,
-    find_extremes,
-)
 from hydrosim.statistics.results import crawl
 
 if TYPE_CHECKING:
@@ -121,18 +88,20 @@ FOLDED_CHARTS = {
 }
 
 
-def main_charts(run: xr.Dataset) -> Iterator[Chart]:
+def main_charts(run: xr.Dataset) -> Iterator[document_nodes.Chart]:
     """What people look at first."""
     for body in map(str, run.body.values):
         yield from _motion_charts(run.position, body, DISPLACEMENTS, "displacement", "rotation")
     if np.any(run.wave_elevation):
-        yield Chart(
+        yield document_nodes.Chart(
             "Wave elevation at the origin", "m", {"wave": _values_over_time(run.wave_elevation)}
         )
     if "wind_speed" in run:
-        yield Chart("Wind speed at 10 m", "m/s", {"wind": _values_over_time(run.wind_speed)})
+        yield document_nodes.Chart(
+            "Wind speed at 10 m", "m/s", {"wind": _values_over_time(run.wind_speed)}
+        )
     if "fender_mode" in run:
-        yield Chart(
+        yield document_nodes.Chart(
             "Contact modes", "share of time", _series_by_label(run, "fender_mode", "fender"), True
         )
     yield from _charts_by_unit(run, "joint_position", "Motions of joints")
@@ -141,7 +110,7 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
         title = f"{dim.replace('_', ' ').capitalize()}: load"
         yield from _charts_by_unit(run, f"{dim}_load", title)
     used = {n: channel(run, n)[0] for n in channel_names(run) if n.startswith("utilisation.")}
-    yield from _drop_rounding(Chart("Utilisation of capacities", "1", used))
+    yield from _drop_rounding(document_nodes.Chart("Utilisation of capacities", "1", used))
     if "fender_node" in run:
         gone = crawl(run)
         for axis in map(str, gone.axis.values):
@@ -149,15 +118,15 @@ def main_charts(run: xr.Dataset) -> Iterator[Chart]:
                 gone.sel(axis=axis).to_dataset(name="gone"), "gone", "fender"
             )
             yield from _drop_rounding(
-                Chart(f"Crawl of contact points in {axis}", "m", lost_by_fender)
+                document_nodes.Chart(f"Crawl of contact points in {axis}", "m", lost_by_fender)
             )
-    if CONTACT_WEIGHT in run.coords and GROUP_IMPULSE in run:
-        share = transferred_fraction(run).to_dataset(name="share")
+    if phases.CONTACT_WEIGHT in run.coords and phases.GROUP_IMPULSE in run:
+        share = phases.transferred_fraction(run).to_dataset(name="share")
         lost_by_fender = _series_by_label(share, "share", "contact_group")
-        yield Chart("Share of the weight transferred", "share", lost_by_fender)
+        yield document_nodes.Chart("Share of the weight transferred", "share", lost_by_fender)
 
 
-def more_charts(run: xr.Dataset) -> Iterator[Chart]:
+def more_charts(run: xr.Dataset) -> Iterator[document_nodes.Chart]:
     """What is folded away: velocities, forces one by one, and more of the contacts."""
     yield from _line_charts(run, FOLDED_CHARTS, folded=True)
     for dim in COORDINATE_LINKS:
@@ -173,7 +142,7 @@ def more_charts(run: xr.Dataset) -> Iterator[Chart]:
     for axis in map(str, run.axis.values) if "fender_friction" in run else ():
         friction = _series_by_label(run.sel(axis=axis), "fender_friction", "fender")
         yield from _drop_rounding(
-            Chart(f"Friction of contacts in {axis}", "N", friction, folded=True)
+            document_nodes.Chart(f"Friction of contacts in {axis}", "N", friction, folded=True)
         )
     for body in map(str, run.body.values):
         if "velocity" in run:
@@ -185,31 +154,35 @@ def more_charts(run: xr.Dataset) -> Iterator[Chart]:
             yield from _motion_charts(run[row], body, of, "force", "moment", True)
 
 
-def energies(run: xr.Dataset) -> Iterator[Chart]:
+def energies(run: xr.Dataset) -> Iterator[document_nodes.Chart]:
     """The ledger over time."""
-    yield Chart("Kinetic energy", "J", {"kinetic": run.energy_kinetic.values}, folded=True)
+    yield document_nodes.Chart(
+        "Kinetic energy", "J", {"kinetic": run.energy_kinetic.values}, folded=True
+    )
     for part, label in ENERGY_LABELS.items():
         energies_by_name = {
             name: run[f"energy_{part}_{name}"].values for name in _ledger_names(run, part)
         }
-        yield from _drop_rounding(Chart(f"Energy {label}", "J", energies_by_name, folded=True))
+        yield from _drop_rounding(
+            document_nodes.Chart(f"Energy {label}", "J", energies_by_name, folded=True)
+        )
     residual = {"residual": run.energy_residual.values}
-    yield Chart("Residual of the ledger", "J", residual, folded=True)
+    yield document_nodes.Chart("Residual of the ledger", "J", residual, folded=True)
 
 
-def ledger(run: xr.Dataset) -> Iterator[Node]:
+def ledger(run: xr.Dataset) -> Iterator[document_nodes.Node]:
     """What became of the energy from start to end."""
     if run.time.size < 1:
         return
     kinetic = run.energy_kinetic.values
-    rows = [("kinetic", Value(float(kinetic[-1]), "J"), "held at the end")]
+    rows = [("kinetic", document_nodes.Value(float(kinetic[-1]), "J"), "held at the end")]
     for part, label in ENERGY_LABELS.items():
         for name in _ledger_names(run, part):
             value = float(run[f"energy_{part}_{name}"].values[-1])
-            rows.append((name.replace("_", " "), Value(value, "J"), label))
+            rows.append((name.replace("_", " "), document_nodes.Value(value, "J"), label))
     last = float(run.energy_residual.values[-1])
-    rows.append(("residual", Value(last, "J"), "not accounted for"))
-    yield Table(("energy", "at the end", "what it is, since the start"), rows)
+    rows.append(("residual", document_nodes.Value(last, "J"), "not accounted for"))
+    yield document_nodes.Table(("energy", "at the end", "what it is, since the start"), rows)
 
 
 def _ledger_names(run: xr.Dataset, part: str) -> list[str]:
@@ -220,7 +193,7 @@ def _ledger_names(run: xr.Dataset, part: str) -> list[str]:
 
 def _motion_charts(
     of: xr.DataArray, body: str, how: Motions, linear: str, angular: str, folded: bool = False
-) -> Iterator[Chart]:
+) -> Iterator[document_nodes.Chart]:
     body_motions = of.sel(body=body)
     for label, dofs, unit in (
         (linear, DOFS[:3], how.linear),
@@ -228,12 +201,12 @@ def _motion_charts(
     ):
         series = {dof: _values_over_time(body_motions.sel(dof=dof)) for dof in dofs}
         title = f"{body}: {how.title}{label}"
-        yield from _drop_rounding(Chart(title, unit, series, folded=folded))
+        yield from _drop_rounding(document_nodes.Chart(title, unit, series, folded=folded))
 
 
 def _charts_by_unit(
     run: xr.Dataset, name: str, title: str, folded: bool = False
-) -> Iterator[Chart]:
+) -> Iterator[document_nodes.Chart]:
     """A chart of a variable of joint motions or links along lines, and one about axes."""
     if name not in run:
         return
@@ -241,19 +214,21 @@ def _charts_by_unit(
     every = _series_by_label(run, name, str(run[name].dims[-1]))
     for unit in dict.fromkeys(units.values()):
         alike = {n: x for n, x in every.items() if units[n] == unit}
-        yield from _drop_rounding(Chart(title, unit, alike, folded=folded))
+        yield from _drop_rounding(document_nodes.Chart(title, unit, alike, folded=folded))
 
 
 def _line_charts(
     run: xr.Dataset, table: dict[str, LineChart], folded: bool = False
-) -> Iterator[Chart]:
+) -> Iterator[document_nodes.Chart]:
     for name, of in table.items():
         if name in run and run[name].dims:
             series = _series_by_label(run, name, of.dim)
             groups = group_by_size(series) if of.unit in LOAD_UNITS else [series]
             for k, group in enumerate(groups):
                 title = f"{of.title}: {_names_text(group)}" if k else of.title
-                yield from _drop_rounding(Chart(title, of.unit, group, folded=folded))
+                yield from _drop_rounding(
+                    document_nodes.Chart(title, of.unit, group, folded=folded)
+                )
 
 
 def _names_text(series: Mapping[str, np.ndarray]) -> str:
@@ -262,7 +237,7 @@ def _names_text(series: Mapping[str, np.ndarray]) -> str:
     return f"{first} and {len(others)} more" if len(others) > 1 else ", ".join(series)
 
 
-def _drop_rounding(chart: Chart) -> Iterator[Chart]:
+def _drop_rounding(chart: document_nodes.Chart) -> Iterator[document_nodes.Chart]:
     """The chart of those lines that are more than rounding; none where there is none."""
     peaks = {name: _peak_size(values) for name, values in chart.series.items()}
     least = CHART_ROUNDING_FRACTION * max(peaks.values(), default=0.0)
@@ -314,14 +289,16 @@ def explanation_document(
     run: xr.Dataset, parts: Mapping[str, xr.Dataset], body: str, direction: str
 ) -> Document:
     """The explanation of a run, or of each combination of parameters of many runs by its name."""
-    nodes: list[Node] = []
+    nodes: list[document_nodes.Node] = []
     for title, explanations in parts.items():
-        nodes += [Heading(title)] if title else []
+        nodes += [document_nodes.Heading(title)] if title else []
         nodes += explanation(explanations, body, direction)
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def explanation(explanations: xr.Dataset, body: str, direction: str) -> Iterator[Node]:
+def explanation(
+    explanations: xr.Dataset, body: str, direction: str
+) -> Iterator[document_nodes.Node]:
     """The balance of mean forces on a body in a direction; what the friction of each group of
     contacts comes from; how its points slip, and what they do in each mode."""
     explanations = explanations.sel(span=reported_spans(explanations))
@@ -331,7 +308,8 @@ def explanation(explanations: xr.Dataset, body: str, direction: str) -> Iterator
     if "friction_part" in explanations:
         for group in dict.fromkeys(explanations.fender_group.values.ravel()):
             group_explanations = explanations.sel(
-                fender=explanations.fender_group == group, direction=DIRECTION_AXES[direction]
+                fender=explanations.fender_group == group,
+                direction=explain.DIRECTION_AXES[direction],
             )
             group_explanations = group_explanations.sel(
                 span=_spans_of_group(explanations, str(group))
@@ -348,16 +326,16 @@ def explanation(explanations: xr.Dataset, body: str, direction: str) -> Iterator
     yield _closing_sentence(explanations)
 
 
-def _table(title: str, rows: Iterator[ExplainedFigure]) -> Table:
+def _table(title: str, rows: Iterator[ExplainedFigure]) -> document_nodes.Table:
     figures = list(rows)
-    spans = stages_with_values(figures[0].values)
+    spans = explain.stages_with_values(figures[0].values)
     table = [
         [row.name, *(mean_cell(row.values.sel(span=s), row.unit) for s in spans)] for row in figures
     ]
-    return Table((title, *spans), table)
+    return document_nodes.Table((title, *spans), table)
 
 
-def mean_cell(values: xr.DataArray, unit: str) -> Cell:
+def mean_cell(values: xr.DataArray, unit: str) -> document_nodes.Cell:
     """A number, or of many ``run`` their mean and its interval; nothing where there is none."""
     x = np.atleast_1d(values.values)
     x = x[np.isfinite(x)]
@@ -365,8 +343,11 @@ def mean_cell(values: xr.DataArray, unit: str) -> Cell:
         return ""
     of = seed_spread(x)
     if "run" in values.dims and x.size > 1:
-        return Sentence("{} ({})", [Value(of.mean, unit), Between(of.low, of.high, unit)])
-    return Value(of.mean + 0.0, unit)
+        return document_nodes.Sentence(
+            "{} ({})",
+            [document_nodes.Value(of.mean, unit), document_nodes.Between(of.low, of.high, unit)],
+        )
+    return document_nodes.Value(of.mean + 0.0, unit)
 
 
 def _spans_of_group(explanations: xr.Dataset, group: str) -> list[str]:
@@ -384,26 +365,32 @@ def reported_spans(explanations: xr.Dataset) -> list[str]:
         if explanations.span_end.sel(span=s).notnull().any()
     }
     names = [str(s) for s in explanations.span.values]
-    return [s for s in names if _phase_number(s) is None or is_operation(_phases_beside(s, there))]
+    return [
+        s
+        for s in names
+        if _phase_number(s) is None or phases.is_operation(_phases_beside(s, there))
+    ]
 
 
 def _phase_number(span: str) -> int | None:
     """The phase that a span is; none if it is no phase."""
     name = span.rpartition(": ")[2]
-    return EXPLAINED_PHASES.index(name) if name in EXPLAINED_PHASES else None
+    return explain.EXPLAINED_PHASES.index(name) if name in explain.EXPLAINED_PHASES else None
 
 
 def _phases_beside(span: str, there: set[str]) -> Iterator[int]:
     """The phases of the same group of contacts, among the spans that are ``there``."""
     prefix = span.removesuffix(span.rpartition(": ")[2])
-    yield from (k for k, phase in enumerate(EXPLAINED_PHASES) if f"{prefix}{phase}" in there)
+    yield from (
+        k for k, phase in enumerate(explain.EXPLAINED_PHASES) if f"{prefix}{phase}" in there
+    )
 
 
 def _balance_figures(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Times, displacements, mean forces by what exerts them."""
     yield ExplainedFigure("duration", explanations.span_end - explanations.span_begin, "s")
     yield ExplainedFigure("displacement", explanations.displacement, "m")
-    for name in significant_entries(explanations.mean_force, "force"):
+    for name in explain.significant_entries(explanations.mean_force, "force"):
         yield ExplainedFigure(
             f"mean force, {name.replace('_', ' ')}", explanations.mean_force.sel(force=name), "N"
         )
@@ -413,8 +400,8 @@ def _balance_figures(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
 def _friction_figures(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
     """Mean friction of a group, by what it comes from."""
     part = explanations.friction_part.sum("fender").where(explanations.span_end.notnull())
-    for name in FRICTION_PARTS:
-        if name != OTHER or name in significant_entries(part, "part"):
+    for name in explain.FRICTION_PARTS:
+        if name != explain.OTHER or name in explain.significant_entries(part, "part"):
             yield ExplainedFigure(name, part.sel(part=name), "N")
     yield ExplainedFigure("sum", part.sum("part", skipna=False), "N")
 
@@ -429,15 +416,19 @@ def _point_figures(explanations: xr.Dataset) -> Iterator[ExplainedFigure]:
         yield ExplainedFigure(name, explanations[variable].mean("fender"), unit)
 
 
-def _closing_sentence(explanations: xr.Dataset) -> Sentence:
+def _closing_sentence(explanations: xr.Dataset) -> document_nodes.Sentence:
     """How far works and impulses do not add up, the worst of all bodies, spans and runs."""
-    missed = float(np.abs(explanations.unbalanced.sel(dof=list(DIRECTION_AXES))).max())
+    missed = float(np.abs(explanations.unbalanced.sel(dof=list(explain.DIRECTION_AXES))).max())
     done = float(np.abs(explanations.force_work).sum(["body", "dof", "force"]).max())
     missing = float(np.abs(explanations.work_missing).max())
-    return Sentence(
+    return document_nodes.Sentence(
         "Impulses of all forces add up to the change of momentum, but for a mean force of {}. Works"
         " add up to the change of kinetic energy, but for {} of {}.",
-        [Value(missed, "N", 1), Value(missing, "J", 2), Value(done, "J", 2)],
+        [
+            document_nodes.Value(missed, "N", 1),
+            document_nodes.Value(missing, "J", 2),
+            document_nodes.Value(done, "J", 2),
+        ],
         detail=True,
     )
 
@@ -446,19 +437,20 @@ def _closing_sentence(explanations: xr.Dataset) -> Sentence:
 
 MAX_COMBINATIONS = 5
 """Combinations of parameters that are shown."""
-CLEARANCE_FIGURE = FIGURES["end_clearance"][0]
+CLEARANCE_FIGURE = phases.FIGURES["end_clearance"][0]
 """The only result of stages that may be negative."""
 VARIED_COORDINATE = "varied"
 """Coordinate of runs: the parameter that is varied, one at a time."""
 EXTREMES_METHOD_NOTE = (
-    f"Intervals hold 90 %, over {MIN_RUNS} seeds or more. Where maxima follow Gumbel's law they are"
+    f"Intervals hold 90 %, over {over_seeds.MIN_RUNS} seeds or more. Where maxima"
+    " follow Gumbel's law they are"
     " by it; else by the order of the runs, without a law."
 )
 
 
-def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
+def seed_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
     """Extremes over the seeds of each combination of the parameters of a plan without figures."""
-    yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
+    yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
     plan_combinations = list(combinations(plan))
     for values, at in plan_combinations[:MAX_COMBINATIONS]:
         of = plan.runs.isel(run=at)
@@ -466,36 +458,41 @@ def seed_nodes(plan: PlanRuns) -> Iterator[Node]:
         yield from nodes_over_seeds(of, f"{title or 'All'}: {at.size} runs")
     if len(plan_combinations) > MAX_COMBINATIONS:
         more = str(len(plan_combinations) - MAX_COMBINATIONS)
-        yield Sentence("{} more combinations are in motion, in the file.", [more])
+        yield document_nodes.Sentence("{} more combinations are in motion, in the file.", [more])
 
 
-def extreme_nodes(plan: PlanRuns) -> Iterator[Node]:
+def extreme_nodes(plan: PlanRuns) -> Iterator[document_nodes.Node]:
     """Extremes over the seeds of figures, and of every other channel of the file."""
     plan_combinations = list(combinations(plan))
-    if max((at.size for _, at in plan_combinations), default=0) < MIN_RUNS:
+    if max((at.size for _, at in plan_combinations), default=0) < over_seeds.MIN_RUNS:
         text = "Most probable extremes and P90 over seeds take {} seeds or more."
-        yield Sentence(text, [str(MIN_RUNS)], detail=True)
+        yield document_nodes.Sentence(text, [str(over_seeds.MIN_RUNS)], detail=True)
         return
-    figures: list[list[Cell]] = []
-    channels: list[list[Cell]] = []
+    figures: list[list[document_nodes.Cell]] = []
+    channels: list[list[document_nodes.Cell]] = []
     for k, (values, at) in enumerate(plan_combinations):
         of = plan.runs.isel(run=at)
         name = named_values(plan, values) or "all"
-        figures += [[name, *row] for row in _extremes_over_runs(ends_of_figures(of, plan.figures))]
+        figures += [
+            [name, *row]
+            for row in _extremes_over_runs(over_seeds.ends_of_figures(of, plan.figures))
+        ]
         if k < MAX_COMBINATIONS:
             channels += [
                 [name, *row]
-                for row in _extremes_over_runs([*ends_of_motions(of), *ends_of_channels(of)])
+                for row in _extremes_over_runs(
+                    [*over_seeds.ends_of_motions(of), *over_seeds.ends_of_channels(of)]
+                )
             ]
     yield from _extreme_tables("figure", figures, of=True)
     yield from _extreme_tables("channel", channels, of=True, detail=True)
     if figures or channels:
-        yield Sentence(EXTREMES_METHOD_NOTE, detail=True)
+        yield document_nodes.Sentence(EXTREMES_METHOD_NOTE, detail=True)
 
 
 def _extreme_tables(
-    what: str, rows: list[list[Cell]], of: bool = False, detail: bool = False
-) -> Iterator[Node]:
+    what: str, rows: list[list[document_nodes.Cell]], of: bool = False, detail: bool = False
+) -> Iterator[document_nodes.Node]:
     """Two tables of extremes, of rows that begin with a name and a side; with ``of``, with what
     they are of before these."""
     if not rows:
@@ -504,29 +501,33 @@ def _extreme_tables(
     n = len(begin)
     title = "The most probable extreme of a run, and where the extreme of another run lies"
     head = (*begin, "most probable", "interval", "another run")
-    yield Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
+    yield document_nodes.Table(head, [row[: n + 3] for row in rows[:MAX_TABLE_ROWS]], title, detail)
     title = "P90: 90 % of runs do not exceed this largest value, or do not fall below this smallest"
     shortened = [[*row[:n], *row[n + 3 :]] for row in rows[:MAX_TABLE_ROWS]]
-    yield Table((*begin, "P90", "interval", "by"), shortened, title, detail)
+    yield document_nodes.Table((*begin, "P90", "interval", "by"), shortened, title, detail)
 
 
-def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[Node]:
+def nodes_over_seeds(runs: xr.Dataset, title: str = "") -> Iterator[document_nodes.Node]:
     """Between which values each motion is, extremes of another run, stages over runs."""
     head = ("motion", "smallest", "largest")
-    moving = list(ends_of_motions(runs))
-    ends: list[list[Cell]] = [
+    moving = list(over_seeds.ends_of_motions(runs))
+    ends: list[list[document_nodes.Cell]] = [
         [
             motion.name,
-            Value(np.min(motion.low), motion.unit),
-            Value(np.max(motion.high), motion.unit),
+            document_nodes.Value(np.min(motion.low), motion.unit),
+            document_nodes.Value(np.max(motion.high), motion.unit),
         ]
         for motion in moving
         if motion.low is not None and motion.high is not None
     ]
-    yield Table(head, ends, title)
-    yield from _extreme_tables("channel", _extremes_over_runs([*moving, *ends_of_channels(runs)]))
+    yield document_nodes.Table(head, ends, title)
+    yield from _extreme_tables(
+        "channel", _extremes_over_runs([*moving, *over_seeds.ends_of_channels(runs)])
+    )
     if stages := list(_stage_rows(runs)):
-        yield Table(("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages)
+        yield document_nodes.Table(
+            ("stage or figure", "group", "mean", "interval", "all runs", "runs"), stages
+        )
 
 
 def named_values(plan: PlanRuns, values: Mapping[str, object]) -> str:
@@ -546,37 +547,39 @@ def short_key(name: str) -> str:
     return " ".join(name.split(".")[-2:]).replace("_", " ")
 
 
-def value_of(value: object, unit: str) -> Value | str:
+def value_of(value: object, unit: str) -> document_nodes.Value | str:
     """A value of a parameter: a number in its unit, or words."""
-    return Value(value, unit, 6) if isinstance(value, float) else value_text(value)
+    return document_nodes.Value(value, unit, 6) if isinstance(value, float) else value_text(value)
 
 
-def _extremes_over_runs(ends: Iterable[SmallestAndLargest]) -> list[list[Cell]]:
+def _extremes_over_runs(
+    ends: Iterable[over_seeds.SmallestAndLargest],
+) -> list[list[document_nodes.Cell]]:
     """Extremes of channels that enough runs have values of."""
     return [row for ends in ends for row in _extreme_rows(ends)]
 
 
-def _extreme_rows(ends: SmallestAndLargest) -> Iterator[list[Cell]]:
+def _extreme_rows(ends: over_seeds.SmallestAndLargest) -> Iterator[list[document_nodes.Cell]]:
     """Of the smallest and of the largest value of each run."""
-    for side, extreme in find_extremes(ends):
+    for side, extreme in over_seeds.find_extremes(ends):
         yield [ends.name, side, *_extreme_cells(extreme, ends.unit)]
 
 
-def _extreme_cells(extreme: SeedExtremes, unit: str) -> list[Cell]:
+def _extreme_cells(extreme: over_seeds.SeedExtremes, unit: str) -> list[document_nodes.Cell]:
     return [
-        Value(extreme.probable, unit),
-        Between(*extreme.interval, unit),
-        Between(*extreme.another, unit),
-        Value(extreme.p90, unit),
-        Between(*extreme.p90_interval, unit),
+        document_nodes.Value(extreme.probable, unit),
+        document_nodes.Between(*extreme.interval, unit),
+        document_nodes.Between(*extreme.another, unit),
+        document_nodes.Value(extreme.p90, unit),
+        document_nodes.Between(*extreme.p90_interval, unit),
         _method_text(extreme),
     ]
 
 
-def _method_text(extreme: SeedExtremes) -> str:
+def _method_text(extreme: over_seeds.SeedExtremes) -> str:
     """The law, or the order of the runs and what their interval of another run holds."""
-    if extreme.method == GUMBEL_METHOD:
-        return GUMBEL_METHOD
+    if extreme.method == over_seeds.GUMBEL_METHOD:
+        return over_seeds.GUMBEL_METHOD
     held = f"interval of another run holds {100.0 * extreme.probability:.0f} %"
     more = (
         ""
@@ -586,15 +589,27 @@ def _method_text(extreme: SeedExtremes) -> str:
     return f"{extreme.method} ({held}{more})"
 
 
-def _stage_rows(runs: xr.Dataset) -> Iterator[list[Cell]]:
+def _stage_rows(runs: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
     """Stages and figures of each group over runs: mean with its interval, and their range."""
-    for name in runs.contact_group.values if STAGE_TIME in runs else ():
+    for name in runs.contact_group.values if phases.STAGE_TIME in runs else ():
         of = runs.sel(contact_group=name)
-        stages = {str(s): of[STAGE_TIME].sel(stage=s) for s in of.stage.values}
-        for what, values in {**stages, **{FIGURES[f][0]: of[f] for f in FIGURES}}.items():
+        stages = {str(s): of[phases.STAGE_TIME].sel(stage=s) for s in of.stage.values}
+        for what, values in {
+            **stages,
+            **{phases.FIGURES[f][0]: of[f] for f in phases.FIGURES},
+        }.items():
             finite = values.values[np.isfinite(values.values)]
             if finite.size and np.ptp(finite) > 0.0:
                 at = seed_spread(finite, -np.inf if what == CLEARANCE_FIGURE else 0.0)
                 unit = str(values.attrs["units"])
-                ends = Between(at.low, at.high, unit), Between(finite.min(), finite.max(), unit)
-                yield [what, str(name), Value(at.mean, unit), *ends, str(finite.size)]
+                ends = (
+                    document_nodes.Between(at.low, at.high, unit),
+                    document_nodes.Between(finite.min(), finite.max(), unit),
+                )
+                yield [
+                    what,
+                    str(name),
+                    document_nodes.Value(at.mean, unit),
+                    *ends,
+                    str(finite.size),
+                ]

@@ -9,26 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.case.tables import plain
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import unit_of_dof, units_of
 from hydrosim.files.document import Document
-from hydrosim.files.document_nodes import (
-    Between,
-    Cell,
-    List,
-    Node,
-    Outcome,
-    Sentence,
-    Table,
-    Value,
-    Verdict,
-)
-from hydrosim.report.sentences.run import (
-    criteria_nodes,
-    element_verdicts,
-    solution_verdicts,
-    stage_nodes,
-    status_verdict,
-)
+from hydrosim.report.sentences import run as run_sentences
 from hydrosim.report.sentences.sections import lines_of, title_of
 from hydrosim.results.channels import LINES
 from hydrosim.results.phases import is_operation
@@ -52,30 +36,30 @@ class StatisticsChannel(NamedTuple):
     title: str
     unit: str
 
-    def figure(self, statistics: xr.Dataset, name: str) -> Value:
+    def figure(self, statistics: xr.Dataset, name: str) -> document_nodes.Value:
         """A figure by its name among `statistics.STATISTIC_NAMES`."""
         number = float(statistics[self.kind].sel({**self.at, "statistic": name}))
-        return Value(number, "s" if name == "period" else self.unit)
+        return document_nodes.Value(number, "s" if name == "period" else self.unit)
 
     def basis(self, statistics: xr.Dataset, side: str) -> ExtremeModel:
         """What the extremes of a side are by, or why there are none."""
         return ExtremeModel(int(statistics[f"{self.kind}_basis"].sel({**self.at, "side": side})))
 
-    def extreme(self, statistics: xr.Dataset, side: str, name: str) -> Value:
+    def extreme(self, statistics: xr.Dataset, side: str, name: str) -> document_nodes.Value:
         """A figure of the extremes of a side."""
         extreme = statistics[f"{self.kind}_extreme"].sel({**self.at, "side": side, "extreme": name})
-        return Value(float(extreme), self.unit)
+        return document_nodes.Value(float(extreme), self.unit)
 
-    def interval(self, statistics: xr.Dataset, side: str, name: str) -> Between:
+    def interval(self, statistics: xr.Dataset, side: str, name: str) -> document_nodes.Between:
         """The interval of a figure of the extremes of a side."""
         low, high = (self.extreme(statistics, side, f"{name}_{end}") for end in ("lower", "upper"))
-        return Between(low.number, high.number, self.unit)
+        return document_nodes.Between(low.number, high.number, self.unit)
 
-    def recorded_mean(self, statistics: xr.Dataset) -> Value:
+    def recorded_mean(self, statistics: xr.Dataset) -> document_nodes.Value:
         """The mean of the records, where that by impulses is another; else not a number."""
         recorded = statistics.get(f"{self.kind}_recorded_mean")
         number = float("nan") if recorded is None else float(recorded.sel(self.at))
-        return Value(number, self.unit)
+        return document_nodes.Value(number, self.unit)
 
 
 def channels_of(statistics: xr.Dataset) -> Iterator[StatisticsChannel]:
@@ -186,9 +170,9 @@ def statistics_document(run: xr.Dataset, statistics: xr.Dataset) -> Document:
     return Document(title_of(run), nodes, units=units_of(run.attrs))
 
 
-def line_nodes(statistics: xr.Dataset) -> Iterator[Node]:
+def line_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Tensions of lines at the start of the run, and how much of their capacities they use."""
-    rows: list[list[Cell]] = []
+    rows: list[list[document_nodes.Cell]] = []
     for dim in LINES:
         if (start := f"{dim}_start") in statistics:
             for name in map(str, statistics[dim].values):
@@ -197,11 +181,19 @@ def line_nodes(statistics: xr.Dataset) -> Iterator[Node]:
                     if f"{dim}_used" in statistics
                     else np.nan
                 )
-                share: Cell = Value(float(used), "share", 3) if np.isfinite(used) else ""
-                rows.append([name, Value(float(statistics[start].sel({dim: name})), "N"), share])
+                share: document_nodes.Cell = (
+                    document_nodes.Value(float(used), "share", 3) if np.isfinite(used) else ""
+                )
+                rows.append(
+                    [
+                        name,
+                        document_nodes.Value(float(statistics[start].sel({dim: name})), "N"),
+                        share,
+                    ]
+                )
     if rows:
         head = ("line", "tension at the start", "largest of capacity")
-        yield Table(head, rows, "Tensions over the whole run")
+        yield document_nodes.Table(head, rows, "Tensions over the whole run")
 
 
 def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
@@ -209,24 +201,28 @@ def statistics_of(run: xr.Dataset) -> xr.Dataset | None:
     return statistics(run, ramp_end(run)) if has_statistics(run) else None
 
 
-def statistics_nodes(run: xr.Dataset, statistics: xr.Dataset | None) -> Iterator[Node]:
+def statistics_nodes(
+    run: xr.Dataset, statistics: xr.Dataset | None
+) -> Iterator[document_nodes.Node]:
     """What `statistics_of` a run gave."""
     if statistics is None:
-        yield Sentence("The run has too few finite records for statistics.")
+        yield document_nodes.Sentence("The run has too few finite records for statistics.")
         return
     if start := ramp_end(run):
-        yield Sentence("Figures start at {}, when the waves have grown.", [Value(start, "s")])
+        yield document_nodes.Sentence(
+            "Figures start at {}, when the waves have grown.", [document_nodes.Value(start, "s")]
+        )
     yield from figures(statistics)
     yield from contact_nodes(statistics)
 
 
-def figures(statistics: xr.Dataset) -> Iterator[Node]:
+def figures(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Moments of each channel that varies, its extremes, and why there are none."""
     channels = list(channels_of(statistics))
     yield from _mean_verdicts(statistics, channels)
     moments = [_moment_cells(statistics, channel) for channel in channels]
-    yield Table(("channel", *MOMENTS), moments)
-    yield Sentence(
+    yield document_nodes.Table(("channel", *MOMENTS), moments)
+    yield document_nodes.Sentence(
         "Significant is the double amplitude, four standard deviations. The period is the mean"
         " between upcrossings.",
         detail=True,
@@ -234,34 +230,36 @@ def figures(statistics: xr.Dataset) -> Iterator[Node]:
     rows = [row for channel in channels for row in _extreme_rows(statistics, channel)]
     if rows:
         percent = 100.0 * statistics.motion_extreme.attrs["interval_probability"]
-        yield Sentence(
+        yield document_nodes.Sentence(
             f"Extremes in {{}}, with {percent:.0f} % intervals: of the most probable extreme, and"
             " of the extreme of another run.",
-            [Value(float(statistics.attrs["exposure"]), "s", 6)],
+            [document_nodes.Value(float(statistics.attrs["exposure"]), "s", 6)],
         )
         head = ("channel", "side", "observed", "most probable", "interval", "another run", "law")
-        yield Table(head, rows)
+        yield document_nodes.Table(head, rows)
     if without := list(_reasons_without_extremes(statistics, channels)):
-        yield List(without, "No extremes:")
+        yield document_nodes.List(without, "No extremes:")
         if any(SEEDS_HINT in item.text for item in without):
-            yield Sentence(STATISTICS_METHOD_NOTE)
+            yield document_nodes.Sentence(STATISTICS_METHOD_NOTE)
     yield from _describe_phases(statistics, channels)
 
 
-def contact_nodes(statistics: xr.Dataset) -> Iterator[Node]:
+def contact_nodes(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Stages of groups of contacts, the share of time in each mode, crawl by phase."""
     if "contact_group" not in statistics.dims:
         return
-    yield from stage_nodes(statistics)
+    yield from run_sentences.stage_nodes(statistics)
     if "fender_share" in statistics:
         modes = [str(mode) for mode in statistics["mode"].values]
         rows = [
             _mode_cells(statistics.sel(fender=name), modes) for name in statistics.fender.values
         ]
-        yield Table(("contact", *modes, "slipped"), rows, "Share of time in each contact mode")
+        yield document_nodes.Table(
+            ("contact", *modes, "slipped"), rows, "Share of time in each contact mode"
+        )
     if rows := list(_phase_rows(statistics)):
         head = ("group", "phase", "duration", "body", "crawl in x", "crawl in y")
-        yield Table(head, rows, "Crawl by phase")
+        yield document_nodes.Table(head, rows, "Crawl by phase")
 
 
 def has_statistics(run: xr.Dataset) -> bool:
@@ -276,19 +274,25 @@ def ramp_end(run: xr.Dataset) -> float:
     return ramp if first < ramp < 0.5 * (first + last) else 0.0
 
 
-def _mean_verdicts(statistics: xr.Dataset, channels: Sequence[StatisticsChannel]) -> Iterator[Node]:
+def _mean_verdicts(
+    statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
+) -> Iterator[document_nodes.Node]:
     """Warnings of channels whose records have another mean than their impulses."""
     for channel in channels:
         recorded = channel.recorded_mean(statistics)
         if np.isfinite(recorded.number):
-            yield Verdict(Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded])
+            yield document_nodes.Verdict(
+                document_nodes.Outcome.WARNING, CHATTER_NOTE, [channel.title, recorded]
+            )
 
 
-def _moment_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+def _moment_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[document_nodes.Cell]:
     return [channel.title, *(channel.figure(statistics, name) for name in MOMENTS)]
 
 
-def _extreme_rows(statistics: xr.Dataset, channel: StatisticsChannel) -> Iterator[list[Cell]]:
+def _extreme_rows(
+    statistics: xr.Dataset, channel: StatisticsChannel
+) -> Iterator[list[document_nodes.Cell]]:
     for side in EXTREME_SIDES:
         basis = channel.basis(statistics, side)
         if basis in LAWS:
@@ -305,9 +309,9 @@ def _extreme_rows(statistics: xr.Dataset, channel: StatisticsChannel) -> Iterato
 
 def _reasons_without_extremes(
     statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
-) -> Iterator[Sentence]:
+) -> Iterator[document_nodes.Sentence]:
     """Why channels have no extremes: those that have the same reason together."""
-    names: dict[Sentence, list[str]] = {}
+    names: dict[document_nodes.Sentence, list[str]] = {}
     for channel in channels:
         bases = {side: channel.basis(statistics, side) for side in EXTREME_SIDES}
         for side, basis in bases.items():
@@ -316,7 +320,7 @@ def _reasons_without_extremes(
                 names.setdefault(reason, []).append(f"{channel.title}, {side}")
     for reason, channel_names in names.items():
         told = ", ".join(_both_sides(channel_names))
-        yield Sentence(f"{{}}: {reason.text}", [told, *reason.parts])
+        yield document_nodes.Sentence(f"{{}}: {reason.text}", [told, *reason.parts])
 
 
 def _both_sides(names: Sequence[str]) -> Iterator[str]:
@@ -330,19 +334,19 @@ def _both_sides(names: Sequence[str]) -> Iterator[str]:
 
 def _reason_sentence(
     statistics: xr.Dataset, channel: StatisticsChannel, basis: ExtremeModel
-) -> Sentence:
+) -> document_nodes.Sentence:
     text, names = REASONS[basis]
     text = text.replace("{ramp:g}", f"{float(statistics.attrs['wave_ramp']):g}")
-    return Sentence(text, tuple(channel.figure(statistics, name) for name in names))
+    return document_nodes.Sentence(text, tuple(channel.figure(statistics, name) for name in names))
 
 
 def _describe_phases(
     statistics: xr.Dataset, channels: Sequence[StatisticsChannel]
-) -> Iterator[Node]:
+) -> Iterator[document_nodes.Node]:
     """Figures of the channels that were asked for by name, in each phase."""
     if "named_phase" not in statistics:
         return
-    rows: list[list[Cell]] = []
+    rows: list[list[document_nodes.Cell]] = []
     for channel in (channel for channel in channels if channel.kind == "named"):
         for group in _groups_in_operation(statistics):
             for phase in map(str, statistics.phase.values):
@@ -350,10 +354,12 @@ def _describe_phases(
                 of = {name: float(at.sel(statistic=name)) for name in STATISTIC_NAMES}
                 if not np.isnan(of["mean"]):
                     names = ("mean", "std", "smallest", "largest")
-                    values = (Value(of[name], channel.unit) for name in names)
+                    values = (document_nodes.Value(of[name], channel.unit) for name in names)
                     rows.append([channel.title, group, phase, *values])
     if rows:
-        yield Table(("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows)
+        yield document_nodes.Table(
+            ("channel", "group", "phase", "mean", "std", "smallest", "largest"), rows
+        )
 
 
 def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
@@ -367,20 +373,30 @@ def _groups_in_operation(statistics: xr.Dataset) -> list[str]:
     return [group for group, lasts in lasting.items() if is_operation(np.flatnonzero(lasts))]
 
 
-def _mode_cells(contact: xr.Dataset, modes: Sequence[str]) -> list[Cell]:
-    shares = (Value(float(contact.fender_share.sel(mode=mode)), "share", 3) for mode in modes)
-    return [str(contact.fender.values), *shares, Value(float(contact.fender_slipped), "m")]
+def _mode_cells(contact: xr.Dataset, modes: Sequence[str]) -> list[document_nodes.Cell]:
+    shares = (
+        document_nodes.Value(float(contact.fender_share.sel(mode=mode)), "share", 3)
+        for mode in modes
+    )
+    return [
+        str(contact.fender.values),
+        *shares,
+        document_nodes.Value(float(contact.fender_slipped), "m"),
+    ]
 
 
-def _phase_rows(statistics: xr.Dataset) -> Iterator[list[Cell]]:
+def _phase_rows(statistics: xr.Dataset) -> Iterator[list[document_nodes.Cell]]:
     for group in _groups_in_operation(statistics):
         for phase in map(str, statistics.phase.values):
             at = statistics.sel(contact_group=group, phase=phase)
             seconds = float(at.phase_duration)
             for body in map(str, statistics.body.values if seconds > 0.0 else ()):
                 x, y = at.phase_crawl.sel(body=body).values
-                moved = [Value(float(x), "m", 3), Value(float(y), "m", 3)]
-                yield [group, phase, Value(seconds, "s"), body, *moved]
+                moved = [
+                    document_nodes.Value(float(x), "m", 3),
+                    document_nodes.Value(float(y), "m", 3),
+                ]
+                yield [group, phase, document_nodes.Value(seconds, "s"), body, *moved]
 
 
 # First results of a report: criteria, the end of the run, the sea, loads, largest values.
@@ -398,29 +414,31 @@ MORE_SEAS = (
 WARNINGS_HINT = '{} under "Assumptions and warnings". Read {} before you use the results.'
 
 
-def main_results(run: xr.Dataset) -> Iterator[Node]:
+def main_results(run: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Criteria met or not, how the run ended, for which sea, what is doubtful, and which loads are
     too large."""
-    yield from list(criteria_nodes(run)) or [Sentence(NO_CRITERIA)]
-    yield status_verdict(run)
+    yield from list(run_sentences.criteria_nodes(run)) or [document_nodes.Sentence(NO_CRITERIA)]
+    yield run_sentences.status_verdict(run)
     if _is_of_random_waves(run):
         drawn = np.unique(np.atleast_1d(run.attrs.get("seeds", [])))
-        yield Sentence(ONE_SEA, [", ".join(map(str, drawn))])
+        yield document_nodes.Sentence(ONE_SEA, [", ".join(map(str, drawn))])
     yield from (
-        verdict for verdict in solution_verdicts(run) if verdict.outcome is not Outcome.GOOD
+        verdict
+        for verdict in run_sentences.solution_verdicts(run)
+        if verdict.outcome is not document_nodes.Outcome.GOOD
     )
-    yield from element_verdicts(run)
+    yield from run_sentences.element_verdicts(run)
     if count := len(lines_of(run, "warnings")):
         words = ("A warning is", "it") if count == 1 else (f"{count} warnings are", "them")
-        yield Verdict(Outcome.WARNING, WARNINGS_HINT, words)
+        yield document_nodes.Verdict(document_nodes.Outcome.WARNING, WARNINGS_HINT, words)
 
 
-def next_steps(run: xr.Dataset) -> Iterator[Node]:
+def next_steps(run: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Criteria and seeds that the run lacks, and how to have them."""
-    if not list(criteria_nodes(run)):
-        yield Sentence(CRITERIA_HINT)
+    if not list(run_sentences.criteria_nodes(run)):
+        yield document_nodes.Sentence(CRITERIA_HINT)
     if _is_of_random_waves(run):
-        yield Sentence(MORE_SEAS)
+        yield document_nodes.Sentence(MORE_SEAS)
 
 
 def _is_of_random_waves(run: xr.Dataset) -> bool:
@@ -430,18 +448,18 @@ def _is_of_random_waves(run: xr.Dataset) -> bool:
     return bool(gusts) or any("seed" in train for train in water.get("waves") or [])
 
 
-def largest_values(statistics: xr.Dataset) -> Iterator[Node]:
+def largest_values(statistics: xr.Dataset) -> Iterator[document_nodes.Node]:
     """The extreme of each channel on the side that is further from zero."""
     rows = [_largest_cells(statistics, channel) for channel in channels_of(statistics)]
     head = ("channel", "largest seen", "most probable", "90 % interval", "another run")
-    yield Table(head, rows, "Largest values")
-    yield Sentence(
+    yield document_nodes.Table(head, rows, "Largest values")
+    yield document_nodes.Sentence(
         "The most probable largest value and the intervals are extremes of such a run. Channels"
         " without them are not stationary: the statistics say why."
     )
 
 
-def _largest_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[Cell]:
+def _largest_cells(statistics: xr.Dataset, channel: StatisticsChannel) -> list[document_nodes.Cell]:
     side = max(EXTREME_SIDES, key=lambda side: abs(channel.figure(statistics, side).number))
     seen = channel.figure(statistics, side)
     if channel.basis(statistics, side) not in LAWS:

@@ -9,46 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hydrosim.errors import InputError
+from hydrosim.files import document_nodes
 from hydrosim.files.display_units import units_of
 from hydrosim.files.document import Document
 from hydrosim.files.document_layout import text_of
-from hydrosim.files.document_nodes import (
-    Between,
-    Cell,
-    Curves,
-    List,
-    Node,
-    Outcome,
-    Part,
-    PlottedCurve,
-    Sentence,
-    Table,
-    Value,
-    Verdict,
-)
-from hydrosim.report.sentences.run import (
-    criteria_verdict,
-    criterion_figures,
-    criterion_not_met,
-    meanings,
-    met_or_not,
-)
-from hydrosim.report.sentences.sections import (
-    MAX_TABLE_ROWS,
-    Sections,
-    assumptions,
-    build_sections,
-    case_nodes,
-    title_block,
-    title_of,
-)
-from hydrosim.report.sentences.series import (
-    extreme_nodes,
-    named_values,
-    seed_nodes,
-    short_key,
-    value_of,
-)
+from hydrosim.report.sentences import run as run_sentences
+from hydrosim.report.sentences import sections, series
 from hydrosim.results.journal import GATHERED
 from hydrosim.results.ledger import MAX_RESIDUAL_FRACTION, RELATIVE, reported_beyond
 from hydrosim.results.runs_file import COMPLETE, DIFFERING_ATTRIBUTE, with_keys
@@ -74,7 +40,7 @@ def has_results_table(plan: PlanRuns) -> bool:
     return plan.design not in SAMPLED_DESIGNS and len(plan.figures) >= MIN_FIGURES
 
 
-def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
+def results_table(plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
     """All figures at all values of the plans; nothing where a plan has a single figure."""
     plans_with_results = [plan for plan in plans if has_results_table(plan)]
     if not plans_with_results:
@@ -84,37 +50,43 @@ def results_table(plans: Sequence[PlanRuns]) -> Iterator[Node]:
     columns = [name for figure in figures for name in (figure, "±")]
     head = (*(("study",) if several else ()), "value", *columns, "runs")
     rows = [row for plan in plans_with_results for row in _plan_rows(plan, figures, several)]
-    yield Table(head, rows[:MAX_TABLE_ROWS], "All figures")
-    yield Sentence(METHOD_NOTE)
+    yield document_nodes.Table(head, rows[: sections.MAX_TABLE_ROWS], "All figures")
+    yield document_nodes.Sentence(METHOD_NOTE)
     for name in figures:
         text = str(plans_with_results[0].runs[name].attrs.get("long_name", ""))
-        yield Sentence("{}: {}.", [name, text], detail=True)
+        yield document_nodes.Sentence("{}: {}.", [name, text], detail=True)
 
 
-def _plan_rows(plan: PlanRuns, figures: Sequence[str], several: bool) -> Iterator[list[Cell]]:
+def _plan_rows(
+    plan: PlanRuns, figures: Sequence[str], several: bool
+) -> Iterator[list[document_nodes.Cell]]:
     rows_by_values: dict[str, dict[str, EffectRow]] = {}
     for row in effects.rows(plan):
-        rows_by_values.setdefault(named_values(plan, row.values) or "all", {})[row.figure] = row
+        rows_by_values.setdefault(series.named_values(plan, row.values) or "all", {})[
+            row.figure
+        ] = row
     for name, by_figure in rows_by_values.items():
         runs = max(row.spread.n for row in by_figure.values())
-        study: list[Cell] = [plan.name.replace("_", " ")] if several else []
+        study: list[document_nodes.Cell] = [plan.name.replace("_", " ")] if several else []
         cells = [cell for figure in figures for cell in _mean_cells(by_figure[figure])]
         yield [*study, name, *cells, str(runs)]
 
 
-def _mean_cells(row: EffectRow) -> tuple[Cell, Cell]:
+def _mean_cells(row: EffectRow) -> tuple[document_nodes.Cell, document_nodes.Cell]:
     """A mean, and half of its interval; nothing where no run has a value."""
     of = row.spread
     if not of.n:
         return "none", ""
     half = 0.5 * (of.high - of.low)
-    return Value(of.mean, row.unit), Value(half, row.unit, 2) if np.isfinite(half) else ""
+    return document_nodes.Value(of.mean, row.unit), document_nodes.Value(
+        half, row.unit, 2
+    ) if np.isfinite(half) else ""
 
 
 # Criteria of a study: the worst run against each limit, and how many runs meet it.
 
 
-def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node]:
+def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[document_nodes.Node]:
     """A verdict on all criteria of a study, one on each that is not met, the register with values
     of the worst run, and the criteria at each value of the parameters."""
     judged = judge_study(plans)
@@ -127,34 +99,34 @@ def study_criteria(runs: xr.Dataset, plans: Sequence[PlanRuns]) -> Iterator[Node
     more = ("runs within", "worst run", "source of the limit")
     rows = [
         [
-            *criterion_figures(criterion.worst),
-            met_or_not(criterion.worst),
+            *run_sentences.criterion_figures(criterion.worst),
+            run_sentences.met_or_not(criterion.worst),
             _met_count_text(criterion),
             _place_text(criterion, plans),
             criterion.worst.source,
         ]
         for criterion in judged
     ]
-    yield Table((*head, *more), rows, "Criteria")
+    yield document_nodes.Table((*head, *more), rows, "Criteria")
     yield from (_runs_without_event(criterion) for criterion in judged if criterion.without)
     yield from _describe_by_value(plans)
-    yield meanings(worst)
+    yield run_sentences.meanings(worst)
 
 
-def _judge_runs(runs: xr.Dataset, worst: Sequence[Criterion]) -> Verdict:
+def _judge_runs(runs: xr.Dataset, worst: Sequence[Criterion]) -> document_nodes.Verdict:
     """What is not complete is not judged, so that what is met by the rest is no pass."""
     complete = int((runs.status == COMPLETE).sum())
     count = runs.sizes["run"]
     if complete == count:
-        return criteria_verdict(worst, f" in all {count} runs")
+        return run_sentences.criteria_verdict(worst, f" in all {count} runs")
     where = f" in the {complete} runs of {count} that are complete; the others are not judged"
-    return criteria_verdict(worst, where, Outcome.WARNING)
+    return run_sentences.criteria_verdict(worst, where, document_nodes.Outcome.WARNING)
 
 
-def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> Verdict:
+def _broken_in(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> document_nodes.Verdict:
     place = _place_text(of, plans)
     at = f" in the worst run ({place})" if place else " in the worst run"
-    return criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
+    return run_sentences.criterion_not_met(of.worst, at, f" {of.met} of {of.runs} runs meet it.")
 
 
 def _met_count_text(of: JudgedCriterion) -> str:
@@ -164,21 +136,25 @@ def _met_count_text(of: JudgedCriterion) -> str:
 def _place_text(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     """The plan, the values of the parameters and the seed of the worst run."""
     seed = f"seed {of.seed}" if of.seed else ""
-    return ", ".join(filter(None, [_plan_text(of, plans), named_values(of.plan, of.values), seed]))
+    return ", ".join(
+        filter(None, [_plan_text(of, plans), series.named_values(of.plan, of.values), seed])
+    )
 
 
 def _plan_text(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> str:
     return of.plan.name.replace("_", " ") if len(plans) > 1 else ""
 
 
-def _runs_without_event(of: JudgedCriterion) -> Sentence:
-    return Sentence(
+def _runs_without_event(of: JudgedCriterion) -> document_nodes.Sentence:
+    return document_nodes.Sentence(
         "{} of {} runs never come to {} ({}). They count as runs that meet it.",
         [str(of.without), str(of.runs), of.worst.name, of.worst.what],
     )
 
 
-def _describe_by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
+def _describe_by_value(
+    plans: Sequence[PlanRuns],
+) -> Iterator[document_nodes.Table | document_nodes.Sentence]:
     """Each criterion at each value of the parameters, of plans that have values."""
     plans_by_value = [
         plan for plan in plans if plan.parameters and plan.design not in SAMPLED_DESIGNS
@@ -188,17 +164,19 @@ def _describe_by_value(plans: Sequence[PlanRuns]) -> Iterator[Table | Sentence]:
     if not judged_criteria:
         return
     head = ("criterion", "at", "worst value", "margin", "", "runs within")
-    rows = [_row_at(judged, plans) for judged in judged_criteria[:MAX_TABLE_ROWS]]
-    yield Table(head, rows, "Criteria at each value")
-    if len(judged_criteria) > MAX_TABLE_ROWS:
-        more = str(len(judged_criteria) - MAX_TABLE_ROWS)
-        yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
+    rows = [_row_at(judged, plans) for judged in judged_criteria[: sections.MAX_TABLE_ROWS]]
+    yield document_nodes.Table(head, rows, "Criteria at each value")
+    if len(judged_criteria) > sections.MAX_TABLE_ROWS:
+        more = str(len(judged_criteria) - sections.MAX_TABLE_ROWS)
+        yield document_nodes.Sentence(
+            "{} more rows are in the table that hydrosim statistics writes.", [more]
+        )
 
 
-def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[Cell]:
-    name, worst, _, margin, _ = criterion_figures(of.worst)
-    at = ", ".join(filter(None, [_plan_text(of, plans), named_values(of.plan, of.values)]))
-    return [name, at, worst, margin, met_or_not(of.worst), _met_count_text(of)]
+def _row_at(of: JudgedCriterion, plans: Sequence[PlanRuns]) -> list[document_nodes.Cell]:
+    name, worst, _, margin, _ = run_sentences.criterion_figures(of.worst)
+    at = ", ".join(filter(None, [_plan_text(of, plans), series.named_values(of.plan, of.values)]))
+    return [name, at, worst, margin, run_sentences.met_or_not(of.worst), _met_count_text(of)]
 
 
 MAX_WARNINGS_TOLD = 5
@@ -217,8 +195,8 @@ INTERVALS_NOTE = (
 
 def study_document(runs: xr.Dataset) -> Document:
     """The report of a file of many runs."""
-    nodes = [*title_block(runs), *build_sections(STUDY_SECTIONS, runs)]
-    return Document(title_of(runs), nodes, counts_by_status(runs), units_of(runs.attrs))
+    nodes = [*sections.title_block(runs), *sections.build_sections(STUDY_SECTIONS, runs)]
+    return Document(sections.title_of(runs), nodes, counts_by_status(runs), units_of(runs.attrs))
 
 
 def study_tables(runs: xr.Dataset) -> Document:
@@ -228,7 +206,7 @@ def study_tables(runs: xr.Dataset) -> Document:
         *_frequent_warnings(runs, MAX_WARNINGS_TOLD),
         *_describe_results(runs),
     ]
-    return Document(title_of(runs), nodes, units=units_of(runs.attrs))
+    return Document(sections.title_of(runs), nodes, units=units_of(runs.attrs))
 
 
 def counts_by_status(runs: xr.Dataset) -> str:
@@ -241,31 +219,35 @@ def _outcome_counts(runs: xr.Dataset) -> Counter[str]:
     return Counter(map(str, runs.status.values))
 
 
-def _describe_outcome(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_outcome(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Whether criteria are met, how many runs are complete, why others are not, and what not all of
     them have."""
     if DESIGN in runs.attrs:
         yield from study_criteria(runs, effects.plans(runs))
     yield from _describe_ends(runs)
     if differ := runs.attrs.get(DIFFERING_ATTRIBUTE):
-        yield List(
+        yield document_nodes.List(
             [f"{line}." for line in differ.splitlines()],
             "Not all runs have the same names and values. What a run does not have is empty:",
         )
 
 
-def _describe_ends(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_ends(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     if GATHERED in runs.attrs:
-        yield Verdict(Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])])
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.WARNING, "So far {}.", [str(runs.attrs[GATHERED])]
+        )
         return
     complete = _outcome_counts(runs)[COMPLETE]
     count = runs.sizes["run"]
     if complete == count:
-        yield Verdict(Outcome.GOOD, "All {} runs are complete.", [str(count)])
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.GOOD, "All {} runs are complete.", [str(count)]
+        )
         return
     text = "{} of {} runs are complete. Figures are of these."
-    yield Verdict(Outcome.BAD, text, [str(complete), str(count)])
-    yield List(
+    yield document_nodes.Verdict(document_nodes.Outcome.BAD, text, [str(complete), str(count)])
+    yield document_nodes.List(
         _shorten_list(
             [
                 _sentence_with_runs(text, run_numbers)
@@ -285,26 +267,26 @@ def _unfinished_runs(runs: xr.Dataset) -> dict[str, list[int]]:
     return numbers_by_text
 
 
-def _sentence_with_runs(text: str, run_numbers: list[int]) -> Sentence:
+def _sentence_with_runs(text: str, run_numbers: list[int]) -> document_nodes.Sentence:
     """A remark with the numbers of the runs that it is of."""
     named = ", ".join(map(str, run_numbers[:MAX_RUNS_NAMED])) + (
         ", ..." if len(run_numbers) > MAX_RUNS_NAMED else ""
     )
     runs = "run" if len(run_numbers) == 1 else f"{len(run_numbers)} runs:"
-    return Sentence("{} ({} {})", [text, runs, named])
+    return document_nodes.Sentence("{} ({} {})", [text, runs, named])
 
 
-def _describe_results(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_results(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Tables and pictures of each plan; of seeds alone what lies between them."""
     if DESIGN not in runs.attrs:
         text = "The file does not say its plan: it comes from simulate_many or an earlier version."
-        yield Sentence(text)
+        yield document_nodes.Sentence(text)
         return
     plans = effects.plans(runs)
     yield from results_table(plans)
     for plan in plans:
         title = " ".join(f"{plan.name} {plan.design}".replace("_", " ").split())
-        yield Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
+        yield document_nodes.Sentence("Plan: {}, {} runs.", [title, str(plan.runs.sizes["run"])])
         if plan.figures:
             yield from (
                 _describe_samples(plan)
@@ -312,38 +294,51 @@ def _describe_results(runs: xr.Dataset) -> Iterator[Node]:
                 else _describe_values(plan)
             )
             if plan.design not in SAMPLED_DESIGNS and "motion" in runs:
-                yield from extreme_nodes(plan)
+                yield from series.extreme_nodes(plan)
         elif "motion" in runs:
-            yield from seed_nodes(plan)
+            yield from series.seed_nodes(plan)
         else:
-            yield Sentence("The study file asks for no figures.")
+            yield document_nodes.Sentence("The study file asks for no figures.")
 
 
-def _describe_values(plan: PlanRuns) -> Iterator[Node]:
+def _describe_values(plan: PlanRuns) -> Iterator[document_nodes.Node]:
     rows = list(effects.rows(plan))
     names = [*dict.fromkeys(name for row in rows for name in row.values)]
-    head = ("figure", *map(short_key, names), "mean", "90 % interval", "another seed", "runs")
-    again = has_results_table(plan)
-    yield Table(
-        head, [_statistic_cells(plan, row, names) for row in rows[:MAX_TABLE_ROWS]], detail=again
+    head = (
+        "figure",
+        *map(series.short_key, names),
+        "mean",
+        "90 % interval",
+        "another seed",
+        "runs",
     )
-    yield Sentence(INTERVALS_NOTE, detail=True)
-    if len(rows) > MAX_TABLE_ROWS:
-        more = str(len(rows) - MAX_TABLE_ROWS)
-        yield Sentence("{} more rows are in the table that hydrosim statistics writes.", [more])
+    again = has_results_table(plan)
+    yield document_nodes.Table(
+        head,
+        [_statistic_cells(plan, row, names) for row in rows[: sections.MAX_TABLE_ROWS]],
+        detail=again,
+    )
+    yield document_nodes.Sentence(INTERVALS_NOTE, detail=True)
+    if len(rows) > sections.MAX_TABLE_ROWS:
+        more = str(len(rows) - sections.MAX_TABLE_ROWS)
+        yield document_nodes.Sentence(
+            "{} more rows are in the table that hydrosim statistics writes.", [more]
+        )
     if told := [
         _difference_sentence(plan, difference) for difference in _differences_of_plan(plan)
     ]:
-        yield List(told, "What the parameters change:", detail=again)
+        yield document_nodes.List(told, "What the parameters change:", detail=again)
     yield from _plan_pictures(plan, rows)
 
 
-def _statistic_cells(plan: PlanRuns, row: EffectRow, names: Sequence[str]) -> list[Cell]:
+def _statistic_cells(
+    plan: PlanRuns, row: EffectRow, names: Sequence[str]
+) -> list[document_nodes.Cell]:
     s = row.spread
-    values = [value_of(row.values[name], plan.unit(name)) for name in names]
-    mean = Value(s.mean, row.unit) if s.n else "no run has a value"
-    interval = Between(s.low, s.high, row.unit)
-    another = Between(s.another_low, s.another_high, row.unit)
+    values = [series.value_of(row.values[name], plan.unit(name)) for name in names]
+    mean = document_nodes.Value(s.mean, row.unit) if s.n else "no run has a value"
+    interval = document_nodes.Between(s.low, s.high, row.unit)
+    another = document_nodes.Between(s.another_low, s.another_high, row.unit)
     return [row.figure, *values, mean, interval, another, str(s.n)]
 
 
@@ -354,19 +349,30 @@ def _differences_of_plan(plan: PlanRuns) -> list[Difference]:
     return list(effects.differences(plan))
 
 
-def _difference_sentence(plan: PlanRuns, of: Difference) -> Sentence:
+def _difference_sentence(plan: PlanRuns, of: Difference) -> document_nodes.Sentence:
     """A change in words; its interval where there are seeds to have one of, what contacts did where
     there are contacts."""
     axis = plan.axis(of.parameter)
     at = of.spread
-    ends = [value_of(of.low, plan.unit(axis)), value_of(of.high, plan.unit(axis))]
+    ends = [series.value_of(of.low, plan.unit(axis)), series.value_of(of.high, plan.unit(axis))]
     if not at.n:
-        return Sentence("{}: no seed has a value at both ends of {}.", [of.figure, short_key(axis)])
+        return document_nodes.Sentence(
+            "{}: no seed has a value at both ends of {}.", [of.figure, series.short_key(axis)]
+        )
     text = "{} changes by {} from {} {} to {}"
-    parts: list[Part] = [of.figure, Value(at.mean, of.unit), short_key(axis), *ends]
+    parts: list[document_nodes.Part] = [
+        of.figure,
+        document_nodes.Value(at.mean, of.unit),
+        series.short_key(axis),
+        *ends,
+    ]
     if np.isfinite(at.low):
         text += " ({}; {} seeds, standard deviation {})"
-        parts += [Between(at.low, at.high, of.unit), str(at.n), Value(of.std, of.unit, 2)]
+        parts += [
+            document_nodes.Between(at.low, at.high, of.unit),
+            str(at.n),
+            document_nodes.Value(of.std, of.unit, 2),
+        ]
     else:
         text += " (one run at each end)"
     if np.isfinite(of.changed):
@@ -374,11 +380,11 @@ def _difference_sentence(plan: PlanRuns, of: Difference) -> Sentence:
             "; in {} of the seeds, contacts open, stick and slip in different orders at the two"
             " values"
         )
-        parts.append(Value(of.changed, "share", 2))
-    return Sentence(f"{text}.", parts)
+        parts.append(document_nodes.Value(of.changed, "share", 2))
+    return document_nodes.Sentence(f"{text}.", parts)
 
 
-def _plan_pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
+def _plan_pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[document_nodes.Node]:
     """Each figure over the first parameter that is a number, a line for each value of others."""
     axes = [plan.axis(parameter) for parameter in plan.parameters]
     numbers = [a for a in axes if np.asarray(plan.runs[a].values).dtype.kind in "if"]
@@ -399,115 +405,141 @@ def _plan_pictures(plan: PlanRuns, rows: list[EffectRow]) -> Iterator[Node]:
             }
             unit = figure_rows[0].unit if figure_rows else ""
             title = f"{figure}: means over seeds with their 90 % intervals"
-            yield Curves(title, short_key(axis), plan.unit(axis), figure, unit, curves)
+            yield document_nodes.Curves(
+                title, series.short_key(axis), plan.unit(axis), figure, unit, curves
+            )
 
 
 def _other_parameters(plan: PlanRuns, row: EffectRow, axis: str) -> tuple[str, ...]:
     """The values of all parameters but one, as they are read."""
     units = units_of(plan.runs.attrs)
     rest = {name: value for name, value in row.values.items() if name != axis}
-    values = (value_of(value, plan.unit(name)) for name, value in rest.items())
+    values = (series.value_of(value, plan.unit(name)) for name, value in rest.items())
     return tuple(text_of(value, units) for value in values)
 
 
-def _plotted_curve(rows: list[EffectRow], axis: str) -> PlottedCurve:
+def _plotted_curve(rows: list[EffectRow], axis: str) -> document_nodes.PlottedCurve:
     rows = sorted(rows, key=lambda row: float(row.values[axis]))
     x = np.array([float(row.values[axis]) for row in rows])
     y, low, high = np.array([row.spread[1:4] for row in rows], float).T
-    return PlottedCurve(x, y, low, high)
+    return document_nodes.PlottedCurve(x, y, low, high)
 
 
-def _describe_samples(plan: PlanRuns) -> Iterator[Node]:
+def _describe_samples(plan: PlanRuns) -> Iterator[document_nodes.Node]:
     """Correlations of drawn samples, or Sobol's indices."""
     if plan.design != "sobol_indices":
-        rows = [(f, short_key(p), Value(r, digits=3)) for f, p, r in effects.correlations(plan)]
-        yield Table(("figure", "parameter", "Spearman's rank correlation"), rows)
+        rows = [
+            (f, series.short_key(p), document_nodes.Value(r, digits=3))
+            for f, p, r in effects.correlations(plan)
+        ]
+        yield document_nodes.Table(("figure", "parameter", "Spearman's rank correlation"), rows)
         return
     try:
         sobol_indices = list(effects.indices(plan))
     except InputError as error:
-        yield Verdict(Outcome.BAD, "{}", [str(error)])
+        yield document_nodes.Verdict(document_nodes.Outcome.BAD, "{}", [str(error)])
         return
-    yield Sentence("Sobol's indices are shares of the variance of a figure.")
+    yield document_nodes.Sentence("Sobol's indices are shares of the variance of a figure.")
     head = ("figure", "parameter", "alone", "90 % interval", "with all others", "90 % interval")
-    rows_: list[list[Cell]] = [
-        [e.figure, short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
+    rows_: list[list[document_nodes.Cell]] = [
+        [e.figure, series.short_key(e.parameter), *_share_cells(e.first), *_share_cells(e.total)]
         for e in sobol_indices
     ]
-    yield Table(head, rows_)
+    yield document_nodes.Table(head, rows_)
 
 
-def _share_cells(of: tuple[float, float, float]) -> tuple[Value, Between]:
-    return Value(of[0], digits=2), Between(of[1], of[2], digits=2)
+def _share_cells(
+    of: tuple[float, float, float],
+) -> tuple[document_nodes.Value, document_nodes.Between]:
+    return document_nodes.Value(of[0], digits=2), document_nodes.Between(of[1], of[2], digits=2)
 
 
-def _describe_case(runs: xr.Dataset) -> Iterator[Node]:
+def _describe_case(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     """The case that all have, or that of the first run; parameters and seeds vary about it."""
-    yield Sentence("The case of the first run. Parameters of the study and seeds differ in others.")
+    yield document_nodes.Sentence(
+        "The case of the first run. Parameters of the study and seeds differ in others."
+    )
     first = {name: str(runs[name].values[0]) for name in ("case", "case_resolved") if name in runs}
-    yield from case_nodes(runs.assign_attrs(first))
+    yield from sections.case_nodes(runs.assign_attrs(first))
 
 
-def _study_assumptions(runs: xr.Dataset) -> Iterator[Node]:
+def _study_assumptions(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Warnings with how many runs have them, then what the runs have in common."""
-    told = list(_frequent_warnings(runs, MAX_TABLE_ROWS))
-    yield from told or [Sentence("The runs hold no warnings.")]
-    yield Sentence("The rest is the same in all complete runs.")
-    yield assumptions(runs)
+    told = list(_frequent_warnings(runs, sections.MAX_TABLE_ROWS))
+    yield from told or [document_nodes.Sentence("The runs hold no warnings.")]
+    yield document_nodes.Sentence("The rest is the same in all complete runs.")
+    yield sections.assumptions(runs)
 
 
-def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[Node]:
+def _frequent_warnings(runs: xr.Dataset, most: int) -> Iterator[document_nodes.Node]:
     """The most frequent warnings, each with how many runs have it."""
     if "warnings" not in runs:
         return
     lines = Counter(line for text in runs.warnings.values for line in str(text).splitlines())
     of = str(runs.sizes["run"])
     for line, n in lines.most_common(most):
-        yield Verdict(Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of])
+        yield document_nodes.Verdict(
+            document_nodes.Outcome.WARNING, "{} ({} of {} runs)", [line, str(n), of]
+        )
     if len(lines) > most:
-        yield Sentence("{} more warnings are in the report.", [str(len(lines) - most)])
+        yield document_nodes.Sentence(
+            "{} more warnings are in the report.", [str(len(lines) - most)]
+        )
 
 
-def _describe_convergence(runs: xr.Dataset) -> Iterator[Node]:
-    yield Sentence(
+def _describe_convergence(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
+    yield document_nodes.Sentence(
         "Intervals are over seeds alone. hydrosim converge compares steps and methods for the case."
     )
     yield from _measured_errors(runs)
     if "energy_residual_relative" in runs:
-        worst = Value(float(runs.energy_residual_relative.max()), digits=2)
+        worst = document_nodes.Value(float(runs.energy_residual_relative.max()), digits=2)
         rows = [
-            ("largest residual of an energy balance", worst, Value(MAX_RESIDUAL_FRACTION, digits=2))
+            (
+                "largest residual of an energy balance",
+                worst,
+                document_nodes.Value(MAX_RESIDUAL_FRACTION, digits=2),
+            )
         ]
-        yield Table(("evidence", "found", "warned of beyond"), rows)
+        yield document_nodes.Table(("evidence", "found", "warned of beyond"), rows)
 
 
-def _measured_errors(runs: xr.Dataset) -> Iterator[Node]:
+def _measured_errors(runs: xr.Dataset) -> Iterator[document_nodes.Node]:
     """Errors of motions by the steps of the solver, with the values of the runs that measured
     them."""
     measured = np.flatnonzero(runs[RELATIVE].notnull()) if RELATIVE in runs else np.zeros(0, int)
     if measured.size == 0:
-        yield Sentence("No run measured the error by the steps of the solver.")
+        yield document_nodes.Sentence("No run measured the error by the steps of the solver.")
         return
     axes = [plan.axis(p) for plan in effects.plans(runs) for p in plan.parameters]
     runs = with_keys(runs)
     names = [name for name in ("seed", *dict.fromkeys(axes)) if runs[name].dims == ("run",)]
-    rows: list[list[Cell]] = []
+    rows: list[list[document_nodes.Cell]] = []
     for run in measured:
         values = [str(runs[name].values[run]) for name in names]
-        rows.append([str(run), *values, Value(float(runs[RELATIVE].values[run]), digits=1)])
-    head = ("run", *map(short_key, names), "error of motions, of their range")
-    yield Table(head, rows, "Errors by the steps of the solver, in runs that measured them")
-    yield Sentence("A run has a warning beyond {}.", [Value(reported_beyond(runs), digits=1)])
+        rows.append(
+            [str(run), *values, document_nodes.Value(float(runs[RELATIVE].values[run]), digits=1)]
+        )
+    head = ("run", *map(series.short_key, names), "error of motions, of their range")
+    yield document_nodes.Table(
+        head, rows, "Errors by the steps of the solver, in runs that measured them"
+    )
+    yield document_nodes.Sentence(
+        "A run has a warning beyond {}.", [document_nodes.Value(reported_beyond(runs), digits=1)]
+    )
 
 
-def _shorten_list(items: list[Sentence]) -> list[Sentence]:
-    more = len(items) - MAX_TABLE_ROWS
+def _shorten_list(items: list[document_nodes.Sentence]) -> list[document_nodes.Sentence]:
+    more = len(items) - sections.MAX_TABLE_ROWS
     if more <= 0:
         return items
-    return [*items[:MAX_TABLE_ROWS], Sentence("{} more are in the result file.", [str(more)])]
+    return [
+        *items[: sections.MAX_TABLE_ROWS],
+        document_nodes.Sentence("{} more are in the result file.", [str(more)]),
+    ]
 
 
-STUDY_SECTIONS: Sections[xr.Dataset] = {
+STUDY_SECTIONS: sections.Sections[xr.Dataset] = {
     "outcome": ("Outcome", _describe_outcome),
     "results": ("What parameters do", _describe_results),
     "case": ("Case", _describe_case),
