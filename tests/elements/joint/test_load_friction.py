@@ -21,8 +21,9 @@ from jointed import (
     scene,
 )
 from markers import few
+from scenes import turned_scene
 from scipy.integrate import solve_ivp
-from turning import points, swapped, turned, turned_back
+from turning import points, swapped, turned_back
 
 import hydrosim as hs
 from hydrosim.compile.compile import compile_scene
@@ -33,7 +34,7 @@ from tests.generators.articulated_cases import articulated_case
 from tests.generators.random_cases import Case
 from tests.generators.scene_trials import offences, tried
 
-STUCK, UP, DOWN, UNDEFINED = 1, 2, 3, 4
+STUCK, UP, DOWN = 1, 2, 3
 MASS = 1000.0
 INERTIA = (300.0, 400.0, 500.0)
 
@@ -410,7 +411,7 @@ def test_a_turned_crane_does_the_same() -> None:
     base = crane()
     run = completed(base)
     for by in (0.7, -2.5):
-        other = completed(turned(base, by, (4.0, -9.0)))
+        other = completed(turned_scene(base, by, (4.0, -9.0)))
         found = turned_back(points(other, base), by, (4.0, -9.0))
         assert np.abs(found - points(run, base)).max() < 1e-9
         np.testing.assert_allclose(other.joint_friction, run.joint_friction, rtol=1e-7, atol=1e-4)
