@@ -430,14 +430,14 @@ class _RunSet(NamedTuple):
 
 def run_study(
     study: ParameterStudy,
-    output: Path | outputs.Output,
+    output: Path | outputs.Output | None,
     workers: int | None = None,
     progress: Progress | None = None,
     resume: bool = False,
     pool: executors.Pool | None = None,
 ) -> xr.Dataset:
-    """Run a study into the file ``output``, see `simulate_many`. Raises InputError first where its
-    runs have no such figures."""
+    """Run a study into the file ``output``, or in memory, see `simulate_many`. Raises InputError
+    first where its runs have no such figures."""
     file = study.inputs[0]
     kinds = one_scene_of_each_kind(study.scenes) if study.figures else []
     with locating_in(file), _named_as(f"{file}: output:"):

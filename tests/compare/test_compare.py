@@ -336,7 +336,7 @@ def test_tolerances(against: Against) -> None:
     assert exceeded_tolerances(found, {"*": 0.01, "position.*": 0.03, "energy_kinetic": 9e4}) == {
         "energy_kinetic": 9e4
     }
-    with pytest.raises(InputError, match=r"--tolerance: found position\.barge\.heeve; expected"):
+    with pytest.raises(InputError, match=r"^tolerance: found position\.barge\.heeve; expected"):
         exceeded_tolerances(found, {"position.barge.heeve": 0.1})
 
 

@@ -16,7 +16,6 @@ from hydrosim.compile.clock import MAX_PHASE_RAD, held_step, signal_step
 from hydrosim.compile.compile import compile_scene
 from hydrosim.elements import (
     AppliedForce,
-    External,
     Fender,
     Frictionless,
     Harmonic,
@@ -25,6 +24,7 @@ from hydrosim.elements import (
     Recorded,
     Signal,
     Table,
+    UserForce,
     constant,
 )
 from hydrosim.elements.signal import signal_rate
@@ -79,7 +79,7 @@ def test_equal_steps_without_events_are_those_of_the_scene() -> None:
 
 
 def test_a_function_of_the_user_is_asked_at_the_step_of_the_solver() -> None:
-    push = External("block", lambda t, state: np.zeros(6))
+    push = UserForce("block", lambda t, state: np.zeros(6))
     called = scene(block(1e3), {"push": push, "more": steady(surge=1.0)}, 10.0, 1.0, step=0.05)
     assert held_step(compile_scene(called)) == 0.05
 

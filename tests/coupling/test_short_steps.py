@@ -49,7 +49,7 @@ def test_a_corner_at_the_end_of_a_step_makes_no_short_step(
 ) -> None:
     """The speed is the impulse of the push over the mass; the smoothed force has about a
     thousandth of it."""
-    force = hs.External("block", SmoothedForce(), coupling=coupling)
+    force = hs.UserForce("block", SmoothedForce(), coupling=coupling)
     run = hs.simulate(pushed(step, corner, method), forces={"smoothed": force})
     speed = PUSH * (corner + 0.5 * (END - corner)) / 1000.0
     assert float(run.velocity[-1, 0, 0]) == pytest.approx(speed, rel=1e-3)
@@ -67,7 +67,7 @@ def test_the_times_of_records_are_those_of_the_grid(step: float, corner: float) 
 def test_a_force_that_is_continued_too_far_is_told() -> None:
     """A corner cuts a step of 2 s after 0.4 s, in which the force has jumped from 0 to 1 N. It is
     continued for 1.6 s, with the slope over a quarter of a step, 0.5 s: to 4.2 N."""
-    force = hs.External("block", lambda t, _: [float(t > 10.2), 0, 0, 0, 0, 0], "extrapolated")
+    force = hs.UserForce("block", lambda t, _: [float(t > 10.2), 0, 0, 0, 0, 0], "extrapolated")
     run = hs.simulate(pushed(2.0, 10.4), forces={"jumping": force})
     assert "the force of jumping was continued to 4.2 times" in run.attrs["warnings"]
     assert "coupling held" in run.attrs["warnings"]
@@ -86,7 +86,7 @@ def test_alternating_forces_are_told_and_held_ones_are_not() -> None:
             sign = next(signs)  # noqa: B023 - called in this turn of the loop
             return [sign, 0.0, 0.0, 1e-10 * (sign > 0.0) * t**9, 0.0, 0.0]
 
-        run = hs.simulate(cut, forces={"it": hs.External("block", alternate, coupling)})
+        run = hs.simulate(cut, forces={"it": hs.UserForce("block", alternate, coupling)})
         assert ("it was continued to 7 times" in run.attrs.get("warnings", "")) == told
 
 
@@ -98,7 +98,7 @@ def test_an_event_just_before_the_end_of_a_step_is_no_line(before: float) -> Non
     nothing = LinearMooring("block", np.diag([1e-9, *[0.0] * 5]), active=active)
     whole = pushed(0.07, 10.5)
     whole = replace(whole, forces={**whole.forces, "nothing": nothing})
-    run = hs.simulate(whole, forces={"it": hs.External("block", SmoothedForce(), "extrapolated")})
+    run = hs.simulate(whole, forces={"it": hs.UserForce("block", SmoothedForce(), "extrapolated")})
     assert run.attrs["solver_events"] == 1
     assert float(run.velocity[-1, 0, 0]) == pytest.approx(1.125, rel=1e-3)
     assert "warnings" not in run.attrs

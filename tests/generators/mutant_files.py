@@ -65,7 +65,7 @@ class Reading(NamedTuple):
 
 
 def read_mooring(path: Path) -> Reading:
-    """Lines as `hydrosim line` shows them, and as keys of a case."""
+    """Lines as `hydrosim analyse` shows them, and as keys of a case."""
     assert is_mooring_file(path) or path.suffix != ".txt"
     source = Source(path)
     system = read_mooring_system(source)
@@ -94,7 +94,7 @@ def read_vessel(path: Path) -> Reading:
 
 
 def read_decay_test(path: Path) -> None:
-    """A fit, its page and its keys, as `hydrosim calibrate` writes them."""
+    """A fit, its page and its keys, as `hydrosim decay` writes them."""
     fit = fit_files([path])
     str(calibration_document(fit))
     keys_of(fit, "barge")

@@ -291,7 +291,7 @@ def test_what_cannot_be_is_said(export: Command, arguments: tuple[str, ...], sai
 
 
 def test_without_pyarrow_it_is_said(export: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hydrosim.cli.compare.find_spec", lambda name: None)
+    monkeypatch.setattr("hydrosim.compare.export.find_spec", lambda name: None)
     result = export("run.nc", "-o", "run.parquet")
     assert result.code == 2
     assert "pip install 'hydrosim[export]'" in result.err

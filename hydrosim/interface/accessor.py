@@ -3,20 +3,25 @@
 Methods and their results:
 
     run.hydrosim                           print and notebooks show the summary: how the run ended,
-                                           warnings, motions, contacts; also of many runs
+                                           warnings, motions, contacts; also of other results
     run.hydrosim.channels()                the names of all channels
     run.hydrosim.channel("speed.barge")    one over time, with its unit
-    run.hydrosim.picture("motions")        a figure of matplotlib
-    run.hydrosim.statistics(200.0)         extremes with confidence, as by `hydrosim statistics`
-    run.hydrosim.report("report.html")     the page that `hydrosim report` writes
+    run.hydrosim.plot.motions(ax=axis)     curves of matplotlib: overview, motions, contact, ...
+    run.hydrosim.extremes(start="200 s")   extremes with confidence: `hydrosim show --statistics`
+    run.hydrosim.explain("surge")          why a body moved: `hydrosim show --why`
+    run.hydrosim.compare("test.csv")       against a recording: `hydrosim compare`
+    run.hydrosim.export("run.csv")         for other programs: `hydrosim export`
+    run.hydrosim.case()                    the case that repeats the run: `hydrosim export --case`
+    run.hydrosim.report("report.html")     a page: `hydrosim report`
     runs.hydrosim.extremes_over_seeds()    of many runs: most probable extremes and P90
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -24,9 +29,11 @@ from hydrosim.results.dataset import is_part
 from hydrosim.results.runs_file import RUN, is_of_runs
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from hydrosim.files.document import Document
+    from hydrosim.interface.printed import PrintedResult
 
 
 @xr.register_dataset_accessor("hydrosim")
@@ -62,14 +69,11 @@ class RunAccessor:
         return self._run
 
     def summary(self) -> Document:
-        """Text that `hydrosim run` prints: end of the run, warnings, motions, contacts, lines. Of
-        many runs, the text that `hydrosim statistics` prints of a study."""
-        from hydrosim.report.sentences.run import run_document
-        from hydrosim.report.sentences.study import study_tables
+        """Text that the command of a result prints: of a run, the end of the run, warnings,
+        motions, contacts, lines; also of many runs, limits, comparisons, linear analyses."""
+        from hydrosim.interface.show import summary_of
 
-        if is_of_runs(self._run):
-            return study_tables(self._run)
-        return run_document(self._run)
+        return summary_of(self._run)
 
     def channels(self) -> list[str]:
         """Names of all channels, including those derived from recorded ones."""
@@ -124,12 +128,73 @@ class RunAccessor:
             raise InputError("found one run; expected many runs: hs.simulate_many(cases).")
         return extremes_over_seeds(self._run)
 
-    def report(self, path: str | Path) -> Path:
-        """Write the report of the run as a page; return its path."""
-        from hydrosim.files.outputs import as_output
-        from hydrosim.report.document import run_document
-        from hydrosim.report.page import written_page
+    @property
+    def plot(self) -> RunPlots:
+        """Pictures by their names, such as ``plot.motions()``."""
+        return RunPlots(self._single_run())
 
-        output = as_output(path, "report")
-        written_page(run_document(self._single_run()), output)
-        return output.path
+    def extremes(self, **options: Any) -> PrintedResult:
+        """Means, periods and extremes with intervals, with the options of
+        `hydrosim.interface.show.find_extremes`."""
+        from hydrosim.interface.show import find_extremes
+
+        return find_extremes(self._run, **options)
+
+    def explain(self, direction: str = "surge", **options: Any) -> PrintedResult:
+        """Why a body moved, with the options of `hydrosim.interface.show.explain`."""
+        from hydrosim.interface.show import explain
+
+        return explain(self._run, direction=direction, **options)
+
+    def compare(self, recorded: str | Path, **options: Any) -> PrintedResult:
+        """Comparison with a recording, with the options of `hydrosim.interface.compare.compare`."""
+        from hydrosim.interface.compare import compare
+
+        return compare(self._run, recorded, **options)
+
+    def export(self, output: str | Path, **options: Any) -> PrintedResult:
+        """Write channels for other programs, with the options of
+        `hydrosim.interface.compare.export`."""
+        from hydrosim.interface.compare import export
+
+        return export(self._run, output, **options)
+
+    def case(self, number: int | None = None) -> str:
+        """Case (YAML) that repeats the run; of many runs that of a ``number``, from 0 on."""
+        from hydrosim.run.provenance import case_of
+
+        return case_of(self._run, number)
+
+    def report(
+        self, path: str | Path | None = None, *, replay: bool = False, overwrite: bool = False
+    ) -> Path:
+        """Write the report of a result as a page, or its three-dimensional ``replay``; return its
+        path. Without a path, it has the name that `hydrosim report` gives it."""
+        from hydrosim.interface.show import write_report
+
+        output = True if path is None else path
+        return write_report(self._run, output, replay=replay, overwrite=overwrite).files[0]
+
+
+class RunPlots:
+    """Pictures of a run by name: ``plot()`` is the overview, ``plot.motions()`` one of the others.
+    Each draws on axes ``ax`` of matplotlib, one for each panel, if given; it returns the figure."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self._run = run
+
+    def __dir__(self) -> list[str]:
+        from hydrosim.report.charts.pictures import picture_names
+
+        return picture_names()
+
+    def __call__(self, name: str = "overview", ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Picture of this name; InputError if there is none, or no data for it."""
+        from hydrosim.report.charts.pictures import draw_on_axes, figure
+
+        return figure(self._run, name) if ax is None else draw_on_axes(self._run, name, ax)
+
+    def __getattr__(self, name: str) -> Callable[..., Figure]:
+        if name.startswith("_") or name not in dir(self):
+            raise AttributeError(f"run.hydrosim.plot has no picture {name!r}")
+        return partial(self, name)
