@@ -14,6 +14,8 @@ from typing import Any
 import xarray as xr
 from xarray.backends import BackendEntrypoint
 
+from hydrosim.interface import accessor  # noqa: F401  it registers `run.hydrosim`
+
 
 class ResultBackend(BackendEntrypoint):
     """Opens the netCDF of any command."""
