@@ -258,3 +258,13 @@ def test_schema_is_that_of_python(hydrosim: Command) -> None:
     from hydrosim.interface.new import FileKind, schema_of
 
     assert json.loads(hydrosim("new", "--schema", "case").out) == schema_of(FileKind.CASE)
+
+
+def test_a_new_case_runs(hydrosim: Command) -> None:
+    """Its coefficients are among the settings of the result."""
+    sides = ("--length", 180, "--beam", 55, "--draught", 8)
+    assert hydrosim("new", "own.yaml", *sides).code == 0
+    result = hydrosim("run", "own.yaml", "--set", "duration=5 s")
+    assert result.code == 0, result.err
+    settings = json.loads(hs.open_run("own.nc").attrs["settings"])
+    assert settings["bodies.barge.hydrodynamics.added_mass.heave"] > 1e8
