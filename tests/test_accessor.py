@@ -169,6 +169,9 @@ def test_pictures_are_drawn_on_axes_of_others(case: hs.Case) -> None:
     assert axis.lines
     with pytest.raises(hs.InputError, match="found 2 axes; expected 1"):
         plot.motions(ax=plt.subplots(2)[1])
+    (axis,) = plot.channels("speed.*").axes
+    assert "speed" in axis.get_ylabel()
+    assert plot.channels("speed.block", ax=figure.axes[0]) is figure
     with pytest.raises(AttributeError, match="no picture 'motion'"):
         plot.motion()
     plt.close("all")

@@ -6,7 +6,8 @@ Methods and their results:
                                            warnings, motions, contacts; also of other results
     run.hydrosim.channels()                the names of all channels
     run.hydrosim.channel("speed.barge")    one over time, with its unit
-    run.hydrosim.plot.motions(ax=axis)     curves of matplotlib: overview, motions, contact, ...
+    run.hydrosim.plot.motions()            figures of matplotlib: overview, motions, contact, ...
+    run.hydrosim.plot.channels("speed.*")  curves of channels; ax=... draws on your own axes
     run.hydrosim.extremes(start="200 s")   extremes with confidence: `hydrosim show --statistics`
     run.hydrosim.explain("surge")          why a body moved: `hydrosim show --why`
     run.hydrosim.compare("test.csv")       against a recording: `hydrosim compare`
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from hydrosim.files.arguments import Names, names_in
 from hydrosim.results.dataset import is_part
 from hydrosim.results.runs_file import RUN, is_of_runs
 
@@ -193,6 +195,12 @@ class RunPlots:
         from hydrosim.report.charts.pictures import draw_on_axes, figure
 
         return figure(self._run, name) if ax is None else draw_on_axes(self._run, name, ax)
+
+    def channels(self, names: Names, ax: Axes | Sequence[Axes] | None = None) -> Figure:
+        """Channels over time, those of one unit in one panel; patterns such as "position.*"."""
+        from hydrosim.report.charts.pictures import draw_channels
+
+        return draw_channels(self._run, names_in(names), ax)
 
     def __getattr__(self, name: str) -> Callable[..., Figure]:
         if name.startswith("_") or name not in dir(self):

@@ -42,6 +42,7 @@ from hydrosim.results.channels import (
     channel_names,
     channel_series,
     group_by_size,
+    match_channels,
 )
 from hydrosim.results.phases import Phase as Named
 from hydrosim.results.phases import is_operation, transferred_fraction
@@ -524,12 +525,25 @@ def picture_names() -> list[str]:
 def draw_on_axes(run: xr.Dataset, name: str, axes: Axes | Sequence[Axes]) -> Figure:
     """Draw the panels of a picture on axes of matplotlib, one each; return their figure. Raises
     InputError for another number of axes."""
-    _, panels = _panels_by_name(run, name)
+    return _draw_panels(_panels_by_name(run, name)[1], axes)
+
+
+def draw_channels(
+    run: xr.Dataset, patterns: Sequence[str], axes: Axes | Sequence[Axes] | None = None
+) -> Figure:
+    """Draw channels that patterns match in a new figure, or on ``axes`` as `draw_on_axes` does."""
+    panels = channels(run, match_channels(channel_names(run), patterns, "channels"))
+    if axes is None:
+        return picture(panels, _picture_frame(run, "_channels", ALWAYS))
+    return _draw_panels(panels, axes)
+
+
+def _draw_panels(panels: Sequence[Panel], axes: Axes | Sequence[Axes]) -> Figure:
     places = np.atleast_1d(np.asarray(axes, object)).ravel()
     if len(places) != len(panels):
         raise InputError(
-            f"ax: found {len(places)} axes; expected {len(panels)}, as the picture {name} has so"
-            f" many panels: figure, ax = plt.subplots({len(panels)})."
+            f"ax: found {len(places)} axes; expected {len(panels)}, one for each panel:"
+            f" figure, ax = plt.subplots({len(panels)})."
         )
     for axis, panel in zip(places, panels, strict=True):
         panel.draw(axis, ALWAYS)
