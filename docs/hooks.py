@@ -117,7 +117,7 @@ def commands() -> str:
 
 def _command(command: Any, name: str) -> list[str]:
     if hasattr(command, "commands"):
-        each = sorted(command.commands.items())
+        each = command.commands.items()  # in the order of use
         return [part for own, one in each for part in _command(one, f"{name} {own}")]
     table = "| option | what it does | if not given |\n| --- | --- | --- |\n"
     lines = [f"\n## {name}\n\n{command.help}\n\n{table}"]

@@ -26,14 +26,11 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from hydrosim.files.arguments import Names, names_in
-from hydrosim.results.dataset import is_part
-from hydrosim.results.runs_file import RUN, is_of_runs
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from hydrosim.files.arguments import Names
     from hydrosim.files.document import Document
     from hydrosim.interface.printed import PrintedResult
 
@@ -46,10 +43,12 @@ class RunAccessor:
         self._run = run
 
     def __repr__(self) -> str:
+        from hydrosim.results.dataset import is_part
+
         attributes = self._run.attrs
         title = attributes.get("title", "")
-        if is_of_runs(self._run):
-            return f"<{self._run.sizes[RUN]} runs: {title}>"
+        if self._holds_many():
+            return f"<{self._run.sizes['run']} runs: {title}>"
         what = "part of a run" if is_part(self._run) else "run"
         return f"<{what}: {title}, {attributes.get('status', 'unknown')}>"
 
@@ -59,13 +58,18 @@ class RunAccessor:
     def _repr_html_(self) -> str:
         return self.summary()._repr_html_()
 
+    def _holds_many(self) -> bool:
+        from hydrosim.results.runs_file import is_of_runs
+
+        return is_of_runs(self._run)
+
     def _single_run(self) -> xr.Dataset:
         """The run; InputError if the dataset holds many."""
         from hydrosim.errors import InputError
 
-        if is_of_runs(self._run):
+        if self._holds_many():
             raise InputError(
-                f"found {self._run.sizes[RUN]} runs; expected one run, as hs.simulate or"
+                f"found {self._run.sizes['run']} runs; expected one run, as hs.simulate or"
                 " hs.open_run gives. For many runs, use summary() or extremes_over_seeds()."
             )
         return self._run
@@ -126,7 +130,7 @@ class RunAccessor:
         from hydrosim.errors import InputError
         from hydrosim.statistics.over_seeds import extremes_over_seeds
 
-        if not is_of_runs(self._run):
+        if not self._holds_many():
             raise InputError("found one run; expected many runs: hs.simulate_many(cases).")
         return extremes_over_seeds(self._run)
 
@@ -198,6 +202,7 @@ class RunPlots:
 
     def channels(self, names: Names, ax: Axes | Sequence[Axes] | None = None) -> Figure:
         """Channels over time, those of one unit in one panel; patterns such as "position.*"."""
+        from hydrosim.files.arguments import names_in
         from hydrosim.report.charts.pictures import draw_channels
 
         return draw_channels(self._run, names_in(names), ax)

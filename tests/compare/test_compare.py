@@ -435,7 +435,7 @@ BAD = {
         {},
         r"found no column that matches a channel.*among time, who",
     ),
-    "only": ({"heave": HEAVE}, PLACE, {"only": ["wave*"]}, r"--channels: found wave\*; expected"),
+    "only": ({"heave": HEAVE}, PLACE, {"only": ["wave*"]}, r"channels: found wave\*; expected"),
 }
 
 
