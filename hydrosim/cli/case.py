@@ -80,10 +80,11 @@ def new(
         cases = writing.write_example(example, path or Path())
         terminal.print_lines(*(f"case      {case}" for case in cases))
         return
-    if missing := [name for name in ("path", "length", "beam", "draught") if name not in given]:
+    missing = [name for name in ("length", "beam", "draught") if name not in given]
+    if missing or path is None:
         raise InputError(
-            f"{', '.join(missing)}: found none; expected CASE.yaml, `length`, `beam` and `draught`,"
-            " or `example` or `schema`."
+            f"{', '.join(missing) or 'CASE.yaml'}: found none; expected CASE.yaml, `length`, `beam`"
+            " and `draught`, or `example` or `schema`."
         )
     files = writing.write_new_case(given.pop("path"), **given)
     names = ("case", "recipe")[: len(files)]
@@ -224,13 +225,12 @@ def analyse(
     the loading condition, or methods and steps instead. Tables are printed, a picture and netCDF
     are written.
     """
-    from hydrosim.case.lines.chains import is_mooring_file
     from hydrosim.case.load import load_case
     from hydrosim.interface import analyse as analysing
 
     analysing.require_file(file, analysing.EXPECTED_FILE)
     case: Any = file
-    if not is_mooring_file(file):
+    if not analysing.is_file_of_lines(file):
         case = load_case(file, settings)
     elif settings:
         raise InputError(f"--set: found a setting, and {file} is no case; expected a case.")

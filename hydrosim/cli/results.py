@@ -18,9 +18,11 @@ def show(
     statistics: Annotated[
         bool, option("Means, periods, extremes with intervals; crawl.", "--statistics")
     ] = False,
-    why: Annotated[
+    direction: Annotated[
         str | None,
-        option("Why a body moved in surge, sway or heave, as barge.surge.", metavar="[BODY.]DOF"),
+        option(
+            "Why a body moved: surge, sway or heave; barge.surge.", "--why", metavar="[BODY.]DOF"
+        ),
     ] = None,
     plot: Annotated[bool, option("Pictures.", "--plot")] = False,
     channels: options.Channels = "",
@@ -46,23 +48,22 @@ def show(
     from hydrosim.interface import show as showing
 
     given = terminal.given_options(context, "file", *VIEWS, "verbose")
-    views = [name for name, view in zip(VIEWS, (statistics, why, plot), strict=True) if view]
+    views = [name for name, view in zip(VIEWS, (statistics, direction, plot), strict=True) if view]
     if len(views) > 1:
         raise InputError(f"{', '.join(views)}: found several; expected one of them.")
     view = views[0] if views else ""
     if foreign := [name for name in given if name not in VIEWS.get(view, ())]:
-        reason = f"`{view}`" if view else "a summary; expected `statistics`, `why` or `plot`"
+        reason = f"`{view}`" if view else "a summary; expected `statistics`, `direction` or `plot`"
         raise InputError(f"{', '.join(foreign)}: not possible with {reason}.")
     match view:
         case "statistics":
             given["output"] = output or True
             with terminal.progress("statistics"):
                 result = showing.find_extremes(file, **given)
-        case "why":
+        case "direction":
             given["output"] = output or True
-            body, _, direction = str(why).rpartition(".")
             with terminal.progress("explaining"):
-                result = showing.explain(file, direction=direction, body=body or None, **given)
+                result = showing.explain(file, direction=str(direction), **given)
         case "plot":
             folder = given.pop("output", None)
             with terminal.progress("drawing"):
@@ -75,7 +76,7 @@ def show(
 FILES = ("output", "overwrite")
 VIEWS = {
     "statistics": ("channels", "start", "duration", *FILES),
-    "why": ("start", "end", *FILES),
+    "direction": ("start", "end", *FILES),
     "plot": ("channels", "start", "end", "format", *FILES),
 }
 """Options of each view."""

@@ -70,7 +70,7 @@ def analyse(
     kinds = [name for name, choice in named if choice]
     if len(kinds) > 1:
         raise InputError(f"{', '.join(kinds)}: found several; expected one of them.")
-    of_lines = isinstance(case, str | Path) and is_mooring_file(Path(case))
+    of_lines = not isinstance(case, Case) and is_file_of_lines(Path(case))
     kind = kinds[0] if kinds else "line" if of_lines else "linear"
     if of_lines and kind != "line":
         raise InputError(f"{kind}: found {case}, which is no case; expected a case.")
@@ -85,6 +85,11 @@ def analyse(
             f"{', '.join(foreign)}: not possible with {NAMES_OF_ANALYSES[kind]}. Leave it out."
         )
     return analysis(case, output, overwrite, progress, **options)
+
+
+def is_file_of_lines(file: Path) -> bool:
+    """Whether a file is one of MoorDyn or MoorPy: neither a case nor a result."""
+    return file.suffix != ".nc" and is_mooring_file(file)
 
 
 def _analyse_linearly(
@@ -177,7 +182,7 @@ def _lines_of(case: Case | str | Path) -> tuple[str, list[StillLine], Units, lis
     from hydrosim.compile.compile import compile_in_calm
     from hydrosim.files.text import Source
 
-    if not isinstance(case, Case) and is_mooring_file(Path(case)):
+    if not isinstance(case, Case) and is_file_of_lines(Path(case)):
         system = read_mooring_system(Source(Path(case)))
         left_out = [entry.message for entry in system.left_out]
         return Path(case).name, lines_of_system(system), DEFAULT, left_out

@@ -185,21 +185,21 @@ def explain(
     result: Result,
     *,
     direction: str = "surge",
-    body: str | None = None,
     start: Amount | None = None,
     end: Amount | None = None,
     output: Target = None,
     overwrite: bool = False,
 ) -> PrintedResult:
-    """Why a ``body`` moved in a ``direction`` (surge, sway, heave): mean forces, causes of
+    """Why a body moved in a ``direction``, "surge" or "barge.surge": mean forces, causes of
     friction, displacement and work by contact mode, from ``start`` to ``end``.
 
     The run needs `output: {impulses: true}`. Of many runs, the text has means over the runs of each
-    combination of parameters, with 90 % intervals. Without ``body``, it is the body that moves
+    combination of parameters, with 90 % intervals. Without its name, it is the body that moves
     most. With ``output``, files are written as by `hydrosim show --why`.
     """
     from hydrosim.report.charts.explain import draw_explained
 
+    body, _, direction = direction.rpartition(".")
     if direction not in explaining.DIRECTION_AXES:
         known = ", ".join(explaining.DIRECTION_AXES)
         raise InputError(f"direction: found {direction}; expected one of {known}.")
@@ -256,11 +256,13 @@ def _runs_by_combination(runs: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
             yield ": ".join(part for part in (plan.name, values_text) if part), plan_runs[at]
 
 
-def _choose_body(explanations: xr.Dataset, direction: str, name: str | None) -> str:
+def _choose_body(explanations: xr.Dataset, direction: str, name: str) -> str:
     """Body that was asked for, or the one that moves most."""
     body_names = [str(body) for body in explanations.body.values]
-    if name is not None and name not in body_names:
-        raise InputError(f"body: found {name}; expected one of {', '.join(body_names)}.")
+    if name and name not in body_names:
+        raise InputError(
+            f"direction: found {name}.{direction}; expected a body of {', '.join(body_names)}."
+        )
     displacement = abs(explanations.displacement.sel(dof=direction)).fillna(0.0)
     moved = displacement.max([dim for dim in displacement.dims if dim != "body"]).values
     return name or (body_names[int(moved.argmax())])

@@ -186,6 +186,8 @@ def test_show_prints_what_was_printed(hydrosim: Command, folder: Path) -> None:
         ("export block.nc --run 3 -o a.csv", "--run: found no --case; expected both"),
         ("export block.nc --case -o a.yaml", "--output: not possible with --case"),
         ("new own.yaml --length 3", "--beam, --draught: found none; expected CASE.yaml, --length"),
+        ("analyse block.nc", "block.nc: "),
+        ("show block.nc --why pitch", "--why: found pitch; expected one of surge, sway, heave"),
         ("new --schema recipe --kg 3", "--kg: not possible with --schema"),
         ("new --schema cases", "--schema: found 'cases'; expected one of case, study, recipe"),
     ],
