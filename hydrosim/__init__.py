@@ -75,14 +75,16 @@ _HOME = {
 _OF_SCENES = {
     "body": "Body Clearance Plan Pump Tank WaveForces",
     "contacts": "Coulomb Fender Frictionless FrictionSlope Landing LoadPowers NormalCurve"
-    " NormalLoop Plane PrescribedNormal Seats StickSlip Wall",
+    " NormalLoop PrescribedNormal Seats StickSlip Wall",
     "damping": "LinearDamping QuadraticDamping SharpBarge ViscousRoll",
     "environment": "Environment Gusts Jonswap RegularWave Stream WaveTrain",
     "force": "Active When",
     "hydrodynamics": "Coefficients",
     "joint": "Joint",
-    "links": "Compensator DryFriction GasSpring Spring SpringDamper Strut TorsionSpring",
+    "links": "Compensator DryFriction GasSpring Spring SpringDamper Strut StrutCurve TensionCurve"
+    " TorsionCurve TorsionSpring",
     "loads": "AppliedForce CurrentLoad WindLoad",
+    "plane": "Plane",
     "restraints": "Bushing LinearMooring",
     "scene": "Solver Start Tolerance",
 }

@@ -1,7 +1,5 @@
 """What runs and cases show of themselves in Python, and what they can be asked."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from html.parser import HTMLParser

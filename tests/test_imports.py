@@ -3,8 +3,6 @@
 Within a room, files and folders make no circle. No chain of imports is longer than ``LONGEST``.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter

@@ -39,8 +39,9 @@ import numpy as np
 from scipy import linalg
 
 from hydrosim.analysis.ballast import state_with_contents_at
-from hydrosim.compile.compile import Radiation, compile_for_linear, wave_bodies
+from hydrosim.compile.compile import Radiation, compile_for_linear
 from hydrosim.compile.compiled import Compiled
+from hydrosim.compile.waves import wave_bodies
 from hydrosim.dofs import DOFS, about_z
 from hydrosim.elements import heights_of_wind, in_gusts, with_linear_rolls, without_friction
 from hydrosim.elements.contact.fender import normal_load_of

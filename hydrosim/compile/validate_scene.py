@@ -160,7 +160,8 @@ def _check_lines(scene: Scene, model: Model, state: State) -> None:
                 f"forces.{line.name}.segments: found {line.length:g} m in all, while its ends are"
                 f" {line.distance:.5g} m apart at the start, where it would have to stretch by"
                 f" {line.strain:.0%}; expected less than {STRAINED:.0%}. Make it longer, bring its"
-                " ends closer together, or check its stiffness EA."
+                " ends closer together, or check its stiffness EA. A curve of stiffness may hold"
+                " more."
             )
 
 

@@ -7,29 +7,50 @@ same number of margins, which are positive while its mode lasts.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from itertools import accumulate
+from typing import Any, NamedTuple
 
 from hydrosim.elements import bushing, drive, external, trigger
-from hydrosim.elements.contact import curves, fender, group, landing, transitions
+from hydrosim.elements import kind as kinds
+from hydrosim.elements.contact import fender, group, landing, transitions
 from hydrosim.elements.contact.kind import add_tallies
 from hydrosim.elements.contact.laws import COULOMB
 from hydrosim.elements.joint import locks, motions
-from hydrosim.elements.joint.rows import REFERENCE_SIZE
 from hydrosim.elements.line import catenary, winch
 from hydrosim.elements.link import table as links
 from hydrosim.jit.kernels import kernel, root, root_giving
-from hydrosim.modes import NO_INDEX
+from hydrosim.modes import MODE
 from hydrosim.tanks import pumping
 from hydrosim.water.wind import has_gusts
-
-if TYPE_CHECKING:
-    from hydrosim.elements import Elements
 
 MAX_HELD_DIRECTIONS = 2  # most directions that a point of rigid friction holds
 MAX_DEPENDENCIES = 2  # parts of y that margins of a row depend on
 
 
-def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
+class OutputStarts(NamedTuple):
+    """The first of the outputs of each kind in the flat array of `write_outputs`, by the unit of
+    kinds; those of links begin with springs."""
+
+    spring: int
+    bushing: int
+    line: int
+    guide: int
+    winch: int
+    joint: int
+    joint_motion: int
+    external: int
+    drive: int
+
+
+def with_output_starts(elements: Any) -> Any:
+    """The same elements with the places where the outputs of each kind begin."""
+    sizes = {unit: units * outputs for unit, (units, outputs) in output_shapes(elements).items()}
+    starts = dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
+    places = OutputStarts(*(starts[unit] for unit in OutputStarts._fields))
+    return elements._replace(output_starts=places)
+
+
+def output_shapes(elements: Any) -> dict[str, tuple[int, int]]:
     """Shapes of the output of `write_outputs`, in its order, by the unit of kinds."""
     return {
         "fender": (elements.fenders.points.size, fender.CONTACT_OUTPUTS),
@@ -46,53 +67,40 @@ def output_shapes(elements: Elements) -> dict[str, tuple[int, int]]:
 
 
 @kernel
-def joint_output_start(elements):
-    """Place of the loads of joints in the output of `write_outputs`."""
-    behind = elements.fenders.points.size * fender.CONTACT_OUTPUTS
-    behind += elements.link_table.links.size * links.LINK_OUTPUTS
-    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
-    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
-    behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
-    return behind + elements.winches.each.size * winch.WINCH_OUTPUTS
-
-
-@kernel
 def write_outputs(t, y, modes, motion, bodies, elements, holds, wrench, out):
     """Write what a run records of fenders, springs, links, bushings, guides and joints, except the
     forces of elements, to ``out``. `output_shapes` gives the shapes that follow one another in the
     flat array ``out``. The forces of all elements are read from ``wrench`` (rows, 6 nb) [N, N
     m]."""
-    fenders = elements.fenders
-    if fenders.points.size > 0:
-        fender.write_outputs(t, y, modes, motion, bodies, fenders, holds.reaction, out)
-    behind = fenders.points.size * fender.CONTACT_OUTPUTS
-    if elements.link_table.links.size > 0:
-        links.write_outputs(t, y, modes, motion, bodies, elements.link_table, out[behind:])
-    behind += elements.link_table.links.size * links.LINK_OUTPUTS
-    if elements.bushings.each.size > 0:
-        bushing.write_outputs(modes, motion, bodies, elements.bushings, out[behind:])
-    behind += elements.bushings.each.size * bushing.BUSHING_OUTPUTS
-    if elements.catenaries.lines.size > 0:
-        catenary.write_outputs(t, y, modes, motion, bodies, elements.catenaries, out[behind:])
-    behind += elements.catenaries.lines.size * catenary.CATENARY_OUTPUTS
-    if elements.guides.pins.size > 0:
-        landing.write_outputs(modes, motion, bodies, elements, out[behind:])
-    behind += elements.guides.pins.size * landing.GUIDE_OUTPUTS
-    if elements.winches.each.size > 0:
-        winch.write_outputs(t, y, modes, motion, bodies, elements.winches, out[behind:])
-    behind += elements.winches.each.size * winch.WINCH_OUTPUTS
-    if elements.locks.each.size > 0:
-        locks.write_outputs(elements.locks, holds, out[behind:])
-    behind += elements.locks.joints * 6
-    if elements.joint_motions.each.size > 0:
-        p = elements.joint_motions
-        motions.write_outputs(y, modes, bodies, p, holds.reaction, out[behind:])
-    behind += elements.joint_motions.each.size * motions.JOINT_MOTION_OUTPUTS
-    if elements.externals.delayed > 0:
-        external.write_outputs(y, elements.externals, out[behind:])
-    behind += elements.externals.delayed * external.EXTERNAL_OUTPUTS
-    if elements.drives.each.size > 0:
-        drive.write_outputs(elements.drives, holds, out[behind:])
+    e = elements
+    at = e.output_starts
+    if e.fenders.points.size > 0:
+        fender.write_outputs(t, y, modes, motion, bodies, e.fenders, holds.reaction, out)
+    if e.link_table.links.size > 0:
+        links.write_outputs(t, y, modes, motion, bodies, e.link_table, out[at.spring :])
+    if e.bushings.each.size > 0:
+        bushing.write_outputs(modes, motion, bodies, e.bushings, out[at.bushing :])
+    if e.catenaries.lines.size > 0:
+        catenary.write_outputs(t, y, modes, motion, bodies, e.catenaries, out[at.line :])
+    if e.guides.pins.size > 0:
+        landing.write_outputs(modes, motion, bodies, e, out[at.guide :])
+    if e.winches.each.size > 0:
+        winch.write_outputs(t, y, modes, motion, bodies, e.winches, out[at.winch :])
+    if e.locks.each.size > 0:
+        locks.write_outputs(e.locks, holds, out[at.joint :])
+    if e.joint_motions.each.size > 0:
+        p = e.joint_motions
+        motions.write_outputs(y, modes, bodies, p, holds.reaction, out[at.joint_motion :])
+    if e.externals.delayed > 0:
+        external.write_outputs(y, e.externals, out[at.external :])
+    if e.drives.each.size > 0:
+        drive.write_outputs(e.drives, holds, out[at.drive :])
+
+
+@kernel
+def joint_output_start(elements):
+    """Place of the loads of joints in the output of `write_outputs`."""
+    return elements.output_starts.joint
 
 
 @root
@@ -117,8 +125,28 @@ def set_initial_modes(t, y, modes, motion, bodies, elements, tanks):
     if elements.joint_motions.each.size > 0:
         motions.set_initial_modes(y, modes, bodies, elements.joint_motions)
     if elements.triggers.each.size > 0:
-        trigger.set_initial_modes(t, y, modes, motion, bodies, elements, tanks)
+        switch_at_start(t, y, modes, motion, bodies, elements, tanks)
     group.initialise_groups(t, y, modes, elements.fenders)
+
+
+@root
+def switch_at_start(t, y, modes, motion, bodies, elements, tanks):
+    """Modes of all triggers for a start. Units of those that do not act are inactive, and have
+    lost and stored nothing."""
+    p = elements.triggers
+    for j in range(p.each.size):
+        trigger.set_initial_mode(j, t, y, modes, motion, bodies, elements, tanks)
+        if trigger.is_on(j, modes, p):
+            continue
+        for row in range(elements.unit_rows.size):
+            unit = elements.unit_rows[row]
+            if unit.trigger == j and unit.kind == kinds.GUIDE_ROW:
+                landing.start_inactive(unit.unit, modes, elements.guides)
+        switch_units(j, t, y, modes, motion, bodies, elements, tanks)
+        for row in range(elements.unit_rows.size):
+            unit = elements.unit_rows[row]
+            if unit.trigger == j and unit.kind == kinds.CONTACT_ROW:
+                transitions.reset_losses(unit.unit, y, elements.fenders)
 
 
 @kernel
@@ -172,90 +200,121 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
     """Switch a row of modes to the next mode, after margin ``which``, of this ``size`` before or
     after, has reached zero. A node that relaxes in few steps of length ``step`` is settled only
     later."""
-    fenders = elements.fenders
-    triggers = elements.triggers
-    if is_trigger(row, elements):
-        trigger.transition(row - triggers.mode, which, t, y, modes, motion, bodies, elements, tanks)
-        return
-    if row >= elements.joint_motions.mode and elements.joint_motions.each.size > 0:
-        p = elements.joint_motions
-        motions.transition(row - p.mode, which, y, modes, bodies, reactions, p)
-        return
-    if row >= elements.locks.mode and elements.locks.each.size > 0:
-        locks.transition(row - elements.locks.mode, which, y, modes, motion, bodies, elements.locks)
-        return
-    if row >= elements.winches.mode and elements.winches.each.size > 0:
-        p = elements.winches
-        winch.transition(row - p.mode, which, t, y, modes, motion, bodies, p)
-        return
-    if row >= elements.guides.mode and elements.guides.pins.size > 0:
-        i = row - elements.guides.mode
-        landing.transition(i, which, y, modes, motion, bodies, elements)
-        return
-    if row >= elements.catenaries.mode and elements.catenaries.lines.size > 0:
-        i = row - elements.catenaries.mode
-        catenary.transition(i, t, y, modes, motion, bodies, elements.catenaries)
-        return
-    if row >= elements.bushings.mode and elements.bushings.each.size > 0:
-        bushing.transition(row - elements.bushings.mode, modes, elements.bushings)
-        return
-    if row >= tanks.mode and tanks.flows.size > 0:
-        pumping.switch_flow(row - tanks.mode, which, t, modes, tanks)
-        return
-    if row >= elements.link_table.mode and elements.link_table.links.size > 0:
-        i = row - elements.link_table.mode
+    kind = elements.unit_rows[row].kind
+    i = elements.unit_rows[row].unit
+    if kind == kinds.CONTACT_ROW:
+        p = elements.fenders
+        transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, p)
+    elif kind == kinds.LINK_ROW:
         links.transition(i, which, t, y, modes, motion, bodies, elements.link_table)
-        return
-    i = row - fenders.mode
-    transitions.transition(i, which, size, step, t, y, modes, motion, bodies, reactions, fenders)
+    elif kind == kinds.FLOW_ROW:
+        pumping.switch_flow(i, which, t, modes, tanks)
+    elif kind == kinds.BUSHING_ROW:
+        bushing.transition(i, modes, elements.bushings)
+    elif kind == kinds.CATENARY_ROW:
+        catenary.transition(i, t, y, modes, motion, bodies, elements.catenaries)
+    elif kind == kinds.GUIDE_ROW:
+        landing.transition(i, which, y, modes, motion, bodies, elements)
+    elif kind == kinds.WINCH_ROW:
+        winch.transition(i, which, t, y, modes, motion, bodies, elements.winches)
+    elif kind == kinds.LOCK_ROW:
+        locks.transition(i, which, y, modes, motion, bodies, elements.locks)
+    elif kind == kinds.JOINT_MOTION_ROW:
+        motions.transition(i, which, y, modes, bodies, reactions, elements.joint_motions)
+    elif trigger.transition(i, which, t, y, modes, motion, bodies, elements, tanks):
+        switch_units(i, t, y, modes, motion, bodies, elements, tanks)
+
+
+@root
+def switch_units(trigger_number, t, y, modes, motion, bodies, elements, tanks):
+    """Activate or deactivate the units of a trigger by its mode."""
+    stage = modes[elements.triggers.mode + trigger_number, MODE]
+    for row in range(elements.unit_rows.size):
+        unit = elements.unit_rows[row]
+        if unit.trigger == trigger_number and unit.kind == kinds.FLOW_ROW:
+            pumping.follow_trigger(unit.unit, stage, y, modes, tanks)
+        elif unit.trigger == trigger_number and stage == trigger.DURING:
+            activate(unit, t, y, modes, motion, bodies, elements)
+        elif unit.trigger == trigger_number:
+            deactivate(unit, t, y, modes, motion, bodies, elements)
+
+
+@kernel
+def activate(unit, t, y, modes, motion, bodies, elements):
+    """Let a ``unit`` act from now on."""
+    i = unit.unit
+    if unit.kind == kinds.CONTACT_ROW:
+        transitions.activate(i, t, y, modes, motion, bodies, elements.fenders)
+    elif unit.kind == kinds.LINK_ROW:
+        links.activate(i, t, y, modes, motion, bodies, elements.link_table)
+    elif unit.kind == kinds.BUSHING_ROW:
+        bushing.activate(i, modes, motion, bodies, elements.bushings)
+    elif unit.kind == kinds.CATENARY_ROW:
+        catenary.set_initial_mode(i, t, y, modes, motion, bodies, elements.catenaries)
+    elif unit.kind == kinds.GUIDE_ROW:
+        landing.activate(i, modes, motion, bodies, elements)
+    elif unit.kind == kinds.WINCH_ROW:
+        winch.activate_in_run(i, t, y, modes, motion, bodies, elements.winches)
+    elif unit.kind == kinds.LOCK_ROW:
+        locks.activate(i, y, modes, motion, bodies, elements.locks)
+
+
+@kernel
+def deactivate(unit, t, y, modes, motion, bodies, elements):
+    """End the action of a ``unit``."""
+    i = unit.unit
+    if unit.kind == kinds.CONTACT_ROW:
+        transitions.deactivate(i, t, y, modes, motion, bodies, elements.fenders)
+    elif unit.kind == kinds.LINK_ROW:
+        links.deactivate(i, modes, elements.link_table)
+    elif unit.kind == kinds.BUSHING_ROW:
+        bushing.deactivate(i, modes, elements.bushings)
+    elif unit.kind == kinds.CATENARY_ROW:
+        catenary.deactivate(i, modes, elements.catenaries)
+    elif unit.kind == kinds.GUIDE_ROW:
+        landing.deactivate(i, y, modes, motion, bodies, elements)
+    elif unit.kind == kinds.WINCH_ROW:
+        winch.deactivate(i, y, modes, elements.winches)
+    elif unit.kind == kinds.LOCK_ROW:
+        locks.deactivate(i, modes, elements.locks)
 
 
 @kernel
 def is_trigger(row, elements):
     """True if a row of modes belongs to a trigger, which may change the energy stored in other
     elements."""
-    return elements.triggers.each.size > 0 and row >= elements.triggers.mode
+    return elements.unit_rows[row].kind == kinds.TRIGGER_ROW
 
 
 @kernel
 def book_stored(row, sign, y, stored, elements):
     """Count the energy ``stored`` (rows,) in the element of a trigger, with this ``sign``, as lost;
     contacts do this themselves."""
-    unit = elements.triggers.each[row - elements.triggers.mode]
-    if unit.points == 0:
-        y[elements.triggers.losses + unit.row] += sign * stored[unit.row]
+    switched = elements.triggers.each[elements.unit_rows[row].unit]
+    if not switched.contact:
+        y[elements.triggers.losses + switched.row] += sign * stored[switched.row]
 
 
 @kernel
 def guard_dependencies(row, part, elements, tanks):
     """Ranges (from, to) of entries of y, beyond coordinates and rates, that margins of a row depend
     on; `MAX_DEPENDENCIES` ranges."""
-    fenders = elements.fenders
-    if tanks.flows.size > 0 and tanks.mode <= row < tanks.mode + tanks.flows.size:
+    kind = elements.unit_rows[row].kind
+    i = elements.unit_rows[row].unit
+    if tanks.flows.size > 0 and kind in (kinds.FLOW_ROW, kinds.TRIGGER_ROW):
         return tanks.state, tanks.state + tanks.each.size
-    if tanks.flows.size > 0 and is_trigger(row, elements):
-        return tanks.state, tanks.state + tanks.each.size
-    if row >= elements.locks.mode and elements.locks.each.size > 0 and part == 0:
-        k = elements.locks.state + locks.LOCK_STATES * (row - elements.locks.mode)
-        return (k, k + REFERENCE_SIZE) if row < elements.joint_motions.mode else (0, 0)
-    if elements.winches.each.size > 0 and row >= elements.winches.mode:
-        return winch.guard_dependencies(row - elements.winches.mode, part, elements.winches)
-    i = row - elements.link_table.mode
-    if 0 <= i < elements.link_table.links.size:
-        return links.guard_dependencies(i, elements.link_table) if part == 0 else (0, 0)
-    if row < fenders.mode or row >= fenders.mode + fenders.points.size:
-        return 0, 0
-    point = fenders.points[row - fenders.mode]
-    if part == 0:
-        k = fenders.state + fender.CONTACT_STATES * (row - fenders.mode)
-        return k, k + fender.FELT_STATES
-    if point.memory == NO_INDEX:
-        return 0, 0
-    k = fender.memory_start(point, fenders) + curves.BRANCH_START
-    return k, k + 1
+    if kind == kinds.WINCH_ROW:
+        return winch.guard_dependencies(i, part, elements.winches)
+    if kind == kinds.CONTACT_ROW:
+        return fender.guard_dependencies(i, part, elements.fenders)
+    if kind == kinds.LINK_ROW and part == 0:
+        return links.guard_dependencies(i, elements.link_table)
+    if kind == kinds.LOCK_ROW and part == 0:
+        return locks.guard_dependencies(i, elements.locks)
+    return 0, 0
 
 
-def count_reaction_rows(elements: Elements) -> int:
+def count_reaction_rows(elements: Any) -> int:
     """Number of the points with directions of slip, or reactions of rigid friction; and of the
     joints, motions of joints and drives with reactions."""
     joints = elements.locks.each.size + elements.joint_motions.each.size
@@ -317,7 +376,7 @@ def has_load_limit(modes, elements):
     return motions.has_load_limit(modes, elements.joint_motions)
 
 
-def held_directions(elements: Elements) -> int:
+def held_directions(elements: Any) -> int:
     """Largest number of rows of constraints that elements need."""
     rigid = MAX_HELD_DIRECTIONS * int((elements.fenders.points["law"] == COULOMB).sum())
     joints = int(elements.locks.rows) + int(elements.joint_motions.rows)
@@ -336,7 +395,7 @@ def joint_rows(elements):
     return elements.locks.rows + elements.drives.each.size
 
 
-def drive_count(elements: Elements) -> int:
+def drive_count(elements: Any) -> int:
     """Number of the drives."""
     return int(elements.drives.each.size)
 
@@ -399,7 +458,7 @@ def add_drive_impulses(y, motion, bodies, elements, constraints, holds, wrench, 
         drive.add_impulses(y, motion, bodies, p, constraints, holds, wrench, impulse, works)
 
 
-def joint_count(elements: Elements) -> int:
+def joint_count(elements: Any) -> int:
     """Number of the joints that are constraints."""
     return int(elements.locks.each.size)
 
@@ -466,7 +525,7 @@ def break_loose(t, y, modes, motion, bodies, elements, reactions):
     return transitions.break_loose(t, y, modes, motion, bodies, elements.fenders, reactions)
 
 
-def wind_channels(elements: Elements) -> int:
+def wind_channels(elements: Any) -> int:
     """Number of wind speeds that a run records."""
     return int(has_gusts(elements.stream_loads.gusts))
 

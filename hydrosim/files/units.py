@@ -25,6 +25,7 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from hydrosim.files.cache import digest_of_sources, store, stored, version_of
+from hydrosim.files.yaml_nodes import NUMBER
 
 # Factors between units, stored on disk because pint takes half a second to load.
 
@@ -73,7 +74,6 @@ MAX_QUANTITY = 1e20
 SMALLEST = 1e-20
 LARGEST_OF = {"m": 1e7, "m/s": 1e5, "rad": 1e5, "rad/s": 1e7, "kg": 1e15}  # squared, at times
 
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 # Products and quotients of names with small powers: pint would evaluate any other expression.
 _FACTOR = r"(?:[A-Za-z_µ°%]+(?:\s*(?:\^|\*\*)\s*-?\d\b|[²³])?)"
 UNIT = re.compile(rf"{_FACTOR}(?:(?:\s*[*/·]\s*|\s+){_FACTOR})*")

@@ -27,7 +27,8 @@ import yaml
 from yaml.nodes import CollectionNode, MappingNode, Node, ScalarNode, SequenceNode
 
 from hydrosim.errors import InputError
-from hydrosim.files.units import NUMBER
+
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 
 TAB = 'found a tab; expected blanks: indent each level by two blanks, "  key: value"'
 ODD = "found the character {0} at the beginning of a value; put the value in quotes"

@@ -43,7 +43,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hydrosim.compile.automatic import MIN_TOLERANCE
-from hydrosim.compile.compile import add_waves, compile_calm, wave_load_error
+from hydrosim.compile.compile import compile_calm
+from hydrosim.compile.waves import add_waves, wave_load_error
 from hydrosim.dofs import DOFS
 from hydrosim.elements import modes_of_kind
 from hydrosim.elements.contact.fender import NORMAL_FORCE

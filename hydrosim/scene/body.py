@@ -15,7 +15,6 @@ from hydrosim.dofs import DOFS
 from hydrosim.files import quantities as of
 from hydrosim.files.schema_class import SchemaClass, schema_class
 from hydrosim.files.units import problem
-from hydrosim.scene.contacts import Plane
 from hydrosim.scene.force import LevelReached, When
 from hydrosim.scene.hydrodynamics import (
     ChangedDatabase,
@@ -26,6 +25,7 @@ from hydrosim.scene.hydrodynamics import (
     Radiation,
     RadiationModel,
 )
+from hydrosim.scene.plane import Plane
 
 # Tanks, plans of their levels, and pumps.
 

@@ -48,32 +48,37 @@ class LevelReached(SchemaClass):
 @dataclass(frozen=True)
 class When:
     """A ``time`` [s], or the moment when a ``channel`` has been ``above`` or ``below`` a value for
-    ``lasting`` [s]. `hydrosim.elements.trigger` lists the names of channels."""
+    ``lasting`` [s]. `hydrosim.elements.channel` lists the names of channels. The value was given in
+    a ``unit``, None if in the channel's own."""
 
     time: float = 0.0
     channel: str | None = None
     above: float | None = None
     below: float | None = None
     lasting: float = 0.0
+    unit: str | None = None
 
     def build(self) -> When:
         """The condition itself."""
         return self
 
 
-CHANNEL_UNITS = {
-    "fender_normal_force": "N",
-    "spring_tension": "N",
-    "line_tension": "N",
-    "fender_compression": "m",
-    "strut_force": "N",
-    "strut_length": "m",
-    "winch_tension": "N",
-    "winch_length": "m",
-    "torsion_angle": "rad",
-    "clearance": "m",
+CHANNEL_UNITS: dict[str, tuple[str, ...]] = {
+    "fender_normal_force": ("N",),
+    "spring_tension": ("N",),
+    "line_tension": ("N",),
+    "compensator_tension": ("N",),
+    "fender_compression": ("m",),
+    "strut_force": ("N",),
+    "strut_length": ("m",),
+    "winch_tension": ("N",),
+    "winch_length": ("m",),
+    "torsion_angle": ("rad",),
+    "clearance": ("m",),
 }
 """Of channels; those of motions are in m or rad, with their speeds per second."""
+for _kind in ("spring_damper", "gas_spring", "stop", "dry_friction"):
+    CHANNEL_UNITS |= {f"{_kind}_load": ("N", "N*m"), f"{_kind}_place": ("m", "rad")}
 OTHER_CHANNELS = ("position", "velocity", "speed", "relative_speed", "tank_level")
 
 
@@ -98,27 +103,37 @@ class Event(SchemaModel):
         if self.channel.partition(".")[0] not in kinds:
             expected = f"one that begins with {', '.join(kinds)}"
             raise problem(f"the channel {self.channel}", expected, "as in speed.barge")
-        unit, value = self._unit, self.above or self.below
+        value = self.above or self.below
         if value is not None and value.unit is not None:
-            try:
-                factor(value.unit, unit)
-            except ValueError as error:
-                expected = f"a value in {unit}, which {self.channel} has"
-                raise problem(value.text, expected, str(error)) from None
+            self._check_unit(value.text, value.unit)
         return self
 
+    def _check_unit(self, text: str, unit: str) -> None:
+        """Raises a problem if a value in a ``unit`` is none of the channel."""
+        reasons = []
+        for expected in self._units:
+            try:
+                factor(unit, expected)
+            except ValueError as error:
+                reasons.append(str(error))
+        if len(reasons) == len(self._units):
+            expected = f"a value in {' or '.join(self._units)}, which {self.channel} has"
+            raise problem(text, expected, reasons[0])
+
     @property
-    def _unit(self) -> str:
-        """The unit of the channel."""
+    def _units(self) -> tuple[str, ...]:
+        """The unit of the channel; two if it may be along a line or about an axis."""
         name, _, rest = self.channel.partition(".")
         turns = rest.rpartition(".")[2] in DOFS[3:]
         speed = "/s" if name in ("velocity", "speed", "relative_speed") else ""
-        return CHANNEL_UNITS.get(name, f"{'rad' if turns else 'm'}{speed}")
+        return CHANNEL_UNITS.get(name, (f"{'rad' if turns else 'm'}{speed}",))
 
     def build(self) -> When:
         """The condition of the scene."""
         above, below = (None if x is None else x.value for x in (self.above, self.below))
-        return When(0.0, self.channel, above, below, self.lasting)
+        given = self.above or self.below
+        unit = given.unit if given and len(self._units) > 1 else None
+        return When(0.0, self.channel, above, below, self.lasting, unit)
 
 
 class AtTime(SchemaModel):
@@ -310,6 +325,75 @@ class ForceElement(SchemaClass):
         return name
 
 
+# `breaks_at`: the tension or the time at which a line parts.
+
+
+class Break(SchemaModel):
+    """The tension or the time at which a line parts."""
+
+    tension: of.ReferenceForce | None = None
+    """Tension at which the line parts."""
+    time: of.Instant | None = None
+    """Time at which the line parts."""
+
+    @model_validator(mode="after")
+    def _check_one(self) -> Self:
+        given = self.keys_with_value("tension", "time")
+        if len(given) != 1:
+            raise problem(" and ".join(given) or "an empty mapping", "either tension or time")
+        return self
+
+
+def _break_form(value: object) -> str:
+    return "mapping" if isinstance(value, dict | Break) else "tension"
+
+
+BreaksAt = Annotated[
+    Annotated[of.ReferenceForce, Tag("tension")] | Annotated[Break, Tag("mapping")],
+    Discriminator(_break_form),
+]
+
+
+def until_it_breaks(
+    active: Active | None, breaks_at: Any, channel: str, where: BuildContext
+) -> Active | None:
+    """The time in which a line acts that breaks at a tension, which a ``channel`` has, or at a
+    time."""
+    if breaks_at is None:
+        return active
+    time = breaks_at.time if isinstance(breaks_at, Break) else None
+    tension = breaks_at.tension if isinstance(breaks_at, Break) else breaks_at
+    watched = f"{channel}.{where.key.removeprefix('forces.')}"
+    parts = When(time) if time is not None else When(0.0, watched, above=tension)
+    return replace(active, until=parts) if active else Active(until=parts)
+
+
+@schema_class
+class BreakingElement(ForceElement):
+    """A line that may part: the end of its action, located as an event."""
+
+    tension_channel: ClassVar[str] = ""
+    """Channel with the tension of the line."""
+    breaks_at: BreaksAt | None = field(default=None, kw_only=True)
+    """Tension at which the line parts, or a mapping with tension or time. Energy that it held is
+    lost. Example: 8 MN."""
+
+    @model_validator(mode="after")
+    def _check_end(self) -> Self:
+        if self.breaks_at is not None and self.active and self.active.until is not None:
+            expected = "one of them: both end the action of the line"
+            raise problem("breaks_at and active.until", expected)
+        return self
+
+    def build_active(self, where: BuildContext) -> ForceElement:
+        built = super(BreakingElement, replace(self, breaks_at=None)).build_active(where)
+        active = until_it_breaks(built.active, self.breaks_at, self.tension_channel, where)
+        return replace(built, active=active)
+
+    def is_written(self) -> bool:
+        return self.breaks_at is not None or super().is_written()
+
+
 @schema_class
 class LimitedElement(ForceElement):
     """Base of elements with a ``capacity`` [N], the allowable force of each. Forces are compared
@@ -340,6 +424,7 @@ CHAIN = {"studless": (19.9e3, 85.4e9), "studlink": (21.9e3, 101.0e9)}
 """Mass per length over squared diameter [kg/m^3] and axial stiffness over squared diameter
 [N/m^2]."""
 STRONGEST = 0.0320  # C of grade R5
+MAX_CURVE_POINTS = 32  # of a curve of tension over stretch
 
 
 def strongest_breaking_load(diameter: float) -> float:

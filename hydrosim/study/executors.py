@@ -22,7 +22,7 @@ from zlib import crc32
 import numpy as np
 import xarray as xr
 
-from hydrosim.compile.compile import add_waves
+from hydrosim.compile.waves import add_waves
 from hydrosim.errors import HydrosimError, InputError
 from hydrosim.files.interrupts import ENDING_SIGNALS
 from hydrosim.files.yaml_nodes import source_context

@@ -1,7 +1,5 @@
 """Functions of Python as forces: orders, energy, errors, restarts."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -15,7 +13,6 @@ from scenes import CASES, block, moving, observed_orders, on_floor, scene, stead
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
-from hydrosim.elements import Frictionless, LinearDamping, LinearMooring, Spring
 from hydrosim.elements.external import BodyState
 from hydrosim.files.document_nodes import Table
 from hydrosim.report.sentences.run import summary
@@ -47,14 +44,12 @@ def with_function(function: Callable[..., Any], coupling: str = "stage", **of: A
 
 
 @pytest.mark.parametrize("method", [Method.RK4, Method.DOPRI5, Method.ESDIRK4])
-def test_a_spring_per_stage_is_the_spring_inside(
-    method: Method, figure: Callable[[str, float], None]
-) -> None:
+def test_a_spring_per_stage_is_the_spring_inside(method, figure):
     """On a block that bounces on a floor meanwhile: through events of other elements."""
     bouncing = block(MASS, ("surge", "heave"), position=moving(heave=0.3, surge=0.1))
     inside = {
-        "it": LinearMooring("block", np.diag([STIFFNESS, *[0.0] * 5])),
-        "floor": on_floor(1e6, Frictionless()),
+        "it": hs.LinearMooring("block", np.diag([STIFFNESS, *[0.0] * 5])),
+        "floor": on_floor(1e6, hs.Frictionless()),
         "weight": steady(heave=-9.81 * MASS),
     }
     one = scene(bouncing, inside, END, 0.02, method=method)
@@ -68,9 +63,7 @@ def test_a_spring_per_stage_is_the_spring_inside(
 
 
 @pytest.mark.parametrize(("coupling", "order"), [("stage", 4), ("held", 1), ("extrapolated", 2)])
-def test_orders_are_as_stated(
-    coupling: str, order: int, figure: Callable[[str, float], None]
-) -> None:
+def test_orders_are_as_stated(coupling, order, figure):
     """Against x = sin(w t) / w; output at the last time alone is enough."""
     steps = [0.02, 0.01, 0.005]
     found = []
@@ -112,9 +105,7 @@ def test_a_delay_that_makes_much_energy_is_told() -> None:
     assert "delay" not in fine.attrs.get("warnings", "")
 
 
-def test_an_extrapolated_force_keeps_its_order_over_short_pieces(
-    figure: Callable[[str, float], None],
-) -> None:
+def test_an_extrapolated_force_keeps_its_order_over_short_pieces(figure):
     """Steps are cut in ten: by their caller, who steps to these times."""
     steps = [0.02, 0.01]
     found = []
@@ -163,7 +154,7 @@ def forgetting() -> Callable[..., np.ndarray]:
 
 def knocking(method: Method = Method.RK4, duration: float = END) -> Scene:
     """A block that hits a wall: steps are cut, and an adaptive method rejects some."""
-    wall = Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, *CURVE)
+    wall = hs.Spring("block", (0.0, 0.0, 0.0), (5.0, 0.0, 0.0), 4.8, curve=hs.TensionCurve(*CURVE))
     body = block(MASS, ("surge",), velocity=moving(surge=-1.0))
     return scene(body, {"wall": wall}, duration, 0.05, method=method)
 
@@ -308,15 +299,15 @@ def test_names_are_new_ones() -> None:
 
 @pytest.mark.parametrize("kinematics", Kinematics)
 def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) -> None:
-    """A function that pulls two turning bodies together at points of theirs, and one that gives
-    the force of a point: places, velocities, wrenches and axes are those of the elements."""
+    """Turning bodies pulled at points: places, velocities, wrenches and axes are the element's."""
     here, there = (0.4, -0.3, 0.8), (0.5, 0.2, -1.0)
     curve = np.array([0.0, 9.0]), np.array([0.0, 900.0])
-    line = Spring("block", here, there, 1.0, *curve, damping=50.0, anchor_body="other")
-    bodies = [
-        block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2)),
-        block(2e3, name="other", position=moving(heave=4.0, yaw=0.2), velocity=moving(pitch=0.1)),
-    ]
+    line = hs.Spring(
+        "block", here, there, 1.0, curve=hs.TensionCurve(*curve), damping=50.0, anchor_body="other"
+    )
+    spinning = block(MASS, velocity=moving(surge=0.2, roll=0.1, yaw=-0.2))
+    other = {"position": moving(heave=4.0, yaw=0.2), "velocity": moving(pitch=0.1)}
+    bodies = [spinning, block(2e3, name="other", **other)]
 
     def pull(t: float, state: States) -> np.ndarray:
         one, other = state["block"], state["other"]
@@ -331,10 +322,8 @@ def test_a_line_between_two_bodies_is_the_line_inside(kinematics: Kinematics) ->
 
     inside = {"line": line, "push": steady_at(here)}
     one = scene(bodies, inside, END, 0.02, kinematics=kinematics)
-    given = {
-        "line": hs.UserForce("block", pull, also=("other",)),
-        "push": hs.UserForce("block", push, point=here),
-    }
+    pulled = hs.UserForce("block", pull, also=("other",))
+    given = {"line": pulled, "push": hs.UserForce("block", push, point=here)}
     expected, found = hs.simulate(one), hs.simulate(replace(one, forces=given))
     assert np.abs(expected.position[:, 0, 3:]).max() > 0.05
     np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-11)
@@ -351,7 +340,7 @@ def test_a_body_on_a_ball_joint() -> None:
     rates = tuple(Resistance(velocity=rate) for rate in (0.5, -0.8, 0.4))
     hung = Joint(JointType.BALL, "block", point=(0.0, 0.0, 2.0), resistances=rates)
     resistance = np.diag([30.0] * 3 + [200.0] * 3)
-    inside = {"it": LinearDamping("block", resistance)}
+    inside = {"it": hs.LinearDamping("block", resistance)}
     whole = replace(scene(block(MASS), inside, END, 0.02), joints={"ball": hung})
     seen = []
 
@@ -362,10 +351,7 @@ def test_a_body_on_a_ball_joint() -> None:
         seen.append((t, state["block"].position))
         return np.zeros(6)
 
-    forces = {
-        "it": hs.UserForce("block", resist),
-        "watch": hs.UserForce("block", watch, "held"),
-    }
+    forces = {"it": hs.UserForce("block", resist), "watch": hs.UserForce("block", watch, "held")}
     expected, found = hs.simulate(whole), hs.simulate(replace(whole, forces=forces))
     assert np.abs(expected.position[:, 0, 3:]).max() > 0.5
     np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-12)

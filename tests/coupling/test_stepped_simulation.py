@@ -1,7 +1,5 @@
 """A run that its caller steps is the run that `simulate` makes."""
 
-from __future__ import annotations
-
 import pickle
 import threading
 from collections.abc import Callable
@@ -12,15 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import block, in_contact, moving, scene, scene_of, with_body
+from scenes import block, in_contact, mooring, moving, scene, scene_of, with_body
 
 import hydrosim as hs
 from hydrosim.compare.dataset import differences
-from hydrosim.elements import LinearMooring
 from hydrosim.elements.external import BodyState
 from hydrosim.scene import ConvolutionRadiation, LinearScenes, Method, Scene, Solver
 
-SPRING = LinearMooring("block", np.diag([1e4, 0.0, 0.0, 0.0, 0.0, 0.0]))
+SPRING = mooring(surge=1e4)
 CONTACT = in_contact(20.0)
 SCENES = {
     "base": replace(scene_of("base"), duration=30.0),
@@ -115,12 +112,8 @@ def test_a_checkpoint_goes_on_to_the_bit(name: str, tmp_path: Path) -> None:
 
 
 def test_a_run_that_fails_says_what_simulate_says() -> None:
-    torn = scene(
-        block(1e3, ("surge",), velocity=moving(surge=1.0)),
-        {"spring": LinearMooring("block", np.diag([1e9, 0.0, 0.0, 0.0, 0.0, 0.0]))},
-        5.0,
-        0.05,
-    )
+    fast = block(1e3, ("surge",), velocity=moving(surge=1.0))
+    torn = scene(fast, {"spring": mooring(surge=1e9)}, 5.0, 0.05)
     with pytest.raises(hs.SimulationError) as told:
         hs.simulate(torn)
     sim = hs.Simulation(torn)

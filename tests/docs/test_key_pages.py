@@ -1,7 +1,5 @@
 """Pages of keys say of each key its meaning, unit, default and example, in the words of files."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -4,8 +4,6 @@ What is read of a file of another program is kept as a `Reading`, so that a muta
 may be compared with the file that is right. A result is opened by a command, as its user would.
 """
 
-from __future__ import annotations
-
 import warnings
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import fields
@@ -24,14 +22,7 @@ import yaml
 
 from hydrosim.__main__ import app
 from hydrosim.analysis.line import lines_of_system, offsets_to, response
-from hydrosim.case.lines.chains import (
-    DEFAULT_WATER,
-    case_keys,
-    is_mooring_file,
-    mooring_lines,
-    read_mooring_system,
-    water_of_system,
-)
+from hydrosim.case.lines import chains
 from hydrosim.database import load
 from hydrosim.database.load import read as read_database
 from hydrosim.elements.roll_decay import fit_files
@@ -66,18 +57,19 @@ class Reading(NamedTuple):
 
 def read_mooring(path: Path) -> Reading:
     """Lines as `hydrosim analyse` shows them, and as keys of a case."""
-    assert is_mooring_file(path) or path.suffix != ".txt"
+    assert chains.is_mooring_file(path) or path.suffix != ".txt"
     source = Source(path)
-    system = read_mooring_system(source)
+    system = chains.read_mooring_system(source)
     lines = lines_of_system(system)
     for way in (False, True):
         response(lines[0], offsets_to(lines[0].usual_offset()), way)
-    case_keys(path)
-    kept = mooring_lines(system, water_of_system(system, DEFAULT_WATER), source)
-    told = tuple(entry.message for entry in system.left_out)
-    return Reading(
-        repr((kept, system.depth, system.friction, water_of_system(system, DEFAULT_WATER))), told
+    chains.case_keys(path)
+    kept = chains.mooring_lines(
+        system, chains.water_of_system(system, chains.DEFAULT_WATER), source
     )
+    told = tuple(entry.message for entry in system.left_out)
+    water = chains.water_of_system(system, chains.DEFAULT_WATER)
+    return Reading(repr((kept, system.depth, system.friction, water)), told)
 
 
 def read_vessel(path: Path) -> Reading:
@@ -122,9 +114,8 @@ def mooring_texts() -> dict[str, tuple[str, str]]:
 @cache
 def vessel_text() -> str:
     """A vessel type of OrcaFlex with the hull of the shipped barge."""
-    return str(
-        yaml.dump(contents(load(H851)), Dumper=yaml.CSafeDumper, sort_keys=False, width=10**6)
-    )
+    settings = {"Dumper": yaml.CSafeDumper, "sort_keys": False, "width": 10**6}
+    return str(yaml.dump(contents(load(H851)), **settings))
 
 
 def copy_results(folder: Path, study: str) -> None:

@@ -1,7 +1,5 @@
 """Reports of comparisons: of a run with a recording, and of two sets of runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

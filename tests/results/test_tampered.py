@@ -1,7 +1,5 @@
 """Results that were changed after they were written are refused with the name of what is wrong."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path

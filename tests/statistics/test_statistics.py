@@ -1,7 +1,5 @@
 """Statistics of records whose figures are known; what is said of those that have no extremes."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -41,7 +41,8 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import clear, kernel, root
 from hydrosim.modes import MODE, NO_INDEX, RISING, SEGMENT
 from hydrosim.scene import ForceElement
-from hydrosim.scene.contacts import Contact, Frictionless, NormalLoop, Plane, PrescribedNormal
+from hydrosim.scene.contacts import Contact, Frictionless, NormalLoop, PrescribedNormal
+from hydrosim.scene.plane import Plane
 
 if TYPE_CHECKING:
     from hydrosim.elements.kind import Layout
@@ -448,3 +449,15 @@ def write_outputs(t, y, modes, motion, bodies, p, reactions, out):
             n = c.normal[j]
             row[FRICTION_FORCE + j] = f[0] * t1 + f[1] * t2
             row[NODE + j] = c.place[j] + c.compression * n - s[0] * t1 - s[1] * t2
+
+
+@kernel
+def guard_dependencies(i, part, p):
+    """Ranges of the states that margins of point ``i`` depend on, ``part`` by part."""
+    if part == 0:
+        k = p.state + CONTACT_STATES * i
+        return k, k + FELT_STATES
+    if p.points[i].memory == NO_INDEX:
+        return 0, 0
+    k = memory_start(p.points[i], p) + curves.BRANCH_START
+    return k, k + 1

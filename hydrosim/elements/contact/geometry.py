@@ -25,7 +25,7 @@ from hydrosim.errors import InputError
 from hydrosim.jit.kernels import kernel
 from hydrosim.multibody.kinematics import add_wrench, attachment, point_bias, point_velocity
 from hydrosim.multibody.vectors import add, cross, dot, length, matvec, scale, sub, vector
-from hydrosim.scene.contacts import Plane
+from hydrosim.scene.plane import Plane
 
 EARTH = -1
 

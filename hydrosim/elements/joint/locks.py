@@ -506,6 +506,13 @@ LOCK_STATE_NAMES = (
 )
 
 
+@kernel
+def guard_dependencies(i, p):
+    """Range of the states that margins of joint ``i`` depend on."""
+    k = p.state + LOCK_STATES * i
+    return k, k + REFERENCE_SIZE
+
+
 class LockKind(ElementKind):
     unit = "lock"
     variables: ClassVar[Mapping[str, Variable]] = {

@@ -13,12 +13,13 @@ from hydrosim.analysis.ballast import with_contents_at
 from hydrosim.case import Case, load_case
 from hydrosim.compile import sizes
 from hydrosim.compile.clock import compile_clock
-from hydrosim.compile.compile import add_waves, compile_calm, compile_scene
+from hydrosim.compile.compile import compile_calm, compile_scene
 from hydrosim.compile.compiled import Compiled, Notes, solution
 from hydrosim.compile.drives import drives_of, is_turn, motion_at, sample_times
 from hydrosim.compile.hydrodynamic_groups import scene_with_states
 from hydrosim.compile.questions.query import SceneContext, describe_start, extents
 from hydrosim.compile.restart import resumed_state, started_from
+from hydrosim.compile.waves import add_waves
 from hydrosim.database.database import HydroDatabase, require_array
 from hydrosim.elements.drive import Drive
 from hydrosim.elements.line.catenary import Catenary
