@@ -71,7 +71,7 @@ def check_scene(scene: Scene) -> None:
     }
     for name, element in scene.forces.items():
         if not has_kind(element):
-            hint = "; wrap a function as hydrosim.External(BODY, FUNCTION)"
+            hint = "; wrap a function as hydrosim.UserForce(BODY, FUNCTION)"
             text = f"found {type(element).__name__}; expected a force element of hydrosim"
             problems[f"forces.{name}: {text}{hint if callable(element) else ''}"] = True
             continue

@@ -180,7 +180,7 @@ IN_CASES = [
     # the wrong place, the wrong file
     mistake("forces:\n", f"{ELEMENT}forces:\n", 13, "bodies.fender", 'move it below "forces:"'),
     mistake("  floor:", "  b: {mass: 1}\n  floor:", 14, "forces.b", 'move it below "bodies:"'),
-    mistake(CASE, STUDY, 1, "a study", "hydrosim sweep"),
+    mistake(CASE, STUDY, 1, "a study", "hydrosim study"),
     mistake(BODY, "    hydrodynamics: no.nc\n", 7, "bodies.box", "no centre_of_gravity"),
     mistake(
         BODY, f"    {MISSING}\n", 10, "hydrodynamics: found no such file", "relative paths begin"

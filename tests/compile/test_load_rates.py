@@ -65,7 +65,7 @@ def test_equal_steps_without_events_are_those_of_the_scene() -> None:
 
 
 def test_a_function_of_the_user_is_asked_at_the_step_of_the_solver() -> None:
-    push = hs.External("block", lambda t, state: np.zeros(6))
+    push = hs.UserForce("block", lambda t, state: np.zeros(6))
     called = scene(block(1e3), {"push": push, "more": steady(surge=1.0)}, 10.0, 1.0, step=0.05)
     assert held_step(compile_scene(called)) == 0.05
 

@@ -44,7 +44,7 @@ def pushed(step: float, corner: float, method: Method = Method.RK4) -> Scene:
 )
 def test_a_corner_at_the_end_of_a_step_makes_no_short_step(step, corner, coupling, method):
     """The speed is the push's impulse over the mass; the smoothed force has a thousandth."""
-    force = hs.External("block", SmoothedForce(), coupling=coupling)
+    force = hs.UserForce("block", SmoothedForce(), coupling=coupling)
     run = hs.simulate(pushed(step, corner, method), forces={"smoothed": force})
     speed = PUSH * (corner + 0.5 * (END - corner)) / 1000.0
     assert float(run.velocity[-1, 0, 0]) == pytest.approx(speed, rel=1e-3)
@@ -61,7 +61,7 @@ def test_the_times_of_records_are_those_of_the_grid(step: float, corner: float) 
 
 def test_a_force_that_is_continued_too_far_is_told() -> None:
     """0 to 1 N at a corner 0.4 s into 2 s: on by 1.6 s at a slope over 0.5 s: 4.2 N."""
-    force = hs.External("block", lambda t, _: [float(t > 10.2), 0, 0, 0, 0, 0], "extrapolated")
+    force = hs.UserForce("block", lambda t, _: [float(t > 10.2), 0, 0, 0, 0, 0], "extrapolated")
     run = hs.simulate(pushed(2.0, 10.4), forces={"jumping": force})
     assert "the force of jumping was continued to 4.2 times" in run.attrs["warnings"]
     assert "coupling held" in run.attrs["warnings"]
@@ -79,7 +79,7 @@ def test_alternating_forces_are_told_and_held_ones_are_not() -> None:
             sign = next(signs)  # noqa: B023 - called in this turn of the loop
             return [sign, 0.0, 0.0, 1e-10 * (sign > 0.0) * t**9, 0.0, 0.0]
 
-        run = hs.simulate(cut, forces={"it": hs.External("block", alternate, coupling)})
+        run = hs.simulate(cut, forces={"it": hs.UserForce("block", alternate, coupling)})
         assert ("it was continued to 7 times" in run.attrs.get("warnings", "")) == told
 
 
@@ -91,7 +91,7 @@ def test_an_event_just_before_the_end_of_a_step_is_no_line(before: float) -> Non
     nothing = LinearMooring("block", np.diag([1e-9, *[0.0] * 5]), active=active)
     whole = pushed(0.07, 10.5)
     whole = replace(whole, forces={**whole.forces, "nothing": nothing})
-    run = hs.simulate(whole, forces={"it": hs.External("block", SmoothedForce(), "extrapolated")})
+    run = hs.simulate(whole, forces={"it": hs.UserForce("block", SmoothedForce(), "extrapolated")})
     assert run.attrs["solver_events"] == 1
     assert float(run.velocity[-1, 0, 0]) == pytest.approx(1.125, rel=1e-3)
     assert "warnings" not in run.attrs

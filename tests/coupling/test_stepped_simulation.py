@@ -136,7 +136,7 @@ def test_a_thread_besides_is_refused() -> None:
         may_return.wait(60.0)
         return [0.0] * 6
 
-    sim = hs.Simulation(on_spring(), forces={"it": hs.External("block", wait, "held")})
+    sim = hs.Simulation(on_spring(), forces={"it": hs.UserForce("block", wait, "held")})
     may_return.clear()
     thread = threading.Thread(target=sim.run)
     is_called.clear()
@@ -159,7 +159,7 @@ def test_a_simulation_that_its_own_function_steps_is_refused() -> None:
             owner[0].step(t + 0.5)
         return [0.0] * 6
 
-    owner.append(hs.Simulation(on_spring(), forces={"it": hs.External("block", steps)}))
+    owner.append(hs.Simulation(on_spring(), forces={"it": hs.UserForce("block", steps)}))
     with pytest.raises(hs.SimulationError, match="the simulation is in use"):
         owner[0].run()
 
@@ -171,7 +171,7 @@ def test_a_simulation_cannot_be_copied(copied: Callable[[object], object]) -> No
 
 
 def test_an_error_is_that_of_its_run_alone() -> None:
-    """Two runs share an `External`: one fails, the other goes on, and a third begins."""
+    """Two runs share an `UserForce`: one fails, the other goes on, and a third begins."""
     failing = False
 
     def fails(t: float, state: object) -> list[float]:
@@ -180,7 +180,7 @@ def test_an_error_is_that_of_its_run_alone() -> None:
         return [0.0] * 6
 
     for coupling in ("stage", "held"):
-        force = {"it": hs.External("block", fails, coupling, repeatable=True)}
+        force = {"it": hs.UserForce("block", fails, coupling, repeatable=True)}
         one = hs.Simulation(on_spring(), forces=force)
         other = hs.Simulation(on_spring(), forces=force)
         one.step(1.0)
@@ -200,7 +200,7 @@ def test_a_function_that_may_remember_serves_one_run_at_a_time() -> None:
     def push(t: float, state: object) -> list[float]:
         return [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
-    shared = {name: hs.External("block", push, "held") for name in ("one", "other")}
+    shared = {name: hs.UserForce("block", push, "held") for name in ("one", "other")}
     assert hs.simulate(on_spring(), forces=shared).attrs["status"] == "complete"
     first = hs.Simulation(on_spring(), forces=shared)
     second = hs.Simulation(on_spring(), forces=shared)
@@ -208,7 +208,7 @@ def test_a_function_that_may_remember_serves_one_run_at_a_time() -> None:
     with pytest.raises(hs.SimulationError, match="another run has called the same function"):
         first.step()
     assert second.run().attrs["status"] == "complete"
-    repeatable = {"it": hs.External("block", push, "held", repeatable=True)}
+    repeatable = {"it": hs.UserForce("block", push, "held", repeatable=True)}
     first = hs.Simulation(on_spring(), forces=repeatable)
     second = hs.Simulation(on_spring(), forces=repeatable)
     second.step()
@@ -222,7 +222,7 @@ def test_the_reference_of_a_body_cannot_be_changed() -> None:
         return [0.0] * 6
 
     with pytest.raises(hs.InputError, match="read-only"):
-        hs.simulate(on_spring(), forces={"it": hs.External("block", moves)})
+        hs.simulate(on_spring(), forces={"it": hs.UserForce("block", moves)})
     sim = hs.Simulation(on_spring())
     with pytest.raises(ValueError, match="read-only"):
         sim.state["block"].reference[0] = 1.0

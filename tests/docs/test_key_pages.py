@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hydrosim.cli.case import FileKind, schema_of
+from hydrosim.interface.new import FileKind, schema_of
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 

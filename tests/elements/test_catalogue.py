@@ -11,7 +11,7 @@ from scenes import block, scene
 from test_elements import ELEMENTS
 
 from hydrosim.elements import ELEMENT_KINDS as KINDS_OF_UNITS
-from hydrosim.elements import External, ForceElement
+from hydrosim.elements import ForceElement, UserForce
 from hydrosim.elements.contact import landing
 from hydrosim.elements.contact.laws import LAWS as ALL_LAWS
 from hydrosim.elements.kind import ElementKind, Layout, RollMode, UncoupledResonance
@@ -40,7 +40,7 @@ def leaves(kind: type) -> list[type]:
     return [leaf for one in below for leaf in leaves(one)] if below else [kind]
 
 
-OF_PYTHON = {External}
+OF_PYTHON = {UserForce}
 """Functions of the user: no case file holds one, and what they do is their own. Their tests are in
 `tests/coupling`."""
 OWN = [kind for kind in leaves(ForceElement) if kind.__module__.startswith("hydrosim.")]

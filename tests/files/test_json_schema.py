@@ -12,8 +12,8 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError, best_match
 from markers import few
 
-from hydrosim.cli.case import FileKind, schema_of
 from hydrosim.files.yaml_nodes import compose_nodes, plain_values
+from hydrosim.interface.new import FileKind, schema_of
 
 ROOT = Path(__file__).parents[2]
 CASES = sorted(path for path in (ROOT / "cases").rglob("*.yaml") if path.parent.name != "studies")

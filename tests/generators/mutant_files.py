@@ -40,10 +40,10 @@ DECAY = "time [s],roll [deg]\n" + "".join(
 NUMBERS = (np.nan, np.inf, -1.0, 0.0, 1e15, 1e99, 1e308, 1e-300)
 """What stands in a damaged variable of a result."""
 SUFFIXES = {
-    **dict.fromkeys(("report", "replay"), ".html"),
-    **dict.fromkeys(("statistics", "compare"), ".nc"),
+    **dict.fromkeys(("report", "report --replay"), ".html"),
+    **dict.fromkeys(("show --statistics", "compare"), ".nc"),
     "export": ".csv",
-    "plot": "",
+    "show --plot": "",
 }
 COMMANDS = (*SUFFIXES,)
 
@@ -56,7 +56,7 @@ class Reading(NamedTuple):
 
 
 def read_mooring(path: Path) -> Reading:
-    """Lines as `hydrosim line` shows them, and as keys of a case."""
+    """Lines as `hydrosim analyse` shows them, and as keys of a case."""
     assert chains.is_mooring_file(path) or path.suffix != ".txt"
     source = Source(path)
     system = chains.read_mooring_system(source)
@@ -86,7 +86,7 @@ def read_vessel(path: Path) -> Reading:
 
 
 def read_decay_test(path: Path) -> None:
-    """A fit, its page and its keys, as `hydrosim calibrate` writes them."""
+    """A fit, its page and its keys, as `hydrosim decay` writes them."""
     fit = fit_files([path])
     str(calibration_document(fit))
     keys_of(fit, "barge")
@@ -135,7 +135,7 @@ def _write_results(folder: Path, study: str) -> None:
     ask(["run", str(RUN), "--set", "duration=30 s", "-o", str(folder / "right_run.nc")])
     path = folder / "right_runs.yaml"
     path.write_text(study)
-    ask(["sweep", str(path), "-o", str(folder / "right_runs.nc"), "--workers", "1"])
+    ask(["study", str(path), "-o", str(folder / "right_runs.nc"), "--workers", "1"])
 
 
 def ask(words: list[str]) -> None:
@@ -192,8 +192,9 @@ def _change_variable(file: netCDF4.Dataset, what: str, random: Random) -> str:
 
 def show_result(path: Path, command: str) -> None:
     """Show a result by one of `COMMANDS`."""
-    is_table = command == "statistics" and path.stem == "runs"
+    name, *view = command.split()
+    is_table = command == "show --statistics" and path.stem == "runs"
     suffix = ".csv" if is_table else SUFFIXES[command]
-    out = path.with_name(f"out_{command}{suffix}")
+    out = path.with_name(f"out_{name}{suffix}")
     others = [str(path.with_name(f"right_{path.name}"))] if command == "compare" else []
-    ask([command, str(path), *others, "-o", str(out), "--overwrite"])
+    ask([name, str(path), *others, *view, "-o", str(out), "--overwrite"])

@@ -175,8 +175,8 @@ def papers() -> dict[str, Paper]:
         "hindcast": Paper(_weather, HINDCAST, ".csv"),
         "scatter": Paper(_weather, SCATTER, ".csv"),
         "decay": Paper(mutant_files.read_decay_test, mutant_files.DECAY, ".csv"),
-        "run": Paper(partial(mutant_files.show_result, command="statistics"), "", ".nc"),
-        "runs": Paper(partial(mutant_files.show_result, command="statistics"), "", ".nc"),
+        "run": Paper(partial(mutant_files.show_result, command="show --statistics"), "", ".nc"),
+        "runs": Paper(partial(mutant_files.show_result, command="show --statistics"), "", ".nc"),
         **{
             name: Paper(mutant_files.read_mooring, *text_and_suffix)
             for name, text_and_suffix in mutant_files.mooring_texts().items()

@@ -64,7 +64,7 @@ def test_no_step_is_as_short_as_rounding(method: Method, step: float, corner: fl
         return np.zeros(6)
 
     whole = pushed(step, corner, step * round((corner + 0.7) / step), method=method)
-    run = hs.simulate(whole, forces={"watch": hs.External("block", watch, "held")})
+    run = hs.simulate(whole, forces={"watch": hs.UserForce("block", watch, "held")})
     assert run.solver_events == 2
     assert min(b - a for a, b in pairwise(times)) > 1e-6 * step
     assert np.abs(np.array(times) - corner).min() < 1e-9 * step

@@ -53,7 +53,7 @@ def test_a_run_in_random_waves_says_that_it_is_one_sea(waves: str, said: bool) -
     run = made_run().assign_attrs(case_resolved=case, seeds=[4])
     text = Page(page_of(run)).texts["p"]
     assert ("one sea: one draw of random waves (seed 4)" in text) is said
-    assert ("run a study with `seeds: 1-19` by `hydrosim sweep`" in text) is said
+    assert ("run a study with `seeds: 1-19` by `hydrosim study`" in text) is said
 
 
 def test_statistics_and_scene_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,11 +255,11 @@ def test_results_come_first_and_commands_last() -> None:
     assert list(texts)[1] == "results"
     assert list(texts)[-1] == "computation"
     first = texts["results"]
-    assert "hydrosim sweep" not in first
+    assert "hydrosim study" not in first
     assert "energy balance" not in first
     assert '2 warnings are under "Assumptions and warnings"' in first
     last = texts["computation"]
-    for words in ("hydrosim sweep", "hydrosim converge", "energy balance closes", "rk4"):
+    for words in ("hydrosim study", "hydrosim analyse --converge", "energy balance closes", "rk4"):
         assert words in last
     assert "Conclusion" not in page_of(run)
 

@@ -279,7 +279,7 @@ def test_what_cannot_be_is_said(export: Command, arguments: str, said: str) -> N
 
 
 def test_without_pyarrow_it_is_said(export: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hydrosim.cli.compare.find_spec", lambda name: None)
+    monkeypatch.setattr("hydrosim.compare.export.find_spec", lambda name: None)
     said = refusal(export, Path(), "run.nc", "-o", "run.parquet")
     assert "pip install 'hydrosim[export]'" in said
 

@@ -30,7 +30,7 @@ from hydrosim.run.checkpoint import Checkpoint
 
 SCENE = in_contact(20.0)
 PUSHED = replace(
-    SCENE, forces={**SCENE.forces, "push": hs.External("barge", lambda t, _: [1e5, 0, 0, 0, 0, 0])}
+    SCENE, forces={**SCENE.forces, "push": hs.UserForce("barge", lambda t, _: [1e5, 0, 0, 0, 0, 0])}
 )
 DOORS = 31  # roots of a run with a contact, about
 MOMENTS = 12

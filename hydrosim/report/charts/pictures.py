@@ -42,6 +42,7 @@ from hydrosim.results.channels import (
     channel_names,
     channel_series,
     group_by_size,
+    match_channels,
 )
 from hydrosim.results.phases import Phase as Named
 from hydrosim.results.phases import is_operation, transferred_fraction
@@ -49,6 +50,7 @@ from hydrosim.statistics.results import crawl
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 NEGLIGIBLE_MOTION = 1e-6  # m or rad: smaller motions count as none
 NEGLIGIBLE_LOAD_RATIO = 1e-9  # of the largest load of a joint
@@ -510,13 +512,53 @@ def picture_outputs(
 def figure(run: xr.Dataset, name: str = "overview", window: TimeWindow = ALWAYS) -> Figure:
     """Picture of a run by its name, such as "overview" or "motions". Raises InputError if there is
     no such picture, or if the run has no data for it."""
+    suffix, panels = _panels_by_name(run, name)
+    _check_window(run, window)
+    return picture(panels, _picture_frame(run, suffix, window))
+
+
+def picture_names() -> list[str]:
+    """Names of all pictures of runs."""
+    return [panels.__name__ for panels in PICTURES.values()]
+
+
+def draw_on_axes(run: xr.Dataset, name: str, axes: Axes | Sequence[Axes]) -> Figure:
+    """Draw the panels of a picture on axes of matplotlib, one each; return their figure. Raises
+    InputError for another number of axes."""
+    return _draw_panels(_panels_by_name(run, name)[1], axes)
+
+
+def draw_channels(
+    run: xr.Dataset, patterns: Sequence[str], axes: Axes | Sequence[Axes] | None = None
+) -> Figure:
+    """Draw channels that patterns match in a new figure, or on ``axes`` as `draw_on_axes` does."""
+    panels = channels(run, match_channels(channel_names(run), patterns, "channels"))
+    if axes is None:
+        return picture(panels, _picture_frame(run, "_channels", ALWAYS))
+    return _draw_panels(panels, axes)
+
+
+def _draw_panels(panels: Sequence[Panel], axes: Axes | Sequence[Axes]) -> Figure:
+    places = np.atleast_1d(np.asarray(axes, object)).ravel()
+    if len(places) != len(panels):
+        raise InputError(
+            f"ax: found {len(places)} axes; expected {len(panels)}, one for each panel:"
+            f" figure, ax = plt.subplots({len(panels)})."
+        )
+    for axis, panel in zip(places, panels, strict=True):
+        panel.draw(axis, ALWAYS)
+        axis.set_xlabel("time [s]")
+    return places[0].figure
+
+
+def _panels_by_name(run: xr.Dataset, name: str) -> tuple[str, list[Panel]]:
+    """Suffix and panels of a picture; InputError if there is none, or no data for it."""
     suffixes = {of.__name__: suffix for suffix, of in PICTURES.items()}
     panels = PICTURES[suffixes[name]](run) if name in suffixes else []
     if not panels:
         there = [name for name, suffix in suffixes.items() if PICTURES[suffix](run)]
         raise InputError(f"picture: found {name!r}; expected one of {', '.join(there)}.")
-    _check_window(run, window)
-    return picture(panels, _picture_frame(run, suffixes[name], window))
+    return suffixes[name], panels
 
 
 def phases(run: xr.Dataset) -> tuple[list[ShadedPhase], str]:
@@ -566,7 +608,7 @@ def _check_window(run: xr.Dataset, window: TimeWindow) -> None:
     time = run.time.values
     if time[window.record_slice(time)].size < 2:
         raise InputError(
-            f"--from, --to: found {window.start:g} to {window.end:g} s, with fewer than two"
+            f"start, end: found {window.start:g} to {window.end:g} s, with fewer than two"
             " recorded times of the run; expected a longer part of"
             f" {time[0]:g} to {time[-1]:g} s."
         )
