@@ -21,11 +21,11 @@ MAKERS = (
 )
 MODELS = 3  # in calm water, in its plane of symmetry, in its sea
 BEFORE = {  # what is asked of a scene before there is a model, and by whom
-    "each_alone": {"compile/compiled.py", "compile/compile.py", "compile/symmetry.py"},
-    "initial_headings": {"compile/compiled.py", "compile/compile.py"},
+    "each_alone": {"compile/compiled.py", "compile/model.py", "compile/symmetry.py"},
+    "initial_headings": {"compile/compiled.py", "compile/model.py"},
     "state_layout": {"compile/compiled.py"},
     "nonlinearities": {"compile/compiled.py"},
-    "met_by_waves": {"compile/compiled.py", "compile/compile.py", "analysis/response.py"},
+    "met_by_waves": {"compile/compiled.py", "compile/model.py", "analysis/response.py"},
 }
 
 
