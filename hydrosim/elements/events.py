@@ -224,7 +224,7 @@ def transition(row, which, size, step, t, y, modes, motion, bodies, elements, ta
         locks.transition(i, which, y, modes, motion, bodies, elements.locks)
     elif kind == kinds.JOINT_MOTION_ROW:
         motions.transition(i, which, y, modes, bodies, reactions, elements.joint_motions)
-    elif trigger.transition(i, which, t, y, modes, motion, bodies, elements, tanks):
+    elif trigger.transition(i, which, t, y, modes, elements.triggers):
         switch_units(i, t, y, modes, motion, bodies, elements, tanks)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from inspect import signature
 from math import degrees, pi, radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydrosim.case import Case, load_case
 from hydrosim.case.lines.chains import is_mooring_file, read_mooring_system
@@ -40,6 +40,15 @@ EXPECTED_FILE = "a case file (YAML), or an input file of MoorDyn or MoorPy"
 Values = Amount | Sequence[float]
 Report = Callable[[str], None]
 """Receives what is being computed."""
+
+
+class Task(NamedTuple):
+    """What any analysis is told: the ``case`` or file, and where results go."""
+
+    case: Any
+    output: Target
+    overwrite: bool
+    progress: Report
 
 
 def analyse(
@@ -79,12 +88,12 @@ def analyse(
     elif not isinstance(case, Case):
         case = load_case(case)
     analysis = ANALYSES[kind]
-    known = [*signature(analysis).parameters][4:]
+    known = [*signature(analysis).parameters][1:]
     if foreign := [name for name in options if name not in known]:
         raise InputError(
             f"{', '.join(foreign)}: not possible with {NAMES_OF_ANALYSES[kind]}. Leave it out."
         )
-    return analysis(case, output, overwrite, progress, **options)
+    return analysis(Task(case, output, overwrite, progress), **options)
 
 
 def is_file_of_lines(file: Path) -> bool:
@@ -93,10 +102,7 @@ def is_file_of_lines(file: Path) -> bool:
 
 
 def _analyse_linearly(
-    case: Case,
-    output: Target,
-    overwrite: bool,
-    progress: Report,
+    task: Task,
     time: Amount = 0.0,
     headings: Values = (),
     periods: Values = (),
@@ -120,7 +126,7 @@ def _analyse_linearly(
         "database": database,
         "contacts": state,
     }
-    result = _output(case, output, "linear", overwrite, asked)
+    result = _output(task, "linear", asked)
     page = picture_beside(result)
     request = LinearRequest(
         begin,
@@ -129,8 +135,8 @@ def _analyse_linearly(
         Radiation.DATABASE if database else Radiation.MODEL,
         contacts=state,
     )
-    progress("linear analysis")
-    scene = case.scene()
+    task.progress("linear analysis")
+    scene = task.case.scene()
     with lock_of(result):
         dataset = linear_analysis(scene, request)
         if result:
@@ -142,10 +148,7 @@ def _analyse_linearly(
 
 
 def _analyse_line(
-    case: Case | str | Path,
-    output: Target,
-    overwrite: bool,
-    progress: Report,
+    task: Task,
     name: str | None = None,
     offset: Amount | None = None,
 ) -> PrintedResult:
@@ -155,15 +158,17 @@ def _analyse_line(
     from hydrosim.report.charts.analysis import draw_line
     from hydrosim.report.sentences.analysis import line_document
 
-    file = case.path if isinstance(case, Case) else Path(case)
+    file = task.case.path if isinstance(task.case, Case) else Path(task.case)
     require_file(file, EXPECTED_FILE)
     largest = None if offset is None else quantity("offset", offset, "length", "m", "20 m")
     if largest is not None and not largest > 0.0:
         raise InputError(f"offset: found {largest:g} m; expected a length above 0.")
-    page = output_for(output, f"{file.stem}_line", "line", file, overwrite=overwrite, suffix=".png")
-    progress("lines")
+    page = output_for(
+        task.output, f"{file.stem}_line", "line", file, overwrite=task.overwrite, suffix=".png"
+    )
+    task.progress("lines")
     with lock_of(page):
-        title, lines, units, left_out = _lines_of(case)
+        title, lines, units, left_out = _lines_of(task.case)
     chosen = _choose_line(file, lines, name)
     offsets = offsets_to(largest or chosen.usual_offset())
     responses = (response(chosen, offsets, False), response(chosen, offsets, True))
@@ -201,10 +206,7 @@ def _choose_line(file: Path, lines: list[StillLine], name: str | None) -> StillL
 
 
 def _analyse_ballast(
-    case: Case,
-    output: Target,
-    overwrite: bool,
-    progress: Report,
+    task: Task,
     time: Amount = 0.0,
     lift: Amount | None = None,
     rise: Amount | None = None,
@@ -219,7 +221,7 @@ def _analyse_ballast(
     from hydrosim.report.sentences.analysis import ballast_document
     from hydrosim.tanks.contents import triggered_pumps
 
-    page = _output(case, output, "ballast", overwrite, suffix=".png")
+    page = _output(task, "ballast", suffix=".png")
     at = quantity("time", time, "time", "s", "1 hour")
     angle = None if heel is None else quantity("heel", heel, "angle", "rad", "5 deg")
     if angle is not None and not 0.0 < abs(angle) < MAX_ANGLE_RAD:
@@ -227,16 +229,16 @@ def _analyse_ballast(
             f"heel: found {degrees(angle):.4g} deg; expected an angle above 0 and below 85 deg."
             ' A number without a unit is in rad: write "5 deg".'
         )
-    scene = case.scene()
+    scene = task.case.scene()
     bodies = [body.name for body in scene.bodies if body.tanks]
     if not bodies:
         raise InputError(
-            f"{case.path}: no body has tanks; expected at least one. Add them under"
+            f"{task.case.path}: no body has tanks; expected at least one. Add them under"
             " bodies.NAME.tanks."
         )
     if body is not None and body not in bodies:
         raise InputError(f"body: found {body}; expected one of {', '.join(bodies)}.")
-    progress("loading condition")
+    task.progress("loading condition")
     compiled = compile_in_calm(scene)
     conditions_found = conditions(compiled, at, angle)
     plan: PumpPlan | None = None
@@ -253,10 +255,7 @@ def _analyse_ballast(
 
 
 def _analyse_convergence(
-    case: Case,
-    output: Target,
-    overwrite: bool,
-    progress: Report,
+    task: Task,
     methods: Names = "rk2,rk4,dopri5",
     steps: Values = "0.1,0.05,0.025",
     tolerances: Values = "1e-5,1e-6,1e-7",
@@ -277,11 +276,11 @@ def _analyse_convergence(
     all_steps = numbers(steps, "steps")
     all_tolerances = numbers(tolerances, "tolerances")
     asked = {"methods": chosen, "steps": all_steps, "tolerances": all_tolerances}
-    result = _output(case, output, "converge", overwrite, asked, what="convergence")
+    result = _output(task, "converge", asked, what="convergence")
     page = picture_beside(result)
     with lock_of(result):
-        scene = prepare_scene(case)
-        study = converge(scene, chosen, all_steps, all_tolerances, progress)
+        scene = prepare_scene(task.case)
+        study = converge(scene, chosen, all_steps, all_tolerances, task.progress)
         units = unit_choice_attribute(scene.source)
         dataset = to_dataset(study, scene.title).assign_attrs(units)
         if result:
@@ -307,21 +306,20 @@ NAMES_OF_ANALYSES = {
 
 
 def _output(
-    case: Case,
-    output: Target,
+    task: Task,
     name: str,
-    overwrite: bool,
     asked: dict[str, Any] | None = None,
     what: str = "",
     suffix: str = ".nc",
 ) -> Output | None:
+    case = task.case
     return output_for(
-        output,
+        task.output,
         f"{case.path.stem}_{name}",
         what or name,
         case.path,
         inputs=case.inputs(),
-        overwrite=overwrite,
+        overwrite=task.overwrite,
         suffix=suffix,
         settings="" if asked is None else case.settings(asked),
     )

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import xarray as xr
 
@@ -36,6 +36,15 @@ Announce = Callable[[str], None]
 LOCAL = "local"
 
 
+class Destination(NamedTuple):
+    """Where a study is written, whether one that was interrupted there goes on, and whether an
+    earlier one is replaced."""
+
+    output: Target
+    resume: bool
+    overwrite: bool
+
+
 def study(
     file: str | Path,
     *,
@@ -57,34 +66,24 @@ def study(
     are written as by `hydrosim study`; without, runs are kept in memory.
     """
     file = Path(file)
-    arguments: dict[str, Any] = {
-        "output": output,
-        "resume": resume,
-        "overwrite": overwrite,
-        "progress": progress,
-    }
+    where = Destination(output, resume, overwrite)
     if read_study(file).operability is None:
-        return sweep(
-            file, workers=workers, scheduler=scheduler, plot=plot, announce=announce, **arguments
-        )
+        return sweep(file, where, workers, scheduler, plot, progress, announce)
     for name, value in {"scheduler": scheduler, "plot": plot}.items():
         if value:
             raise InputError(
                 f"{name}: not possible with {file}, a study of limits, which runs in threads and"
                 " always draws its picture. Leave this option out."
             )
-    return find_limits(file, workers=workers, **arguments)
+    return find_limits(file, where, workers, progress)
 
 
 def sweep(
     file: Path,
-    *,
-    output: Target,
+    where: Destination,
     workers: int | None,
     scheduler: str | None,
-    resume: bool,
     plot: bool,
-    overwrite: bool,
     progress: Progress,
     announce: Announce,
 ) -> PrintedResult:
@@ -93,20 +92,22 @@ def sweep(
     for line in describe_outside_ranges(planned.scenes):
         announce(f"warning   {line}")
     result = output_for(
-        output,
+        where.output,
         file.stem,
         "sweep",
         file,
         inputs=planned.inputs,
-        overwrite=overwrite,
+        overwrite=where.overwrite,
         settings=planned.settings,
     )
-    table = _table_beside(result.path, planned, overwrite) if result and planned.figures else None
+    table = (
+        _table_beside(result.path, planned, where.overwrite) if result and planned.figures else None
+    )
     lines: list[str] = []
     path: Path | None
     if planned.until is not None:
         runs, path, summary = _run_until_accurate(
-            planned, result, workers, scheduler, resume, announce
+            planned, result, workers, scheduler, where.resume, announce
         )
         lines = [summary]
     else:
@@ -115,15 +116,17 @@ def sweep(
         def tell(done: int, total: int) -> None:
             progress(done, total, "")
 
-        runs = run_study(planned, result, workers, tell, resume, pool)
+        runs = run_study(planned, result, workers, tell, where.resume, pool)
         path = Path(runs.encoding["source"]) if result else None
     if path and result and table and path.name != result.path.name:  # a better result stands there
-        table = _table_beside(path, planned, overwrite)
+        table = _table_beside(path, planned, where.overwrite)
     statuses = runs.status.values.tolist()
     has_table = table is not None and COMPLETE in statuses
     files = [write_table(runs, table)] if table and has_table else []
     if path and plot and has_table:
-        lines += [f"picture   {drawn}" for drawn in draw_runs(runs, path.parent, path, overwrite)]
+        lines += [
+            f"picture   {drawn}" for drawn in draw_runs(runs, path.parent, path, where.overwrite)
+        ]
     elif plot:
         lacks = "no run is complete" if planned.figures else "the study asks for no figures"
         lines += [f"picture   none: {lacks}"]
@@ -180,23 +183,20 @@ def _table_beside(path: Path, planned: ParameterStudy, overwrite: bool) -> Outpu
 
 def find_limits(
     file: Path,
-    *,
-    output: Target,
+    where: Destination,
     workers: int | None,
-    resume: bool,
-    overwrite: bool,
     progress: Progress,
 ) -> PrintedResult:
     """Limiting significant wave heights over peak periods, headings and swells, with confidence;
     workability in a scatter diagram and waiting times in a hindcast."""
     planned = load_limits(file)
     result = output_for(
-        output,
+        where.output,
         f"{file.stem}_operability",
         "limits",
         file,
         inputs=planned.inputs,
-        overwrite=overwrite,
+        overwrite=where.overwrite,
         settings=planned.settings,
     )
     page = picture_beside(result)
@@ -211,7 +211,7 @@ def find_limits(
         return PrintedResult(limits_tables(limits), limits)
     from hydrosim.report.charts.studies import draw_limits
 
-    with locked_journal(result, resume, planned.identity) as journal:
+    with locked_journal(result, where.resume, planned.identity) as journal:
         limits = assess_weather(limits_of(planned, count, tell, journal), weather)
         write_run(limits, result)
         journal.remove()

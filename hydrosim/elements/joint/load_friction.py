@@ -31,7 +31,7 @@ from hydrosim.multibody.tree import push_joint
 from hydrosim.multibody.vectors import add, cross, dot, scale, sub, vector
 
 BEARING_LOADS = 7  # N_1, N_2 and F . a
-MAX_NEWTON, MAX_ITERATIONS = 30, 400  # afterwards the contraction itself, which always converges
+MAX_NEWTON, MAX_NEWTON_STEPS = 30, 400  # afterwards the contraction itself, which always converges
 FRICTION_ROUNDING = 1e-15  # of the largest friction: residual that is rounding
 
 
@@ -125,7 +125,7 @@ def find_friction(p, scratch):
     clear(scratch.friction)
     _fill_gains(p, scratch)
     unique = _eliminate(scratch.matrix, scratch.residual, scratch.pivot)
-    for tries in range(MAX_ITERATIONS):
+    for tries in range(MAX_NEWTON_STEPS):
         if _find_residual(unique, p, scratch):
             return
         if tries < MAX_NEWTON:
